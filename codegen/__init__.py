@@ -1,0 +1,15 @@
+"""From symbolic models to functions: lower, print, build, store.
+
+`Axis` -> `AxisModel` -> programs -> text -> `GeneratedAxis`. The text is what `generated/` holds,
+and the same text is what runs.
+"""
+
+from .artefacts import axis_artefacts as axis_artefacts
+from .generated_axis import GeneratedAxis as GeneratedAxis
+from .generated_axis import Quantity as Quantity
+from .generated_axis import build as build
+from .store import Finding as Finding
+from .store import check_files as check_files
+from .store import expected_files as expected_files
+from .store import replace_file as replace_file
+from .store import write_files as write_files

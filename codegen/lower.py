@@ -1,0 +1,184 @@
+"""SymPy expressions to operations, one method per node class.
+
+An unknown node is a named error, not a guess. The memo belongs to the caller, so that expressions
+lowered together share their common subexpressions.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import reduce
+from typing import Any
+
+import sympy
+from sympy.functions.elementary.miscellaneous import Max, Min
+from sympy.functions.elementary.piecewise import ExprCondPair
+
+from axisid.modeling import ModelError
+
+from .program import Builder
+
+_UNARY: dict[type[sympy.Basic], str] = {
+    sympy.exp: "exp",
+    sympy.log: "log",
+    sympy.sin: "sin",
+    sympy.cos: "cos",
+    sympy.tan: "tan",
+    sympy.asin: "asin",
+    sympy.acos: "acos",
+    sympy.atan: "atan",
+    sympy.sinh: "sinh",
+    sympy.cosh: "cosh",
+    sympy.tanh: "tanh",
+    sympy.Abs: "abs",
+    sympy.sign: "sign",
+    sympy.Not: "not",
+}
+_FOLDED: dict[type[sympy.Basic], str] = {
+    Min: "min",
+    Max: "max",
+    sympy.And: "and",
+    sympy.Or: "or",
+}
+_RELATIONS: dict[type[sympy.Basic], tuple[str, bool]] = {
+    sympy.StrictLessThan: ("lt", False),
+    sympy.LessThan: ("le", False),
+    sympy.StrictGreaterThan: ("lt", True),
+    sympy.GreaterThan: ("le", True),
+    sympy.Equality: ("eq", False),
+}
+_LARGEST_REPEATED_POWER = 4
+
+
+class Lowering:
+    """Lowers expressions into a builder.
+
+    Parameters
+    ----------
+    builder : Builder
+        Receives the operations.
+    values : mapping of sympy.Symbol to int
+        What each free symbol is, as an index into the builder.
+    """
+
+    def __init__(self, builder: Builder, values: Mapping[sympy.Symbol, int]) -> None:
+        self._builder = builder
+        self._values = values
+        self._memo: dict[sympy.Basic, int] = {}
+
+    def __call__(self, expression: sympy.Basic) -> int:
+        """Lower one expression.
+
+        Raises
+        ------
+        ModelError
+            A node has no counterpart, or a symbol has no value.
+        """
+        if expression not in self._memo:
+            self._memo[expression] = self._lower(expression)
+        return self._memo[expression]
+
+    def _lower(self, node: sympy.Basic) -> int:
+        for kind in type(node).__mro__:
+            if kind in _UNARY:
+                return self._builder.apply(_UNARY[kind], self(node.args[0]))
+            if kind in _FOLDED:
+                return self._fold(_FOLDED[kind], node)
+            if kind in _RELATIONS:
+                return self._relation(*_RELATIONS[kind], node)
+            method: Callable[[Any], int] | None = getattr(self, f"map_{kind.__name__}", None)
+            if method is not None:
+                return method(node)
+        raise ModelError(
+            f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
+            "use sums, products, powers, elementary functions, Min, Max or Piecewise."
+        )
+
+    def map_Symbol(self, node: sympy.Symbol) -> int:
+        if node not in self._values:
+            known = ", ".join(sorted(map(str, self._values)))
+            raise ModelError(f"the symbol {node} has no value here; known are {known}.")
+        return self._values[node]
+
+    def map_Rational(self, node: sympy.Rational) -> int:
+        return self._builder.constant(int(node.p) / int(node.q))
+
+    def map_Float(self, node: sympy.Float) -> int:
+        return self._builder.constant(float(node))
+
+    def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
+        return self._builder.constant(float(node))
+
+    def map_Add(self, node: sympy.Add) -> int:
+        positive, negative = [], []
+        for term in sorted(node.args, key=sympy.default_sort_key):
+            if term.could_extract_minus_sign():
+                negative.append(self(-term))
+            else:
+                positive.append(self(term))
+        if not positive:
+            return self._builder.apply("neg", self._chain("add", negative))
+        return reduce(
+            lambda left, right: self._builder.apply("sub", left, right),
+            negative,
+            self._chain("add", positive),
+        )
+
+    def map_Mul(self, node: sympy.Mul) -> int:
+        if node.could_extract_minus_sign():
+            return self._builder.apply("neg", self(-node))
+        numerator, denominator = [], []
+        for factor in sorted(node.args, key=sympy.default_sort_key):
+            if factor.is_Rational and factor.q != 1:
+                numerator += [self(sympy.Integer(factor.p))] if factor.p != 1 else []
+                denominator.append(self(sympy.Integer(factor.q)))
+            elif factor.is_Pow and factor.exp.could_extract_minus_sign():
+                denominator.append(self(1 / factor))
+            else:
+                numerator.append(self(factor))
+        above = self._chain("mul", numerator) if numerator else self._builder.constant(1)
+        if not denominator:
+            return above
+        return self._builder.apply("div", above, self._chain("mul", denominator))
+
+    def map_Pow(self, node: sympy.Pow) -> int:
+        base, exponent = node.base, node.exp
+        if exponent == sympy.Rational(1, 2):
+            return self._builder.apply("sqrt", self(base))
+        if exponent.could_extract_minus_sign():
+            return self._builder.apply("div", self._builder.constant(1), self(base**-exponent))
+        if exponent.is_Integer and 1 < exponent <= _LARGEST_REPEATED_POWER:
+            return self._chain("mul", [self(base)] * int(exponent))
+        return self._builder.apply("pow", self(base), self(exponent))
+
+    def map_atan2(self, node: sympy.atan2) -> int:
+        return self._builder.apply("atan2", self(node.args[0]), self(node.args[1]))
+
+    def map_BooleanTrue(self, _: sympy.Basic) -> int:
+        return self._builder.constant(1)
+
+    def map_BooleanFalse(self, _: sympy.Basic) -> int:
+        return self._builder.constant(0)
+
+    def map_Piecewise(self, node: sympy.Piecewise) -> int:
+        *pairs, last = node.args
+        if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
+            raise ModelError(f"{node} is undefined in places; end it with (value, True).")
+        result = self(last.expr)
+        for value, condition in reversed(pairs):
+            result = self._builder.apply("select", self(condition), self(value), result)
+        return result
+
+    def map_ITE(self, node: sympy.ITE) -> int:
+        condition, value, otherwise = node.args
+        return self._builder.apply("select", self(condition), self(value), self(otherwise))
+
+    def _fold(self, operation: str, node: sympy.Basic) -> int:
+        return self._chain(
+            operation, [self(a) for a in sorted(node.args, key=sympy.default_sort_key)]
+        )
+
+    def _relation(self, operation: str, swapped: bool, node: sympy.Basic) -> int:
+        left, right = self(node.args[0]), self(node.args[1])
+        return self._builder.apply(operation, *((right, left) if swapped else (left, right)))
+
+    def _chain(self, operation: str, operands: list[int]) -> int:
+        return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)

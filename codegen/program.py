@@ -1,0 +1,176 @@
+"""Straight-line programs: what lies between SymPy and the text of any target.
+
+A program is a list of operations on scalars, each used by index and written once: equal operations
+share an index (value numbering), which is the common-subexpression elimination. A printer turns a
+program into text; a further target is a further printer.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+#: Operations and how many operands each takes.
+OPERATIONS = {
+    "input": 0,
+    "constant": 0,
+    "neg": 1,
+    "add": 2,
+    "sub": 2,
+    "mul": 2,
+    "div": 2,
+    "pow": 2,
+    "sqrt": 1,
+    "exp": 1,
+    "log": 1,
+    "sin": 1,
+    "cos": 1,
+    "tan": 1,
+    "asin": 1,
+    "acos": 1,
+    "atan": 1,
+    "atan2": 2,
+    "sinh": 1,
+    "cosh": 1,
+    "tanh": 1,
+    "abs": 1,
+    "sign": 1,
+    "min": 2,
+    "max": 2,
+    "lt": 2,
+    "le": 2,
+    "eq": 2,
+    "not": 1,
+    "and": 2,
+    "or": 2,
+    "select": 3,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """One operation: its name, the indices of its operands, and what a leaf holds."""
+
+    name: str
+    operands: tuple[int, ...] = ()
+    symbol: str = ""
+    value: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """An argument: a scalar when `elements` is just its own name, else a column vector."""
+
+    name: str
+    elements: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A result: operation indices in rows; a scalar, a row, a column or a matrix."""
+
+    name: str
+    rows: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Program:
+    """A function from scalars and vectors to matrices, without branches or loops."""
+
+    name: str
+    summary: str
+    inputs: tuple[Input, ...]
+    outputs: tuple[Output, ...]
+    operations: tuple[Operation, ...]
+
+    @property
+    def operation_count(self) -> int:
+        """Arithmetic operations, leaves not counted."""
+        return sum(bool(operation.operands) for operation in self.operations)
+
+
+@dataclass(slots=True)
+class Builder:
+    """Collects operations; equal ones get one index."""
+
+    inputs: list[Input] = field(default_factory=list)
+    outputs: list[Output] = field(default_factory=list)
+    operations: list[Operation] = field(default_factory=list)
+    _index: dict[Operation, int] = field(default_factory=dict)
+
+    def scalar(self, name: str) -> int:
+        """Declare a scalar argument."""
+        return self.vector(name, (name,))[0]
+
+    def vector(self, name: str, elements: Sequence[str]) -> tuple[int, ...]:
+        """Declare a vector argument with named elements."""
+        self.inputs.append(Input(name, tuple(elements)))
+        return tuple(self._intern(Operation("input", symbol=element)) for element in elements)
+
+    def constant(self, value: float) -> int:
+        """A literal number."""
+        return self._intern(Operation("constant", value=float(value), symbol=repr(float(value))))
+
+    def apply(self, name: str, *operands: int) -> int:
+        """Apply an operation to earlier results."""
+        if OPERATIONS[name] != len(operands):
+            raise TypeError(f"{name} takes {OPERATIONS[name]} operands, not {len(operands)}")
+        return self._intern(Operation(name, operands))
+
+    def inline(self, program: Program, *arguments: Sequence[int]) -> dict[str, tuple[int, ...]]:
+        """Copy another program's operations, its arguments bound to results of this one.
+
+        Returns
+        -------
+        dict
+            Indices of the outputs' elements, row by row.
+        """
+        bound = {
+            element: index
+            for port, indices in zip(program.inputs, arguments, strict=True)
+            for element, index in zip(port.elements, indices, strict=True)
+        }
+        here: list[int] = []
+        for operation in program.operations:
+            if operation.name == "input":
+                here.append(bound[operation.symbol])
+            else:
+                operands = tuple(here[i] for i in operation.operands)
+                here.append(
+                    self._intern(
+                        Operation(operation.name, operands, operation.symbol, operation.value)
+                    )
+                )
+        return {
+            port.name: tuple(here[i] for row in port.rows for i in row) for port in program.outputs
+        }
+
+    def output(self, name: str, rows: Sequence[Sequence[int]]) -> None:
+        """Declare a result."""
+        self.outputs.append(Output(name, tuple(map(tuple, rows))))
+
+    def program(self, name: str, summary: str) -> Program:
+        """Finish; operations that no output needs are left out."""
+        needed = {i for port in self.outputs for row in port.rows for i in row}
+        for index in range(len(self.operations) - 1, -1, -1):
+            if index in needed:
+                needed.update(self.operations[index].operands)
+        kept = sorted(needed)
+        renumbered = {old: new for new, old in enumerate(kept)}
+        return Program(
+            name=name,
+            summary=summary,
+            inputs=tuple(self.inputs),
+            outputs=tuple(
+                Output(port.name, tuple(tuple(renumbered[i] for i in row) for row in port.rows))
+                for port in self.outputs
+            ),
+            operations=tuple(
+                replace(op, operands=tuple(renumbered[i] for i in op.operands))
+                for op in (self.operations[i] for i in kept)
+            ),
+        )
+
+    def _intern(self, operation: Operation) -> int:
+        if operation not in self._index:
+            self._index[operation] = len(self.operations)
+            self.operations.append(operation)
+        return self._index[operation]

@@ -1,0 +1,145 @@
+"""The folder of generated code: write it, and prove that nothing in it is stale."""
+
+import difflib
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from axisid.modeling import Axis, UsageError, derive
+
+from .artefacts import MANIFEST, axis_artefacts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One file that is not as it would be generated.
+
+    Attributes
+    ----------
+    path : Path
+        The file, inside the folder.
+    state : str
+        ``missing``, ``stale`` or ``orphan``.
+    diff : str
+        Unified, from the file to what would be generated; empty for an orphan.
+    """
+
+    path: Path
+    state: str
+    diff: str = ""
+
+
+def expected_files(axes: Iterable[Axis]) -> dict[Path, str]:
+    """Return every generated file of the axes by its path in the folder.
+
+    Raises
+    ------
+    ModelError
+        An axis cannot be derived or lowered: nothing is generated for any.
+    UsageError
+        Two axes have one name.
+    """
+    files: dict[Path, str] = {}
+    for axis in axes:
+        for name, text in axis_artefacts(derive(axis)).items():
+            path = Path(axis.name) / name
+            if path in files:
+                raise UsageError(f"two axes are named {axis.name!r}; rename one of them.")
+            files[path] = text
+    return files
+
+
+def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
+    """Write what differs, each file complete or not at all; a manifest after its folder's files.
+
+    Returns
+    -------
+    list of Path
+        What was written, inside the folder.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    written = []
+    for path in sorted(files, key=lambda p: (p.parent, p.name == MANIFEST, p.name)):
+        if _read(folder / path) != files[path]:
+            try:
+                replace_file(folder / path, files[path])
+            except OSError as error:
+                raise UsageError(
+                    f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
+                    "Free the space or choose another folder with --output."
+                ) from error
+            written.append(path)
+    return written
+
+
+def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True) -> list[Finding]:
+    """Compare the folder with what would be generated.
+
+    Parameters
+    ----------
+    folder : Path
+    files : mapping of Path to str
+        From `expected_files`.
+    orphans : bool
+        Whether files that belong to none of the axes are findings.
+    """
+    findings = []
+    for path, text in sorted(files.items()):
+        found = _read(folder / path)
+        if found != text:
+            state = "missing" if found is None else "stale"
+            findings.append(Finding(path=path, state=state, diff=_diff(path, found or "", text)))
+    if orphans:
+        present = {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
+        ignored = {p for p in present if "__pycache__" in p.parts or p.name == "README.md"}
+        findings += [
+            Finding(path=path, state="orphan") for path in sorted(present - ignored - set(files))
+        ]
+    return findings
+
+
+def _read(path: Path) -> str | None:
+    try:
+        return path.read_bytes().decode()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except UnicodeDecodeError:
+        return ""
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a text file whole or not at all, through a temporary file beside it.
+
+    Raises
+    ------
+    OSError
+        The file system refuses; the file is as it was.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _diff(path: Path, found: str, wanted: str) -> str:
+    lines = difflib.unified_diff(
+        found.splitlines(keepends=True),
+        wanted.splitlines(keepends=True),
+        f"{path} (on disk)",
+        f"{path} (generated)",
+    )
+    return "".join(lines)

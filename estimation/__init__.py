@@ -1,0 +1,27 @@
+"""From a record to estimates. Dimensions: N samples, n rows, p parameters, m of the direct model.
+
+`Record` + `Prefilter` -> signals -> ``y``, ``X`` -> `Estimate`. No SymPy: the axis is its generated
+functions.
+"""
+
+from .closed_loop import Simulation as Simulation
+from .closed_loop import simulate as simulate
+from .covariance import delta_method as delta_method
+from .covariance import iid_covariance as iid_covariance
+from .errors import DataError as DataError
+from .errors import EstimationError as EstimationError
+from .estimate import Estimate as Estimate
+from .estimate import Iterate as Iterate
+from .estimate import Value as Value
+from .identification import METHODS as METHODS
+from .identification import identify as identify
+from .prefilter import Prefilter as Prefilter
+from .readers import read_record as read_record
+from .record import Provenance as Provenance
+from .record import Record as Record
+from .results import Identification as Identification
+from .signals import Signals as Signals
+from .signals import drive_force as drive_force
+from .summary import text_table as text_table
+from .twin import trajectory as trajectory
+from .twin import twin_record as twin_record

@@ -1,0 +1,24 @@
+"""One array type for the whole stage.
+
+Dimensions: N samples of a record, n rows of a regression, p physical parameters, m parameters of
+the direct model.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def frozen(values: ArrayLike) -> Array:
+    """A read-only float copy."""
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
+def relative_error_percent(error: Array, signal: Array) -> float:
+    """``100 ||error|| / ||signal||``."""
+    return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))

@@ -1,0 +1,55 @@
+"""The result object: estimates with what they were made from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from axisid.codegen import GeneratedAxis
+
+from .estimate import Estimate
+from .prefilter import Prefilter
+from .record import Record
+from .serialised import estimate_dict, prefilter_dict, record_dict
+from .summary import summary_text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identification:
+    """The estimates of one axis from one record.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    prefilter : Prefilter
+    estimates : mapping of str to Estimate
+        By method.
+    skipped : mapping of str to str
+        Methods that were not asked for by name and could not be run, with the reason.
+    """
+
+    axis: GeneratedAxis
+    record: Record
+    prefilter: Prefilter
+    estimates: Mapping[str, Estimate]
+    skipped: Mapping[str, str]
+
+    def __getitem__(self, method: str) -> Estimate:
+        return self.estimates[method]
+
+    def summary(self) -> str:
+        """The estimates side by side as text, with numbered notes."""
+        return summary_text(
+            self.axis, self.record, self.prefilter, tuple(self.estimates.values()), self.skipped
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``--json`` writes: plain numbers, texts and lists."""
+        return {
+            "axis": self.axis.axis.name,
+            "signature": self.axis.signature,
+            "record": record_dict(self.record),
+            "prefilter": prefilter_dict(self.prefilter, self.record.period),
+            "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
+            "skipped": dict(self.skipped),
+        }

@@ -1,0 +1,55 @@
+"""The five signals a regressor is made of, measured or simulated."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen import GeneratedAxis
+
+from .arrays import Array
+from .errors import DataError
+from .prefilter import Prefilter
+from .record import Record
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signals:
+    """Motion and force sample by sample, each (N,), SI.
+
+    `direction` is the friction direction: the sign of the velocity, and between -1 and 1 for an
+    axis that sticks.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    force: Array
+    direction: Array
+
+
+def drive_force(axis: GeneratedAxis, record: Record) -> Array:
+    """Force of the record, (N,): measured, or the drive's gain times the control."""
+    if record.force is not None:
+        return record.force
+    if record.control is None:
+        raise DataError(
+            f"{record.provenance.source} has neither a force nor a control column; name one with "
+            "--columns force=NAME or control=NAME."
+        )
+    return axis.axis.drive.gain * record.control
+
+
+def measured_signals(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Signals:
+    """Filtered motion beside the force, aligned as the prefilter says."""
+    prefilter.check(len(record), record.period)
+    position, velocity, acceleration = prefilter.motion(record.position, record.period)
+    force = drive_force(axis, record)
+    if prefilter.hold == "zoh":
+        force = (force + np.concatenate([force[:1], force[:-1]])) / 2
+    return Signals(
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        force=force,
+        direction=np.sign(velocity),
+    )

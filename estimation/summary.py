@@ -1,0 +1,134 @@
+"""Results as a table of plain text."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from axisid.codegen import GeneratedAxis
+
+from .estimate import Estimate, Value
+from .prefilter import Prefilter
+from .record import Record
+
+Row = Sequence[str]
+
+
+def summary_text(
+    axis: GeneratedAxis,
+    record: Record,
+    prefilter: Prefilter,
+    estimates: Sequence[Estimate],
+    skipped: Mapping[str, str],
+) -> str:
+    """Heading, one table for each model form, and numbered notes."""
+    blocks = [_heading(axis, record, prefilter)]
+    for form in ("idm", "ddm"):
+        of_form = [e for e in estimates if e.method.startswith(form)]
+        if of_form:
+            blocks.append(_estimates_table(of_form))
+    notes = [*_notes(estimates), *(f"{m} was not run: {why}" for m, why in skipped.items())]
+    blocks.append("\n".join(f"[{i}] {note}" for i, note in enumerate(notes, 1)))
+    return "\n\n".join(blocks) + "\n"
+
+
+def text_table(header: Row, rows: Iterable[Row]) -> str:
+    """Align columns: the first to the left, the others to the right."""
+    lines = [list(header), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+
+    def text(line: Row) -> str:
+        cells = [line[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)]
+        return "  ".join(cells).rstrip()
+
+    rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
+    return "\n".join([text(lines[0]), rule, *map(text, lines[1:])])
+
+
+def number_with_sd(value: Value) -> tuple[str, str, str]:
+    """Value, standard deviation and relative deviation, with digits as the deviation warrants."""
+    places = 4
+    if 0 < value.sd < math.inf:
+        places = min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
+    relative = value.relative_sd_percent
+    percent = f"{relative:.2f} %" if relative < 1e4 else ">9999 %"
+    return f"{value.value:.{places}f}", f"{value.sd:.{places}f}", percent
+
+
+def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
+    declared, f = axis.axis, prefilter
+    start, end = f.dropped(record.period)
+    force = {"raw": "as recorded", "zoh": "mean of the two held around a sample"}[f.hold]
+    rows = "every row" if f.decimate == 1 else f"one row in {f.decimate} ({f.decimation} alignment)"
+    return "\n".join(
+        [
+            f"axis       {declared.name}" + (f": {declared.title}" if declared.title else ""),
+            f"record     {record.provenance.source}, {len(record)} samples of "
+            f"{1e3 * record.period:.6g} ms",
+            f"prefilter  Butterworth {f.cutoff:g} Hz, order {f.order}; {rows}; {start} + {end} "
+            f"samples dropped; force {force}",
+            f"code       {axis.signature[:12]}",
+        ]
+    )
+
+
+def _estimates_table(estimates: Sequence[Estimate]) -> str:
+    header = ["", "unit"]
+    for estimate in estimates:
+        header += [estimate.method.upper(), "sd", "rel. sd"]
+    first = estimates[0]
+    rows = _value_rows(
+        [e.parameters for e in estimates], {q.name: q.name for q in first.quantities}
+    )
+    rows += _value_rows(
+        [e.ddm_parameters for e in estimates],
+        {q.name: f"{q.name} = {q.expression}" for q in first.ddm_quantities},
+    )
+    rows.append(_row("equation error", "%", [f"{e.equation_error_percent:.4f}" for e in estimates]))
+    rows.append(
+        _row(
+            "simulation error",
+            "%",
+            [
+                "-" if e.simulation_error_percent is None else f"{e.simulation_error_percent:.4f}"
+                for e in estimates
+            ],
+        )
+    )
+    rows.append(_row("rows", "", [str(len(e.y)) for e in estimates]))
+    rows.append(_row("condition number", "", [f"{e.condition_number:.3f}" for e in estimates]))
+    rows.append(
+        _row("iterations", "", [str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates])
+    )
+    return text_table(header, rows)
+
+
+def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str]) -> list[Row]:
+    rows: list[Row] = []
+    for name, label in labels.items():
+        cells = [label, columns[0][name].unit]
+        for column in columns:
+            cells += number_with_sd(column[name])
+        rows.append(cells)
+    return rows
+
+
+def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
+    return [label, unit, *(c for cell in cells for c in (cell, "", ""))]
+
+
+def _notes(estimates: Sequence[Estimate]) -> list[str]:
+    methods = [e.method for e in estimates]
+    notes = [f"sd: {estimates[0].covariance_name}."]
+    if any(method.startswith("ddm") for method in methods):
+        notes.append("sd of physical parameters from a direct model: delta method.")
+    notes.append(
+        "equation error ||y - X theta||/||y||: no quality measure of an IV estimate on noisy data. "
+        "simulation error ||y - y_simulated||/||y||: the closed loop simulated with the estimate."
+    )
+    if {"idm-iv", "ddm-iv"} <= set(methods):
+        notes.append(
+            "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
+            "is a self-test, not a second opinion."
+        )
+    notes += [f"{e.method}: {remark}." for e in estimates for remark in e.remarks]
+    return notes

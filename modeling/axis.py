@@ -1,0 +1,122 @@
+"""The declared axis: everything a user says, checked once."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import sympy
+
+from .control import ControlLaw
+from .drive import Drive
+from .errors import ModelError
+from .experiment import Experiment
+from .names import check_distinct, check_name
+from .symbols import Coordinate, Parameter
+from .units import Unit, parse_unit
+
+#: What a column of a record can be.
+ROLES = ("time", "position", "reference", "control", "force")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """A one-degree-of-freedom axis as declared; make one with `newton` or `lagrange`.
+
+    Attributes
+    ----------
+    name : str
+        Names the folder of its generated code.
+    coordinate : Coordinate
+        The degree of freedom.
+    parameters : tuple of Parameter
+        What is to be identified, in the order of every vector and table.
+    force : sympy.Expr
+        Inverse dynamics: the drive force that the motion needs, from position, velocity,
+        acceleration and the parameters.
+    drive : Drive
+        From control to force.
+    control : ControlLaw or None
+        The sampled law that closes the loop; instrumental variables need it.
+    columns : mapping of str to str
+        Column names of this axis's records by role (see `ROLES`).
+    experiment : Experiment or None
+        The motion of the axis's twin.
+    title : str
+        One line for tables.
+    """
+
+    name: str
+    coordinate: Coordinate
+    parameters: tuple[Parameter, ...]
+    force: sympy.Expr
+    drive: Drive
+    control: ControlLaw | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    experiment: Experiment | None = None
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "the axis")
+        object.__setattr__(self, "parameters", tuple(self.parameters))
+        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+        self._check_names()
+        self._check_symbols()
+        self._check_columns()
+        self._check_truth()
+
+    @property
+    def gain_unit(self) -> Unit:
+        """Unit of the drive gain."""
+        return parse_unit(f"{self.coordinate.force_unit}/{self.drive.unit}")
+
+    def _check_names(self) -> None:
+        q = self.coordinate
+        names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
+        names += [(p.name, "parameter") for p in self.parameters]
+        law = self.control.names if self.control else ()
+        names += [(name, "the control law's symbol") for name in law]
+        check_distinct(names)
+
+    def _check_symbols(self) -> None:
+        q = self.coordinate
+        declared = {p.symbol for p in self.parameters}
+        used = self.force.free_symbols
+        known = declared | {q.symbol, q.velocity, q.acceleration}
+        if unknown := sorted(map(str, used - known)):
+            raise ModelError(
+                f"axis {self.name!r}: the equation of motion has the unknown symbols "
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}. Declare "
+                "each unknown as a Parameter, and write the expression with the Parameter and "
+                "Coordinate objects rather than with symbols of the same name."
+            )
+        if unused := sorted(map(str, declared - used)):
+            raise ModelError(
+                f"axis {self.name!r}: the parameters {', '.join(unused)} are declared but do not "
+                "appear in the equation of motion. Use or remove them."
+            )
+        if not declared:
+            raise ModelError(f"axis {self.name!r} has no parameter to identify; declare one.")
+        if q.acceleration not in used:
+            raise ModelError(
+                f"axis {self.name!r}: the acceleration {q.acceleration} does not appear in the "
+                "equation of motion; an axis needs an inertia."
+            )
+
+    def _check_columns(self) -> None:
+        for role, column in self.columns.items():
+            if role not in ROLES or not isinstance(column, str):
+                raise ModelError(
+                    f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
+                    f"{', '.join(ROLES)}, each with the name of a column."
+                )
+
+    def _check_truth(self) -> None:
+        truth = self.experiment.truth if self.experiment else {}
+        names = [p.name for p in self.parameters]
+        for name, value in truth.items():
+            if name not in names or not math.isfinite(value):
+                raise ModelError(
+                    f"axis {self.name!r}: the experiment's truth has {name!r}: {value!r}; the "
+                    f"parameters are {', '.join(names)}, each with a finite value."
+                )

@@ -1,0 +1,25 @@
+"""The errors a user can meet, each with the exit code of the command line.
+
+Every message says what was given, what was expected and what to do. An exception that is not an
+`AxisidError` is a fault of the program, not of its user.
+"""
+
+from typing import ClassVar
+
+
+class AxisidError(ValueError):
+    """Base of all errors that speak to the user."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class UsageError(AxisidError):
+    """An option or argument is wrong in itself, whatever the axis and the record."""
+
+    exit_code = 2
+
+
+class ModelError(AxisidError):
+    """The declared axis is wrong, or cannot do what is asked of it."""
+
+    exit_code = 4

@@ -1,0 +1,45 @@
+"""Friction at rest: the velocity's sign becomes a variable of its own.
+
+Coulomb friction is set-valued at rest, so ``sign(dq)`` is replaced by the *friction direction*:
++1 or -1 while the axis slides, and between them while it sticks, such that the forces balance
+(Filippov). With it the model is smooth in each mode, and holds row by row for a stuck axis too.
+"""
+
+import sympy
+
+from .errors import ModelError
+from .symbols import DIRECTION
+
+_DISCONTINUOUS = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
+
+
+def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
+    """Rewrite ``sign(dq)``, ``Abs(dq)`` and ``Heaviside(dq)`` by the friction direction.
+
+    Powers are reduced by ``direction**2 = 1``, which holds while sliding and makes the force
+    affine in the direction, as Filippov's convex combination at rest asks.
+
+    Raises
+    ------
+    ModelError
+        The force jumps with the velocity in another way.
+    """
+    rewritten = force.subs(
+        {
+            sympy.sign(velocity): DIRECTION,
+            sympy.Abs(velocity): DIRECTION * velocity,
+            sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
+        }
+    )
+    rewritten = sympy.expand_mul(rewritten).replace(
+        lambda node: node.is_Pow and node.base == DIRECTION and node.exp.is_Integer,
+        lambda node: DIRECTION if node.exp % 2 else sympy.S.One,
+    )
+    for kind in _DISCONTINUOUS:
+        for node in rewritten.atoms(kind):
+            if velocity in node.free_symbols:
+                raise ModelError(
+                    f"the term {node} jumps with the velocity; write the jump with "
+                    f"sign({velocity}), so that the axis can stick there."
+                )
+    return rewritten

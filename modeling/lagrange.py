@@ -1,0 +1,62 @@
+"""Declare an axis by its energies."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import sympy
+
+from .axis import Axis
+from .symbols import Coordinate, Parameter, Symbolic, expression
+
+
+def lagrange(
+    name: str,
+    *,
+    coordinate: Coordinate,
+    parameters: Iterable[Parameter],
+    kinetic: sympy.Expr,
+    potential: sympy.Expr | float = 0,
+    dissipation: sympy.Expr | float = 0,
+    generalised_force: sympy.Expr | Symbolic | float = 0,
+    **declaration: Any,
+) -> Axis:
+    """Declare an axis by Lagrange's equation with a dissipation function.
+
+    ``d/dt(dT/d dq) - dT/dq + dV/dq + dD/d dq = tau + Q``.
+
+    Parameters
+    ----------
+    name : str
+        The axis's name.
+    coordinate : Coordinate
+        The degree of freedom.
+    parameters : iterable of Parameter
+        In the order of the tables.
+    kinetic, potential : expression
+        Energies T(q, dq) and V(q), J.
+    dissipation : expression
+        D(q, dq), W: ``Fv dq**2 / 2`` is viscous friction, ``Fc Abs(dq)`` Coulomb friction.
+    generalised_force : expression
+        Q, whatever else drives the axis, positive along the coordinate.
+    **declaration
+        The other attributes of `Axis`: drive, control, columns, experiment, title.
+
+    Raises
+    ------
+    ModelError
+        The declaration is contradictory.
+    """
+    q = coordinate
+    energy = expression(kinetic, "the kinetic energy")
+    stored = expression(potential, "the potential energy")
+    lost = expression(dissipation, "the dissipation function")
+    momentum = energy.diff(q.velocity)
+    force = (
+        momentum.diff(q.velocity) * q.acceleration
+        + momentum.diff(q.symbol) * q.velocity
+        - energy.diff(q.symbol)
+        + stored.diff(q.symbol)
+        + lost.diff(q.velocity)
+        - expression(generalised_force, "the generalised force")
+    )
+    return Axis(name=name, coordinate=q, parameters=tuple(parameters), force=force, **declaration)

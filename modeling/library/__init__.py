@@ -1,0 +1,22 @@
+"""Axes that ship: one module each, each with one `Axis` called ``axis``."""
+
+from importlib import import_module
+
+from axisid.modeling.axis import Axis
+
+#: Names of the library's axes, in the order of tables.
+LIBRARY = ("emps2015", "emps")
+
+
+def library_axis(name: str) -> Axis:
+    """Return the library axis of that name.
+
+    Raises
+    ------
+    KeyError
+        There is none.
+    """
+    if name not in LIBRARY:
+        raise KeyError(name)
+    axis: Axis = import_module(f"{__name__}.{name}").axis
+    return axis

@@ -1,0 +1,81 @@
+"""Find an axis by its name in the library, or in a Python file of the user's."""
+
+import runpy
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+from .axis import Axis
+from .errors import ModelError
+from .library import LIBRARY, library_axis
+
+
+def load_axis(name: str) -> Axis:
+    """Return a library axis by name, or the axis declared in a Python file.
+
+    Parameters
+    ----------
+    name : str
+        A name of the library (``emps``), ``FILE.py`` or ``FILE.py:VARIABLE`` where the file
+        declares several axes.
+
+    Raises
+    ------
+    ModelError
+        There is no such axis, or the file does not import or declares none.
+    """
+    if name in LIBRARY:
+        return library_axis(name)
+    path, _, variable = name.partition(".py:")
+    file = Path(f"{path}.py" if variable else name)
+    if file.suffix != ".py":
+        raise ModelError(
+            f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
+            "Python file that declares one, such as my_axis.py."
+        )
+    if not file.is_file():
+        raise ModelError(f"there is no axis file {str(file)!r}; check the path.")
+    return _only_axis(_run(file), file, variable)
+
+
+def _run(file: Path) -> dict[str, Any]:
+    """Names that the file binds. It is run from its text: compiled files may be of an older one."""
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
+    except ModelError as error:
+        raise ModelError(f"{file}, {_line(error, file)}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise ModelError(
+            f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}"
+        ) from error
+    finally:
+        sys.path.pop(0)
+
+
+def _line(error: BaseException, file: Path) -> str:
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f"line {error.lineno}"
+    own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == file]
+    return f"line {own[-1].lineno}" if own else "an unknown line"
+
+
+def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
+    axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
+    if variable:
+        if variable not in axes:
+            raise ModelError(f"{file} has no axis {variable!r}; it has {_listed(axes)}.")
+        return axes[variable]
+    distinct = {id(axis): axis for axis in axes.values()}
+    if len(distinct) == 1:
+        return next(iter(axes.values()))
+    if "axis" in axes:
+        return axes["axis"]
+    what = f"declares {_listed(axes)}" if axes else "declares no axis"
+    fix = f"choose one with {file}:NAME" if axes else "bind the result of newton(...) to a name"
+    raise ModelError(f"{file} {what}; {fix}.")
+
+
+def _listed(axes: dict[str, Axis]) -> str:
+    return ", ".join(axes) or "none"

@@ -1,0 +1,71 @@
+"""Which names a declaration may use.
+
+Names travel into generated Python and C text, so they are checked once, at declaration.
+"""
+
+import keyword
+import re
+from collections.abc import Iterable
+
+from .errors import ModelError
+
+_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
+
+_C_KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if "
+    "inline int long register restrict return short signed sizeof static struct switch typedef "
+    "union unsigned void volatile while bool true false nullptr main".split()
+)
+# Functions of <math.h> and of CasADi that generated text may call.
+_FUNCTIONS = frozenset(
+    "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax sign abs min "
+    "max".split()
+)
+# Arguments of the generated functions; `null jac hess` mean something to CasADi.
+RESERVED = frozenset(
+    "tau direction parameters ddm_parameters reference measured_position measured_velocity "
+    "position_noise control state next_state step period casadi null jac hess".split()
+)
+
+
+def check_name(name: str, what: str) -> None:
+    """Refuse a name that generated text could not carry.
+
+    Raises
+    ------
+    ModelError
+        The name is malformed, a keyword of C or Python, a function, or reserved.
+    """
+    if not isinstance(name, str) or not _PATTERN.fullmatch(name):
+        raise ModelError(
+            f"{what} is named {name!r}; a name is a letter followed by at most 30 letters, digits "
+            "or underscores. Choose another name."
+        )
+    taken = {
+        "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),
+        "a keyword of C": _C_KEYWORDS,
+        "a mathematical function": _FUNCTIONS,
+        "reserved for the generated functions": RESERVED,
+    }
+    for reason, names in taken.items():
+        if name in names:
+            raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")
+
+
+def check_distinct(names: Iterable[tuple[str, str]]) -> None:
+    """Refuse two names that are equal, or differ only by case.
+
+    Parameters
+    ----------
+    names : iterable of (name, what)
+        `what` says what carries the name, for the message.
+    """
+    seen: dict[str, tuple[str, str]] = {}
+    for name, what in names:
+        if name.lower() in seen:
+            first, owner = seen[name.lower()]
+            but = "" if name == first else " but for case"
+            raise ModelError(
+                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one."
+            )
+        seen[name.lower()] = (name, what)

@@ -1,0 +1,169 @@
+"""The quantities a declaration is written in: the coordinate and the parameters.
+
+Both stand in SymPy expressions as they are: ``M * q.acceleration + Fv * q.velocity``.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from .errors import ModelError
+from .names import check_name
+from .units import Unit, parse_unit
+
+#: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
+FORCE = sympy.Symbol("tau", real=True)
+#: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
+DIRECTION = sympy.Symbol("direction", real=True)
+
+
+class Symbolic(ABC):
+    """Arithmetic with SymPy for an object that stands for one symbol."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol this object stands for."""
+
+    def _sympy_(self) -> sympy.Symbol:
+        return self.symbol
+
+    def __add__(self, other: Any) -> sympy.Expr:
+        return self.symbol + other
+
+    def __radd__(self, other: Any) -> sympy.Expr:
+        return other + self.symbol
+
+    def __sub__(self, other: Any) -> sympy.Expr:
+        return self.symbol - other
+
+    def __rsub__(self, other: Any) -> sympy.Expr:
+        return other - self.symbol
+
+    def __mul__(self, other: Any) -> sympy.Expr:
+        return self.symbol * other
+
+    def __rmul__(self, other: Any) -> sympy.Expr:
+        return other * self.symbol
+
+    def __truediv__(self, other: Any) -> sympy.Expr:
+        return self.symbol / other
+
+    def __rtruediv__(self, other: Any) -> sympy.Expr:
+        return other / self.symbol
+
+    def __pow__(self, other: Any) -> sympy.Expr:
+        return self.symbol**other
+
+    def __neg__(self) -> sympy.Expr:
+        return -self.symbol
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate(Symbolic):
+    """The one degree of freedom.
+
+    Attributes
+    ----------
+    name : str
+        Name of the position; velocity and acceleration are ``d<name>`` and ``dd<name>``.
+    unit : str
+        ``m`` for a linear axis, ``rad`` for a rotary one.
+    """
+
+    name: str
+    unit: str = "m"
+
+    def __post_init__(self) -> None:
+        for name in (self.name, f"d{self.name}", f"dd{self.name}"):
+            check_name(name, "the coordinate")
+        if self.unit not in ("m", "rad"):
+            raise ModelError(
+                f"coordinate {self.name!r} has the unit {self.unit!r}; use 'm' for a linear axis "
+                "or 'rad' for a rotary one."
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """Position."""
+        return sympy.Symbol(self.name, real=True)
+
+    @property
+    def velocity(self) -> sympy.Symbol:
+        """First derivative with respect to time."""
+        return sympy.Symbol(f"d{self.name}", real=True)
+
+    @property
+    def acceleration(self) -> sympy.Symbol:
+        """Second derivative with respect to time."""
+        return sympy.Symbol(f"dd{self.name}", real=True)
+
+    @property
+    def force_unit(self) -> Unit:
+        """Unit of the force that does work along the coordinate."""
+        return parse_unit("N" if self.unit == "m" else "N m")
+
+    @property
+    def acceleration_unit(self) -> Unit:
+        """Unit of the acceleration."""
+        return parse_unit(f"{self.unit}/s^2")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Symbolic):
+    """A physical parameter to be identified.
+
+    Attributes
+    ----------
+    name, unit : str
+        Symbol and coherent SI unit, e.g. ``"Fv", "N/(m/s)"``.
+    nominal : float
+        A-priori value (CAD, data sheet), in `unit`. The instrumental-variable iteration starts
+        here, so the inertia needs one; friction and offsets may start from 0.
+    lower, upper : float
+        Physical bounds. An estimate outside is reported, never clipped.
+    description : str
+        A few words for tables.
+    """
+
+    name: str
+    unit: str
+    nominal: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "a parameter")
+        parse_unit(self.unit)
+        if not math.isfinite(self.nominal):
+            raise ModelError(f"parameter {self.name!r}: nominal value {self.nominal!r} not finite.")
+        if not self.lower <= self.nominal <= self.upper:
+            raise ModelError(
+                f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
+                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol."""
+        return sympy.Symbol(self.name, real=True)
+
+
+def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
+    """A SymPy expression from what a declaration may give; text is refused (it could run code)."""
+    if isinstance(value, Symbolic):
+        return value.symbol
+    if isinstance(value, sympy.Expr):
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
+    raise ModelError(
+        f"{what} is {value!r} ({type(value).__name__}); give a number or a SymPy expression of "
+        "Parameter and Coordinate objects."
+    )

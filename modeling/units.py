@@ -1,0 +1,143 @@
+"""Coherent SI units as exponents of metre, kilogram, second and ampere.
+
+Inside the program every number is a plain SI float; a unit only labels it. The whitelist closes
+the traps of general unit parsers: `Nm` is a newton metre, and an angle is in radians, which SI
+counts as a number.
+"""
+
+import re
+from dataclasses import dataclass
+
+from .errors import ModelError
+
+_BASE = ("kg", "m", "s", "A")
+_Exponents = tuple[int, int, int, int]
+
+_SYMBOLS: dict[str, _Exponents] = {
+    "1": (0, 0, 0, 0),
+    "rad": (0, 0, 0, 0),
+    "kg": (1, 0, 0, 0),
+    "m": (0, 1, 0, 0),
+    "s": (0, 0, 1, 0),
+    "A": (0, 0, 0, 1),
+    "N": (1, 1, -2, 0),
+    "Nm": (1, 2, -2, 0),
+    "J": (1, 2, -2, 0),
+    "W": (1, 2, -3, 0),
+    "V": (1, 2, -3, -1),
+}
+_TOKEN = re.compile(r"\s*(\*\*|[*/^()·]|-?\d+|[A-Za-z]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A coherent SI unit.
+
+    Attributes
+    ----------
+    text : str
+        As the user wrote it, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
+    exponents : tuple of int
+        Of kilogram, metre, second, ampere.
+    """
+
+    text: str
+    exponents: _Exponents
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __mul__(self, other: "Unit") -> "Unit":
+        return _canonical(_combine(self.exponents, other.exponents, 1))
+
+    def __truediv__(self, other: "Unit") -> "Unit":
+        return _canonical(_combine(self.exponents, other.exponents, -1))
+
+    def same_dimension(self, other: "Unit") -> bool:
+        """Whether both measure the same kind of quantity."""
+        return self.exponents == other.exponents
+
+
+def parse_unit(text: str) -> Unit:
+    """Read a unit such as ``kg``, ``N/(m/s)``, ``N m/rad`` or ``m/s^2``.
+
+    Raises
+    ------
+    ModelError
+        A symbol is not on the whitelist, or the text is not a product of powers.
+    """
+    if not isinstance(text, str) or not text.strip():
+        raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {text!r}.")
+    exponents, rest = _product(_tokens(text), text)
+    if rest:
+        raise _malformed(text, rest[0])
+    return Unit(text.strip(), exponents)
+
+
+def _tokens(text: str) -> list[str]:
+    tokens, position = [], 0
+    while position < len(text.rstrip()):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise _malformed(text, text[position])
+        tokens.append(match[1])
+        position = match.end()
+    return tokens
+
+
+def _product(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
+    total, tokens = _factor(tokens, text)
+    while tokens and tokens[0] != ")":
+        operator, sign = tokens[0], 1
+        if operator in ("*", "·", "/"):
+            tokens, sign = tokens[1:], -1 if operator == "/" else 1
+        factor, tokens = _factor(tokens, text)
+        total = _combine(total, factor, sign)
+    return total, tokens
+
+
+def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
+    if not tokens:
+        raise _malformed(text, "its end")
+    head, tokens = tokens[0], tokens[1:]
+    if head == "(":
+        base, tokens = _product(tokens, text)
+        if not tokens:
+            raise _malformed(text, "its end")
+        tokens = tokens[1:]
+    elif head in _SYMBOLS:
+        base = _SYMBOLS[head]
+    else:
+        raise _malformed(text, head)
+    power = 1
+    if tokens and tokens[0] in ("^", "**"):
+        if len(tokens) < 2 or not re.fullmatch(r"-?\d", tokens[1]):
+            raise _malformed(text, tokens[0])
+        power, tokens = int(tokens[1]), tokens[2:]
+    return _combine((0, 0, 0, 0), base, power), tokens
+
+
+def _combine(left: _Exponents, right: _Exponents, power: int) -> _Exponents:
+    a, b, c, d = (x + power * y for x, y in zip(left, right, strict=True))
+    return (a, b, c, d)
+
+
+def _canonical(exponents: _Exponents) -> Unit:
+    def text(sign: int) -> str:
+        return " ".join(
+            base if abs(power) == 1 else f"{base}^{abs(power)}"
+            for base, power in zip(_BASE, exponents, strict=True)
+            if power * sign > 0
+        )
+
+    above, below = text(1) or "1", text(-1)
+    if not below:
+        return Unit(above, exponents)
+    return Unit(f"{above}/({below})" if " " in below else f"{above}/{below}", exponents)
+
+
+def _malformed(text: str, where: str) -> ModelError:
+    return ModelError(
+        f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
+        f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'."
+    )

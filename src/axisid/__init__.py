@@ -1,0 +1,87 @@
+"""axisid: from the equation of motion of a one-degree-of-freedom axis to trustworthy parameters.
+
+Declare an axis with `newton` or `lagrange` (or take one of the library with `load_axis`), read a
+record, choose a `Prefilter`, `identify`. Names are imported when first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from axisid.codegen import GeneratedAxis as GeneratedAxis
+    from axisid.codegen import build as build
+    from axisid.estimation import METHODS as METHODS
+    from axisid.estimation import DataError as DataError
+    from axisid.estimation import Estimate as Estimate
+    from axisid.estimation import EstimationError as EstimationError
+    from axisid.estimation import Identification as Identification
+    from axisid.estimation import Prefilter as Prefilter
+    from axisid.estimation import Record as Record
+    from axisid.estimation import Simulation as Simulation
+    from axisid.estimation import delta_method as delta_method
+    from axisid.estimation import identify as identify
+    from axisid.estimation import read_record as read_record
+    from axisid.estimation import simulate as simulate
+    from axisid.estimation import twin_record as twin_record
+    from axisid.modeling import LIBRARY as LIBRARY
+    from axisid.modeling import MEASURED_POSITION as MEASURED_POSITION
+    from axisid.modeling import MEASURED_VELOCITY as MEASURED_VELOCITY
+    from axisid.modeling import PERIOD as PERIOD
+    from axisid.modeling import REFERENCE as REFERENCE
+    from axisid.modeling import Axis as Axis
+    from axisid.modeling import AxisidError as AxisidError
+    from axisid.modeling import AxisModel as AxisModel
+    from axisid.modeling import ControlLaw as ControlLaw
+    from axisid.modeling import Coordinate as Coordinate
+    from axisid.modeling import Drive as Drive
+    from axisid.modeling import Experiment as Experiment
+    from axisid.modeling import Memory as Memory
+    from axisid.modeling import ModelError as ModelError
+    from axisid.modeling import Move as Move
+    from axisid.modeling import Parameter as Parameter
+    from axisid.modeling import UsageError as UsageError
+    from axisid.modeling import back_and_forth as back_and_forth
+    from axisid.modeling import cascade_pd as cascade_pd
+    from axisid.modeling import cascade_pd_averaged as cascade_pd_averaged
+    from axisid.modeling import coulomb as coulomb
+    from axisid.modeling import derive as derive
+    from axisid.modeling import gain as gain
+    from axisid.modeling import lagrange as lagrange
+    from axisid.modeling import load_axis as load_axis
+    from axisid.modeling import newton as newton
+    from axisid.modeling import offset as offset
+    from axisid.modeling import spring as spring
+    from axisid.modeling import viscous as viscous
+
+# The same names by stage: a test compares this table with the imports above.
+_STAGES = {
+    "axisid.modeling": (
+        "Axis AxisModel AxisidError ControlLaw Coordinate Drive Experiment LIBRARY "
+        "MEASURED_POSITION MEASURED_VELOCITY Memory ModelError Move PERIOD Parameter REFERENCE "
+        "UsageError back_and_forth cascade_pd cascade_pd_averaged coulomb derive gain lagrange "
+        "load_axis newton offset spring viscous"
+    ),
+    "axisid.codegen": "GeneratedAxis build",
+    "axisid.estimation": (
+        "DataError Estimate EstimationError Identification METHODS Prefilter Record Simulation "
+        "delta_method identify read_record simulate twin_record"
+    ),
+}
+_HOME = {name: stage for stage, names in _STAGES.items() for name in names.split()}
+
+__all__ = ["__version__", *sorted(_HOME)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its stage when it is first used."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'axisid' has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,5 @@
+"""``python -m axisid`` is the command line."""
+
+from axisid.cli import main
+
+main()

@@ -1,0 +1,243 @@
+"""The command line. Stages are imported by the commands that need them, so that help is instant.
+
+Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 data, 4 model,
+6 estimation.
+"""
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from axisid import __version__
+
+if TYPE_CHECKING:
+    from axisid.estimation import Identification, Prefilter
+
+_METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done, 1 stale code or internal fault, 2 usage, 3 data, 4 model, "
+    "6 estimation.",
+)
+@click.version_option(__version__, prog_name="axisid", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Identify one-degree-of-freedom electromechanical axes, from Newton to trustworthy numbers."""
+
+
+def main() -> NoReturn:
+    """Run the command line: every failure is one sentence on stderr and an exit code."""
+    try:
+        cli.main(prog_name="axisid", standalone_mode=True)
+    except Exception as error:
+        # Only an error that speaks to the user carries an exit code.
+        code = getattr(error, "exit_code", None)
+        if code is None:
+            if os.environ.get("AXISID_DEBUG"):
+                raise
+            click.echo(
+                f"axisid: internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for "
+                "the traceback and report it.",
+                err=True,
+            )
+            sys.exit(1)
+        click.echo(f"axisid: {error}", err=True)
+        sys.exit(code)
+    sys.exit(0)
+
+
+@cli.command(epilog="Example: axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json")
+@click.argument("axis")
+@click.argument("record", required=False)
+@click.option(
+    "--method",
+    type=click.Choice([*_METHODS, "all"]),
+    default="all",
+    show_default=True,
+    help="Estimator; all runs what axis and record allow and says what it left out.",
+)
+@click.option("--cutoff", type=float, metavar="HZ", help="Butterworth low-pass.  [default: 60]")
+@click.option("--order", type=int, metavar="N", help="Its order.  [default: 4]")
+@click.option("--decimate", type=int, metavar="N", help="Keep one row in N.  [default: 10]")
+@click.option(
+    "--decimation",
+    type=click.Choice(["matlab", "scipy"]),
+    help="Rows aligned to the record's end or start.  [default: matlab]",
+)
+@click.option(
+    "--drop",
+    type=int,
+    nargs=2,
+    metavar="START END",
+    help="Samples left out at both ends.  [default: the filter's transient]",
+)
+@click.option(
+    "--hold",
+    type=click.Choice(["raw", "zoh"]),
+    help="zoh pairs motion with the mean of the forces held around a sample.  [default: raw]",
+)
+@click.option(
+    "--sample-period", type=float, metavar="S", help="In place of the time column's mean step."
+)
+@click.option(
+    "--columns",
+    metavar="ROLE=NAME,...",
+    help="Column names; roles: time, position, reference, control, force.",
+)
+@click.option(
+    "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
+)
+def identify(
+    axis: str,
+    record: str | None,
+    method: str,
+    sample_period: float | None,
+    columns: str | None,
+    json_file: str | None,
+    **settings: Any,
+) -> None:
+    """Identify AXIS from RECORD, or from its built-in twin if no record is given.
+
+    AXIS is a name of the library (emps2015, emps) or a Python file that declares one. RECORD is a
+    .csv with a header row or a .mat file; values are SI.
+    """
+    prefilter = _prefilter(settings)
+    roles = _roles(columns)
+    _check_json(json_file)
+
+    from axisid.codegen import build
+    from axisid.estimation import identify as run
+    from axisid.estimation import read_record, twin_record
+    from axisid.modeling import UsageError, load_axis
+
+    declared = load_axis(axis)
+    generated = build(declared)
+    if record is None:
+        if sample_period is not None or columns:
+            raise UsageError("--sample-period and --columns describe a record; name its file.")
+        data = twin_record(generated)
+    else:
+        data = read_record(record, declared, columns=roles, sample_period=sample_period)
+    result = run(generated, data, prefilter, None if method == "all" else [method])
+    _report(result, json_file)
+
+
+@cli.command(epilog="Example: axisid generate --check")
+@click.argument("axes", nargs=-1)
+@click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default="generated",
+    show_default=True,
+    help="Folder of the generated code.",
+)
+def generate(axes: tuple[str, ...], check: bool, output: Path) -> None:
+    """Rewrite the generated code of AXES, by default of the whole library.
+
+    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
+    of the library or Python files that declare an axis.
+    """
+    from axisid.codegen import check_files, expected_files, write_files
+    from axisid.modeling import LIBRARY, load_axis
+
+    files = expected_files([load_axis(name) for name in axes or LIBRARY])
+    if not check:
+        written = write_files(output, files)
+        for path in written:
+            click.echo(f"wrote {output / path}")
+        click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
+        return
+    findings = check_files(output, files, orphans=not axes)
+    for finding in findings:
+        click.echo(f"{finding.state}: {output / finding.path}")
+        if finding.diff:
+            click.echo(finding.diff)
+    if findings:
+        orphan = any(finding.state == "orphan" for finding in findings)
+        command = " ".join(["axisid generate", *axes, *_output_option(output)])
+        remove = " and remove the orphans" if orphan else ""
+        click.echo(f"{len(findings)} files are not as generated; run: {command}{remove}", err=True)
+        sys.exit(1)
+    click.echo(f"{len(files)} files are current.")
+
+
+@cli.command(epilog="Example: axisid paper --output results")
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Also write the tables, the figures and the results as JSON into this folder.",
+)
+def paper(output: Path | None) -> None:
+    """Identify the twin of the paper's axis by all four methods under both filters.
+
+    Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
+    """
+    from axisid.paper import run_study, study_tables, write_study
+
+    study = run_study()
+    click.echo(study_tables(study))
+    if output is not None:
+        for path in write_study(study, output):
+            click.echo(f"wrote {path}")
+
+
+def _prefilter(settings: dict[str, Any]) -> "Prefilter":
+    from axisid.estimation import Prefilter
+
+    return Prefilter(**{name: value for name, value in settings.items() if value is not None})
+
+
+def _roles(columns: str | None) -> dict[str, str]:
+    roles: dict[str, str] = {}
+    for pair in columns.split(",") if columns else ():
+        role, equals, name = (part.strip() for part in pair.partition("="))
+        if not equals or not role or not name or role in roles:
+            raise click.BadParameter(
+                f"{pair!r} is not ROLE=NAME with each role once, as in time=t,position=qm",
+                param_hint="--columns",
+            )
+        roles[role] = name
+    return roles
+
+
+def _check_json(json_file: str | None) -> None:
+    """Refuse a place that cannot be written to before anything is computed."""
+    if json_file not in (None, "-") and not Path(str(json_file)).parent.is_dir():
+        raise click.BadParameter(
+            f"the folder of {json_file!r} does not exist; make it first", param_hint="--json"
+        )
+
+
+def _report(result: "Identification", json_file: str | None) -> None:
+    if json_file == "-":
+        click.echo(_json(result))
+        for method, reason in result.skipped.items():
+            click.echo(f"axisid: {method} was not run: {reason}", err=True)
+        return
+    click.echo(result.summary(), nl=False)
+    if json_file is not None:
+        _write(Path(json_file), _json(result) + "\n")
+
+
+def _json(result: "Identification") -> str:
+    return json.dumps(result.to_dict(), indent=2, allow_nan=False)
+
+
+def _write(path: Path, text: str) -> None:
+    from axisid.codegen import replace_file
+    from axisid.modeling import UsageError
+
+    try:
+        replace_file(path, text)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def _output_option(output: Path) -> list[str]:
+    return [] if output == Path("generated") else [f"--output {output}"]

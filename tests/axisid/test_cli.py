@@ -1,0 +1,344 @@
+"""The command line: contract, exit codes, one sentence on stderr, nothing half-written."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import __version__
+from axisid.estimation import Record
+
+Run = Callable[..., tuple[int, str, str]]
+
+N = 2000
+
+
+@pytest.fixture
+def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
+    """A log of the paper's twin with some columns changed."""
+    assert twin.reference is not None
+    assert twin.control is not None
+    columns = {
+        "time": twin.time[:N],
+        "reference": twin.reference[:N],
+        "position": twin.position[:N],
+        "control": twin.control[:N],
+    }
+
+    def write(name: str = "log.csv", **changes: Any) -> Path:
+        table = {k: v for k, v in {**columns, **changes}.items() if v is not None}
+        file = tmp_path / name
+        np.savetxt(
+            file,
+            np.column_stack(list(table.values())),
+            delimiter=",",
+            header=",".join(table),
+            comments="",
+        )
+        return file
+
+    return write
+
+
+def test_json_keeps_its_contract(run: Run) -> None:
+    code, out, err = run("identify", "emps2015", "--json", "-")
+    assert (code, err) == (0, "")
+    result = json.loads(out)
+    assert {"axis", "record", "prefilter", "estimates"} <= set(result)
+    assert result["axis"] == "emps2015"
+    assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    for estimate in result["estimates"]:
+        assert set(estimate["parameters"]) == {"M", "Fv", "Fc"}
+        for value in estimate["parameters"].values():
+            assert set(value) == {"value", "unit", "sd", "relative_sd_percent"}
+        assert np.shape(estimate["covariance"]) == (3, 3)
+        deviations = np.sqrt(np.diag(estimate["covariance"]))
+        assert deviations == pytest.approx([v["sd"] for v in estimate["parameters"].values()])
+        direct = estimate["method"].startswith("ddm")
+        assert (estimate["theta_ddm"] is not None) == direct
+        if direct:
+            assert list(estimate["theta_ddm"]) == ["theta1", "theta2", "theta3"]
+        assert estimate["equation_error_percent"] > 0
+        assert estimate["simulation_error_percent"] > 0
+        assert estimate["rows"] > 700
+        assert estimate["condition_number"] > 1
+        iterations = estimate["iterations"]
+        assert all(set(i) == {"M", "Fv", "Fc"} for i in iterations)
+        assert bool(iterations) == estimate["method"].endswith("iv")
+        if iterations:
+            assert iterations[0] == {"M": 100.0, "Fv": 0.0, "Fc": 0.0}
+            assert iterations[-1]["M"] == estimate["parameters"]["M"]["value"]
+
+
+def test_json_file_is_written_beside_the_table(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    code, out, _ = run("identify", "emps2015", "--method", "idm-ls", "--json", file)
+    assert code == 0
+    assert "IDM-LS" in out
+    assert json.loads(file.read_text())["estimates"][0]["method"] == "idm-ls"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> None:
+    options = (
+        "--method idm-ls --cutoff 50 --order 3 --decimate 4 --decimation scipy --drop 20 30 "
+        "--hold zoh --sample-period 1e-3 --json -"
+    )
+    code, out, _ = run("identify", "emps2015", log(), *options.split())
+    assert code == 0
+    assert json.loads(out)["prefilter"] == {
+        "cutoff": 50.0,
+        "order": 3,
+        "decimate": 4,
+        "decimation": "scipy",
+        "drop": [20, 30],
+        "hold": "zoh",
+    }
+
+
+def test_the_table_names_covariance_filter_rows_and_code(run: Run) -> None:
+    _, out, _ = run("identify", "emps2015")
+    for part in ("i.i.d.", "n - 1", "Butterworth 60 Hz", "samples dropped", "rows", "delta method"):
+        assert part in out
+    lines = [line.split() for line in out.splitlines()]
+    assert [line[:2] for line in lines if line[:1] == ["Fv"]] == [["Fv", "N/(m/s)"]] * 2
+
+
+def spoiled(values: np.ndarray, row: int, value: float) -> np.ndarray:
+    copy = values.copy()
+    copy[row] = value
+    return copy
+
+
+def bad_logs(twin: Record) -> dict[str, tuple[dict[str, Any], str]]:
+    t, q = twin.time[:N], twin.position[:N]
+    short = slice(0, 60)
+    assert twin.reference is not None
+    assert twin.control is not None
+    return {
+        "nan": ({"position": spoiled(q, 41, np.nan)}, "position is nan in row 42"),
+        "inf": ({"control": spoiled(twin.control[:N], 6, np.inf)}, "control is inf in row 7"),
+        "time back": ({"time": spoiled(t, 99, 0.0)}, "time does not increase in row 100"),
+        "gap": ({"time": t + (t > 1.0)}, "time step before row"),
+        "constant": ({"position": 0 * q}, "position is 0 in every row"),
+        "no force": ({"control": None}, "neither a force nor a control column"),
+        "no position": ({"position": None, "angle": q}, "found time, reference, control, angle"),
+        "short": (
+            {
+                "time": t[short],
+                "position": q[short],
+                "reference": twin.reference[short],
+                "control": twin.control[short],
+            },
+            "the record has 60 samples; the filters' transients take",
+        ),
+    }
+
+
+@pytest.mark.parametrize(
+    "case", ["nan", "inf", "time back", "gap", "constant", "no force", "no position", "short"]
+)
+def test_bad_data_exits_3_with_one_sentence(
+    run: Run, log: Callable[..., Path], twin: Record, case: str
+) -> None:
+    changes, message = bad_logs(twin)[case]
+    code, out, err = run("identify", "emps2015", log(**changes))
+    assert (code, out) == (3, "")
+    assert message in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["emps2015", "absent.csv"], 3, "absent.csv cannot be read"),
+        (["nosuch"], 4, "there is no axis 'nosuch'"),
+        (["emps2015", "--cutoff", "600"], 2, "not below 500 Hz"),
+        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0 Hz"),
+        (["emps2015", "--decimate", "0"], 2, "the decimation is 0"),
+        (["emps2015", "--order", "0"], 2, "the filter order is 0"),
+        (["emps2015", "--drop", "-1", "0"], 2, "rows to drop"),
+        (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
+        (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),
+        (["emps2015", "--columns", "time"], 2, "not ROLE=NAME"),
+        (["emps2015", "--sample-period", "1"], 2, "describe a record"),
+        (["emps2015", "--json", "no/such/folder/x.json"], 2, "does not exist"),
+        (["emps2015", "--drop", "7000", "0", "--decimate", "700"], 3, "transients take"),
+        ([], 2, "Missing argument"),
+        (["emps2015", "--nonsense"], 2, "No such option"),
+    ],
+)
+def test_bad_arguments_are_explained(
+    run: Run, arguments: list[str], code: int, message: str
+) -> None:
+    got, out, err = run("identify", *arguments)
+    assert (got, out) == (code, "")
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_instruments_without_a_reference_column(run: Run, log: Callable[..., Path]) -> None:
+    file = log(reference=None)
+    code, _, err = run("identify", "emps2015", file, "--method", "idm-iv")
+    assert code == 3
+    assert "no reference column" in err
+    code, out, _ = run("identify", "emps2015", file, "--json", "-")
+    assert code == 0
+    assert set(json.loads(out)["skipped"]) == {"idm-iv", "ddm-iv"}
+
+
+NO_LAW = """
+from axisid import Coordinate, Drive, Parameter, newton, viscous
+q = Coordinate("q")
+M, Fv = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)")
+axis = newton("bare", coordinate=q, parameters=(M, Fv), inertia=M, resistance=(viscous(Fv, q),),
+              drive=Drive(gain=35.15))
+"""
+
+
+def test_instruments_without_a_control_law_exit_4(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "bare.py").write_text(NO_LAW)
+    code, _, err = run("identify", tmp_path / "bare.py", log(), "--method", "ddm-iv")
+    assert code == 4
+    assert "no control law" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nonsense_xyz", "does not import"),
+        (NO_LAW.replace("viscous(Fv, q)", "M*Fv*q.velocity"), "see the term Fv*M*dq"),
+        (NO_LAW.replace('"Fv"', '"double"'), "keyword of C"),
+    ],
+)
+def test_bad_axes_exit_4(run: Run, tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "bad.py").write_text(text)
+    code, _, err = run("identify", tmp_path / "bad.py", "log.csv")
+    assert code == 4
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_rank_deficiency_exits_6_and_names_the_combination(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    two = NO_LAW.replace("M, Fv =", "M, Fv, M2 =").replace(
+        'Parameter("Fv", "N/(m/s)")', 'Parameter("Fv", "N/(m/s)"), Parameter("M2", "kg")'
+    )
+    two = two.replace("(M, Fv)", "(M, Fv, M2)").replace("inertia=M,", "inertia=M + 4*M2,")
+    (tmp_path / "two.py").write_text(two)
+    code, _, err = run("identify", tmp_path / "two.py", log(), "--method", "idm-ls")
+    assert code == 6
+    assert "change of M +1, M2 -0.25" in err
+
+
+def test_record_without_reversal_cannot_tell_friction_from_offset(run: Run, tmp_path: Path) -> None:
+    t = np.arange(3000) * 1e-3
+    q = 0.1 * t + 0.002 * np.sin(8 * t)
+    force = 95 * -0.128 * np.sin(8 * t) + 200 * (0.1 + 0.016 * np.cos(8 * t)) + 20
+    np.savetxt(
+        tmp_path / "log.csv",
+        np.column_stack([t, q, force / 35.15]),
+        delimiter=",",
+        header="t,qm,vir",
+        comments="",
+    )
+    options = ["--columns", "time=t,position=qm,control=vir", "--method", "idm-ls"]
+    (tmp_path / "axis.py").write_text(
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "axis = replace(load_axis('emps'), columns={})\n"
+    )
+    code, _, err = run("identify", tmp_path / "axis.py", tmp_path / "log.csv", *options)
+    assert code == 6
+    assert "Fc" in err
+    assert "tau0" in err
+    assert "reversals" in err
+
+
+def test_diverging_iterate_is_named(run: Run, log: Callable[..., Path], tmp_path: Path) -> None:
+    (tmp_path / "light.py").write_text(
+        "from dataclasses import replace\nfrom axisid import Drive, Parameter, load_axis\n"
+        "a = load_axis('emps2015')\nlight = Parameter('M', 'kg', nominal=0.1)\n"
+        "axis = replace(a, parameters=(light, *a.parameters[1:]), drive=Drive(gain=35.15))\n"
+        "del a\n"
+    )
+    code, _, err = run("identify", tmp_path / "light.py", log(), "--method", "idm-iv")
+    assert code == 6
+    assert "idm-iv, iterate 0: the simulated closed loop" in err
+    assert "M = 0.1 kg" in err
+
+
+def test_inertia_without_nominal_value_is_named(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "empty.py").write_text(
+        "from dataclasses import replace\nfrom axisid import Parameter, load_axis\n"
+        "a = load_axis('emps2015')\n"
+        "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
+    )
+    code, _, err = run("identify", tmp_path / "empty.py", log(), "--method", "ddm-iv")
+    assert code == 6
+    assert "positive nominal value" in err
+
+
+def test_internal_faults_are_told_from_user_faults(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_: str) -> None:
+        raise RuntimeError("boom")
+
+    monkeypatch.setattr("axisid.modeling.load_axis", broken)
+    code, _, err = run("identify", "emps")
+    assert code == 1
+    assert "internal fault: RuntimeError: boom" in err
+    monkeypatch.setenv("AXISID_DEBUG", "1")
+    with pytest.raises(RuntimeError, match="boom"):
+        from axisid.cli import main
+
+        main()
+
+
+def test_version_and_help(run: Run) -> None:
+    assert run("--version")[:2] == (0, f"axisid {__version__}\n")
+    for command in ("identify", "generate", "paper"):
+        code, out, _ = run(command, "--help")
+        assert code == 0
+        assert f"Example: axisid {command}" in out
+
+
+def test_module_runs_as_a_program() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"axisid {__version__}\n"
+
+
+def test_paper_study_writes_tables_figures_and_results(run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("paper", "--output", tmp_path / "results")
+    assert code == 0
+    assert "Table 8." in out
+    names = {file.name for file in (tmp_path / "results").iterdir()}
+    assert names == {
+        "tables.txt",
+        "appropriate.json",
+        "inappropriate.json",
+        "figure3.png",
+        "figure4.png",
+    }
+    for figure in ("figure3.png", "figure4.png"):
+        assert (tmp_path / "results" / figure).read_bytes().startswith(b"\x89PNG")
+
+
+def test_paper_study_into_a_file_is_refused(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    code, _, err = run("paper", "--output", tmp_path / "taken")
+    assert code == 2
+    assert "taken" in err
+    assert (tmp_path / "taken").read_text() == "mine"

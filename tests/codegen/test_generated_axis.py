@@ -1,0 +1,122 @@
+"""Generated functions compute what the symbolic model says."""
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import LIBRARY, build, derive, load_axis
+from axisid.codegen import GeneratedAxis
+from axisid.modeling import DIRECTION, FORCE, AxisModel
+
+NUMBERS = st.one_of(st.just(0.0), st.floats(-1e3, 1e3, allow_nan=False))
+POSITIVE = st.floats(1e-3, 1e3)
+AXES = {name: (derive(load_axis(name)), build(load_axis(name))) for name in LIBRARY}
+
+
+def substitute(expressions: object, values: dict[sympy.Symbol, float]) -> list[float]:
+    return [float(e.subs(values)) for e in np.ravel(np.array(expressions, dtype=object))]
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+@given(motion=st.tuples(NUMBERS, NUMBERS, NUMBERS, st.floats(-1, 1)), data=st.data())
+def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
+    name: str, motion: tuple[float, ...], data: st.DataObject
+) -> None:
+    model, axis = AXES[name]
+    q = model.axis.coordinate
+    theta = [data.draw(POSITIVE if i == 0 else NUMBERS) for i in range(len(axis.parameters))]
+    parameters = {p.symbol: v for p, v in zip(model.axis.parameters, theta, strict=True)}
+    at = dict(zip((q.symbol, q.velocity, q.acceleration, DIRECTION), motion, strict=True))
+    at_force = dict(zip((q.symbol, q.velocity, FORCE, DIRECTION), motion, strict=True))
+
+    (force,) = axis.rows("inverse_dynamics", *motion, theta)
+    assert force.ravel() == pytest.approx(substitute([model.force], at | parameters), rel=1e-12)
+    row, known = axis.rows("idm_regressor", *motion)
+    assert row.ravel() == pytest.approx(substitute(model.idm.columns, at), rel=1e-12)
+    assert row.ravel() @ theta + known.ravel() == pytest.approx(force.ravel(), rel=1e-9, abs=1e-9)
+    (acceleration,) = axis.rows("direct_dynamics", *motion, theta)
+    expected = substitute([model.acceleration], at_force | parameters)
+    assert acceleration.ravel() == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert model.ddm is not None
+    row, known = axis.rows("ddm_regressor", *motion)
+    assert row.ravel() == pytest.approx(substitute(model.ddm.regressor.columns, at_force))
+    theta_ddm, _ = axis.mapped("ddm_from_physical", theta)
+    assert row.ravel() @ theta_ddm + known.ravel() == pytest.approx(
+        acceleration.ravel(), rel=1e-9, abs=1e-9 * np.abs(row.ravel() * theta_ddm).sum() + 1e-300
+    )
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+@given(data=st.data())
+def test_parameter_maps_are_inverse_to_each_other_and_so_are_their_jacobians(
+    name: str, data: st.DataObject
+) -> None:
+    axis = AXES[name][1]
+    values = st.floats(-300, 300)
+    theta = [data.draw(POSITIVE if i == 0 else values) for i in range(len(axis.parameters))]
+    theta_ddm, forward = axis.mapped("ddm_from_physical", theta)
+    back, backward = axis.mapped("physical_from_ddm", theta_ddm)
+    assert back == pytest.approx(theta, rel=1e-12)
+    size = np.abs(backward) @ np.abs(forward)
+    assert np.abs(backward @ forward - np.eye(len(theta))).max() <= 1e-12 * size.max()
+
+
+def test_inverse_undoes_direct_dynamics(
+    library_axis: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    theta = rng.uniform(1, 100, len(library_axis.parameters))
+    q, dq, tau, s = rng.normal(size=(4, 50))
+    (ddq,) = library_axis.rows("direct_dynamics", q, dq, tau, s, theta)
+    (back,) = library_axis.rows("inverse_dynamics", q, dq, ddq, s, theta)
+    assert back[:, 0] == pytest.approx(tau, rel=1e-9, abs=1e-9)
+
+
+def test_many_samples_give_the_rows_of_single_samples(
+    library_axis: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    motion = rng.normal(size=(4, 7))
+    rows, _ = library_axis.rows("idm_regressor", *motion)
+    assert rows.shape == (7, len(library_axis.parameters))
+    for k in range(7):
+        single, _ = library_axis.rows("idm_regressor", *motion[:, k])
+        assert np.array_equal(single[0], rows[k])
+
+
+def test_plant_step_has_order_four(emps2015: GeneratedAxis) -> None:
+    """Against the closed form of ``M ddq = tau - Fv dq - Fc``."""
+    M, Fv, Fc, dq, tau = 2.0, 8.0, 1.0, 0.7, 3.0
+
+    def error(step: float) -> float:
+        _, dq_next = emps2015.rows("plant_step", 0.0, dq, tau, 1.0, [M, Fv, Fc], step)
+        steady = (tau - Fc) / Fv
+        return abs(dq_next[0, 0] - (steady + (dq - steady) * np.exp(-Fv / M * step)))
+
+    # A single step of a method of order 4 has an error of order 5.
+    assert error(0.1) / error(0.05) == pytest.approx(2**5, rel=0.15)
+
+
+def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.Generator) -> None:
+    theta = [95.0, 200.0, 20.0, -3.0]
+    functions = emps.functions
+    for q, dq, q1, q2, noise in 1e-3 * rng.normal(size=(20, 5)):
+        step = functions["closed_loop_step"](q, dq, [q1, q2], 2e-3, noise, 1.0, theta, 1e-3)
+        control, state = functions["control_law"](2e-3, q + noise, dq, [q1, q2])
+        tau = emps.axis.drive.gain * float(control)
+        q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)
+        ddq = functions["direct_dynamics"](q, dq, tau, 1.0, theta)
+        expected = [q_next, dq_next, state[0], state[1], ddq, tau, control]
+        got = [step[0], step[1], step[2][0], step[2][1], *step[3:]]
+        assert [float(x) for x in got] == [float(x) for x in expected]
+
+
+def test_control_is_clipped_at_the_drive_limit(emps: GeneratedAxis) -> None:
+    law = emps.functions["control_law"]
+    assert float(law(1.0, 0.0, 0.0, [0.0, 0.0])[0]) == emps.axis.drive.limit
+    assert float(law(-1.0, 0.0, 0.0, [0.0, 0.0])[0]) == -emps.axis.drive.limit
+
+
+def test_building_does_not_touch_the_declaration() -> None:
+    model: AxisModel = derive(load_axis("emps"))
+    assert build(model.axis).signature == build(model.axis).signature

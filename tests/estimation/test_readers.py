@@ -1,0 +1,141 @@
+"""Files in, records out; what cannot be read is explained by file, line and column."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+from axisid import DataError, UsageError, load_axis, read_record
+
+ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
+
+
+def text(delimiter: str = ",", header: str = "time,position,reference,control") -> str:
+    lines = [header.replace(",", delimiter)]
+    return "\n".join(lines + [delimiter.join(f"{x:.17g}" for x in row) for row in ROWS]) + "\n"
+
+
+def write(tmp_path: Path, content: str, name: str = "log.csv") -> Path:
+    file = tmp_path / name
+    file.write_text(content, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_delimited_text_is_read_to_the_last_bit(tmp_path: Path, delimiter: str) -> None:
+    record = read_record(write(tmp_path, text(delimiter)))
+    assert record.reference is not None
+    assert record.control is not None
+    columns = np.array(ROWS).T
+    for got, expected in zip(
+        (record.time, record.position, record.reference, record.control), columns, strict=True
+    ):
+        assert np.array_equal(got, expected)
+    assert len(record.provenance.sha256) == 64
+    assert record.provenance.columns["position"] == "position"
+
+
+def test_columns_are_found_by_the_users_names_then_the_axis_then_the_role(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="t,qm,qg,volts"))
+    record = read_record(file, load_axis("emps"), columns={"control": "volts"})
+    assert record.provenance.columns == {
+        "time": "t",
+        "position": "qm",
+        "reference": "qg",
+        "control": "volts",
+    }
+
+
+def test_time_is_made_from_the_sample_period_where_there_is_none(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="tick,position,reference,control"))
+    record = read_record(file, sample_period=1e-3)
+    assert record.time[-1] == pytest.approx(0.039)
+    with pytest.raises(DataError, match="no time column among tick, position"):
+        read_record(file)
+
+
+def test_quoted_cells_blank_lines_and_byte_order_marks_are_read(tmp_path: Path) -> None:
+    quoted = "\ufeff" + text().replace("\n", "\n\n").replace("0.001,", '"0.001",')
+    assert len(read_record(write(tmp_path, quoted))) == 40
+
+
+def test_mat_file_is_read(tmp_path: Path) -> None:
+    columns = np.array(ROWS).T
+    file = tmp_path / "log.mat"
+    savemat(file, dict(zip(("t", "qm", "qg", "vir"), columns, strict=True)) | {"kp": 160.18})
+    record = read_record(file, load_axis("emps"))
+    assert np.array_equal(record.position, columns[1])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "0 rows"),
+        ("time,position\n", "1 rows"),
+        ("0.0,1.0\n0.1,2.0\n", "first row holds numbers"),
+        ("time,position,position\n0,1,2\n", "position occur twice"),
+        ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
+        ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),
+        ("time,position\n0,1\n1,\n", "line 3: '' in column 'position'"),
+        ("time;position\n0;1,5\n1;2,5\n", "line 2: '1,5' in column 'position'.*decimal point"),
+        ("time,position\n0,1,2\n1,2,3\n", "names 2 columns"),
+        ("time,angle,control\n0,1,1\n1,2,2\n", "no column 'position'.*found time, angle, control"),
+    ],
+)
+def test_bad_text_is_explained(tmp_path: Path, content: str, message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        read_record(write(tmp_path, content))
+
+
+def test_missing_column_lists_what_was_found(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="t,pos,ref,volts"))
+    with pytest.raises(DataError, match="no column 'qm' for the position; found t, pos, ref"):
+        read_record(file, load_axis("emps"))
+    with pytest.raises(DataError, match="no column 'angle' for the position"):
+        read_record(file, columns={"position": "angle"})
+
+
+def test_unknown_role_is_a_usage_error(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="'speed' is no role"):
+        read_record(write(tmp_path, text()), columns={"speed": "v"})
+
+
+@pytest.mark.parametrize("name", ["absent.csv", "absent.mat"])
+def test_missing_file_is_explained(tmp_path: Path, name: str) -> None:
+    with pytest.raises(DataError, match="No such file"):
+        read_record(tmp_path / name)
+
+
+def test_folder_is_no_record(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="cannot be read"):
+        read_record(tmp_path)
+
+
+@given(content=st.binary(max_size=200), suffix=st.sampled_from([".csv", ".mat", ".txt"]))
+def test_any_bytes_are_read_or_explained(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes, suffix: str
+) -> None:
+    file = tmp_path_factory.mktemp("any") / f"log{suffix}"
+    file.write_bytes(content)
+    with pytest.raises(DataError):
+        read_record(file)
+
+
+def test_truncated_mat_file_is_explained(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"t": np.arange(1000.0), "qm": np.arange(1000.0)})
+    content = file.read_bytes()
+    for size in (4, 100, 130, 200, len(content) // 2, len(content) - 1):
+        file.write_bytes(content[:size])
+        with pytest.raises(DataError, match=r"log\.mat"):
+            read_record(file)
+
+
+def test_mat_file_without_vectors_lists_its_variables(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"data": {"t": np.arange(3.0)}, "kp": 1.0})
+    with pytest.raises(DataError, match="no numeric vectors; its variables are data, kp"):
+        read_record(file)

@@ -1,0 +1,59 @@
+"""A record is checked once and then read-only."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Record
+
+N = 50
+GOOD: dict[str, Any] = {
+    "time": np.arange(N) * 1e-3,
+    "position": np.sin(np.arange(N)),
+    "control": np.cos(np.arange(N)),
+}
+
+
+def changed(role: str, row: int, value: float) -> dict[str, Any]:
+    column = GOOD[role].copy()
+    column[row] = value
+    return {role: column}
+
+
+def test_arrays_are_copied_and_read_only() -> None:
+    position = GOOD["position"].copy()
+    record = Record(**{**GOOD, "position": position})
+    position[0] = 99.0
+    assert record.position[0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        record.position[0] = 1.0
+
+
+def test_period_is_the_mean_step_unless_given() -> None:
+    assert Record(**GOOD).period == pytest.approx(1e-3)
+    assert Record(**GOOD, sample_period=1.001e-3).period == 1.001e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (changed("position", 7, np.nan), "position is nan in row 8"),
+        (changed("control", 3, np.inf), "control is inf in row 4"),
+        (changed("time", 9, 0.0), "time does not increase in row 10"),
+        (changed("time", 9, 0.008), "time does not increase in row 10"),
+        ({"time": np.r_[GOOD["time"][:30], GOOD["time"][30:] + 0.01]}, "time step before row 31"),
+        ({"position": np.zeros(N)}, "position is 0 in every row"),
+        ({"control": np.full(N, 2.5)}, "control is 2.5 in every row"),
+        ({"reference": np.zeros(N)}, "reference is 0 in every row"),
+        ({"position": np.zeros(N - 1)}, "differ in length: time 50, position 49"),
+        ({"position": np.zeros((N, 2))}, r"shape \(50, 2\)"),
+        ({"position": ["a"] * N}, "position is not numeric"),
+        ({"sample_period": 1.0}, "given as 1 s, but the time column steps by 0.001 s"),
+        ({"sample_period": -1e-3}, "sampling period is given"),
+        ({k: v[:2] for k, v in GOOD.items()}, "2 rows are no record"),
+    ],
+)
+def test_bad_records_are_explained(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        Record(**{**GOOD, **change})

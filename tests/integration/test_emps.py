@@ -1,0 +1,120 @@
+"""The real record gives the published figures (docs of the benchmark, Janot et al. 2019)."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, identify, simulate
+from axisid.codegen import GeneratedAxis
+from axisid.estimation.arrays import relative_error_percent
+
+PUBLISHED = {
+    "M": ("95.1089", "0.1085"),
+    "Fv": ("203.5034", "1.1460"),
+    "Fc": ("20.3935", "0.1012"),
+    "tau0": ("-3.1648", "0.0444"),
+}
+RECIPE = (
+    "--cutoff 100 --decimate 10 --decimation matlab --drop 49 0 --hold raw --sample-period 1e-3"
+).split()
+
+
+def test_published_least_squares_to_every_printed_digit(
+    run: Callable[..., tuple[int, str, str]], emps_file: Path
+) -> None:
+    code, out, _ = run("identify", "emps", emps_file, "--method", "idm-ls", *RECIPE, "--json", "-")
+    assert code == 0
+    (estimate,) = json.loads(out)["estimates"]
+    for name, (value, sd) in PUBLISHED.items():
+        parameter = estimate["parameters"][name]
+        assert f"{parameter['value']:.4f}" == value
+        assert f"{parameter['sd']:.4f}" == sd
+    assert f"{estimate['equation_error_percent']:.4f}" == "4.0834"
+    assert estimate["rows"] == 2480
+    assert f"{estimate['condition_number']:.3f}" == "25.988"
+
+
+def test_instrumental_variables_from_the_cad_value(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0))
+    result = identify(emps, emps_record, prefilter, ["idm-iv", "ddm-iv"])
+    inverse, direct = result["idm-iv"], result["ddm-iv"]
+    assert inverse.iterates[0].physical.tolist() == [100.0, 0.0, 0.0, 0.0]
+    assert len(inverse.iterates) - 1 <= 4
+    assert inverse.physical == pytest.approx([95.177, 203.253, 20.425, -3.175], rel=5e-4)
+    assert direct.physical == pytest.approx(inverse.physical, rel=1e-9)
+
+
+def test_recovered_control_law_reproduces_the_recorded_control(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    """To 0.24 % of its norm: the law, its velocity filter and its gains are the drive's."""
+    law = emps.functions["control_law"]
+    reference, position = emps_record.reference, emps_record.position
+    assert reference is not None
+    assert emps_record.control is not None
+    before = np.concatenate([position[:1], position[:1], position[:-2]])
+    last = np.concatenate([position[:1], position[:-1]])
+    arguments = [reference, position, np.zeros_like(position)]
+    control, _ = law.call([a[None, :] for a in arguments] + [np.vstack([last, before])])
+    error = control.full()[0] - emps_record.control
+    assert relative_error_percent(error[2:], emps_record.control[2:]) < 0.245
+
+
+def test_simulated_loop_follows_the_machine(emps: GeneratedAxis, emps_record: Record) -> None:
+    """Errors in percent of the measured signals' norms, filtered at 100 Hz; the force is not."""
+    assert emps_record.reference is not None
+    assert emps_record.control is not None
+    theta = np.array([95.1089, 203.5034, 20.3935, -3.1648])
+    loop = simulate(emps, theta, emps_record.reference, 1e-3, start=emps_record.position[0]).after
+    q, dq, ddq = Prefilter(cutoff=100.0).motion(emps_record.position, 1e-3)
+    force = emps.axis.drive.gain * emps_record.control
+    pairs = [
+        (loop.position, q, 0.002),
+        (loop.velocity, dq, 0.15),
+        (loop.acceleration, ddq, 7.0),
+        (loop.force, force, 5.0),
+    ]
+    for simulated, measured, most in pairs:
+        assert relative_error_percent((simulated - measured)[49:], measured[49:]) <= most
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "decimate", "raw", "aligned"), [(100.0, 10, 231.1, 234.6), (180.0, 3, 233.5, 237.4)]
+)
+def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
+    emps: GeneratedAxis,
+    emps_record: Record,
+    cutoff: float,
+    decimate: int,
+    raw: float,
+    aligned: float,
+) -> None:
+    """Noise-free simulation with Fv = 236.9 along the record's reference."""
+    assert emps_record.reference is not None
+    theta = np.array([100.2, 236.9, 24.8, 0.0])
+    loop = simulate(emps, theta, emps_record.reference, 1e-3)
+    record = Record(
+        time=np.arange(len(loop.control)) * 1e-3,
+        position=loop.after.position,
+        reference=emps_record.reference,
+        control=loop.control,
+        sample_period=1e-3,
+    )
+    for hold, expected in (("raw", raw), ("zoh", aligned)):
+        prefilter = Prefilter(cutoff=cutoff, decimate=decimate, drop=(49, 0), hold=hold)  # type: ignore[arg-type]
+        estimate = identify(emps, record, prefilter, ["idm-ls"])["idm-ls"]
+        assert estimate.parameters["Fv"].value == pytest.approx(expected, abs=1.0)
+
+
+def test_alignment_moves_viscous_friction_on_the_real_record(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    prefilter = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="zoh")
+    estimate = identify(emps, emps_record, prefilter, ["idm-ls"])["idm-ls"]
+    assert estimate.physical[:3] == pytest.approx([94.963, 207.883, 20.064], rel=2e-4)
+    assert estimate.equation_error_percent == pytest.approx(4.007, abs=2e-3)

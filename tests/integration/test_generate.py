@@ -1,0 +1,200 @@
+"""The committed code is what the declarations give, and `generate` never harms a file."""
+
+import hashlib
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import LIBRARY, build, load_axis
+from axisid.codegen import check_files, expected_files, write_files
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    generated = tmp_path / "generated"
+    write_files(generated, expected_files([load_axis(name) for name in LIBRARY]))
+    return generated
+
+
+def test_committed_code_is_current(root: Path) -> None:
+    files = expected_files([load_axis(name) for name in LIBRARY])
+    assert check_files(root / "generated", files) == []
+
+
+def test_text_is_the_same_in_a_fresh_process_with_another_hash_seed(root: Path) -> None:
+    program = (
+        "from axisid.codegen import expected_files; from axisid import load_axis, LIBRARY;"
+        "import hashlib;"
+        "print(hashlib.sha256(repr(sorted(expected_files(map(load_axis, LIBRARY)).items()))"
+        ".encode()).hexdigest())"
+    )
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("0", "1", "77")
+    }
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_committed_module_is_the_program_that_runs(root: Path, name: str) -> None:
+    """Imported on its own, without axisid, the committed file gives the same functions."""
+    namespace: dict[str, object] = {}
+    exec((root / "generated" / name / "functions.py").read_text(), namespace)
+    makers = namespace["FUNCTIONS"]
+    assert isinstance(makers, dict)
+    axis = build(load_axis(name))
+    assert set(makers) == set(axis.functions)
+    rng = np.random.default_rng(4)
+    for function, make in makers.items():
+        alone, built = make(), axis.functions[function]
+        arguments = [rng.uniform(0.1, 1.0, built.size_in(i)) for i in range(built.n_in())]
+        for a, b in zip(alone.call(arguments), built.call(arguments), strict=True):
+            assert np.array_equal(a.full(), b.full())
+
+
+def test_manifest_ties_the_files_together(folder: Path) -> None:
+    for name in LIBRARY:
+        manifest = json.loads((folder / name / "manifest.json").read_text())
+        assert manifest["signature"] == build(load_axis(name)).signature
+        for file, digest in manifest["files"].items():
+            assert hashlib.sha256((folder / name / file).read_bytes()).hexdigest() == digest
+            assert manifest["signature"] in (folder / name / file).read_text()
+
+
+def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, folder: Path) -> None:
+    assert run("generate", "--check", "--output", folder)[0] == 0
+    stale = folder / "emps" / "functions.py"
+    stale.write_text(stale.read_text().replace("casadi.fmin", "casadi.fmax"))
+    (folder / "emps2015" / "equations.txt").unlink()
+    (folder / "old").mkdir()
+    (folder / "old" / "functions.py").write_text("")
+    code, out, err = run("generate", "--check", "--output", folder)
+    assert code == 1
+    assert f"stale: {stale}" in out
+    assert "-    _0 = casadi.fmax(" in out
+    assert "+    _0 = casadi.fmin(" in out
+    assert "missing: " in out
+    assert "orphan: " in out
+    assert f"run: axisid generate --output {folder}" in err
+    code, out, _ = run("generate", "--output", folder)
+    assert code == 0
+    assert "2 files written, 4 were current" in out
+    (folder / "old" / "functions.py").unlink()
+    assert run("generate", "--check", "--output", folder)[0] == 0
+
+
+def test_changed_axis_makes_the_code_stale(folder: Path) -> None:
+    from dataclasses import replace
+
+    from axisid import Drive
+
+    changed = replace(load_axis("emps"), drive=Drive(gain=35.2))
+    findings = check_files(folder, expected_files([changed]), orphans=False)
+    assert {str(f.path) for f in findings} == {
+        "emps/equations.txt",
+        "emps/functions.py",
+        "emps/manifest.json",
+    }
+
+
+def test_bad_axis_among_good_ones_writes_nothing(run: Run, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.py"
+    bad.write_text("1/0\n")
+    code, _, _ = run("generate", "emps", bad, "--output", tmp_path / "generated")
+    assert code == 4
+    assert not (tmp_path / "generated").exists()
+
+
+def test_user_axis_is_generated_into_a_folder_of_its_name(run: Run, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "axis = replace(load_axis('emps'), name='mine')\n"
+    )
+    assert run("generate", mine, "--output", tmp_path / "generated")[0] == 0
+    assert (tmp_path / "generated" / "mine" / "functions.py").is_file()
+    assert run("generate", mine, "--check", "--output", tmp_path / "generated")[0] == 0
+
+
+def test_failed_write_leaves_the_old_file_whole(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = folder / "emps" / "functions.py"
+    target.write_text("old")
+    monkeypatch.setattr(os, "fsync", _full_disk)
+    code, _, err = run("generate", "--output", folder)
+    assert code == 2
+    assert "No space left" in err
+    assert target.read_text() == "old"
+    assert {p.name for p in target.parent.iterdir()} == {
+        "functions.py",
+        "equations.txt",
+        "manifest.json",
+    }
+
+
+def _full_disk(_: int) -> None:
+    raise OSError(28, "No space left on device")
+
+
+def test_file_size_limit_leaves_the_old_file_whole(folder: Path) -> None:
+    """A real limit in a real process: the write is cut in the middle."""
+    target = folder / "emps" / "functions.py"
+    target.write_text("old")
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    done = subprocess.run(
+        [sys.executable, "-B", "-m", "axisid", "generate", "--output", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=limit,
+    )
+    assert done.returncode == 2
+    assert "cannot be written" in done.stderr
+    assert target.read_text() == "old"
+    assert not list(folder.rglob(".*"))
+
+
+def test_output_that_is_a_file_is_refused(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "generated").write_text("mine")
+    code, _, err = run("generate", "--output", tmp_path / "generated")
+    assert code == 2
+    assert "is a file" in err
+    assert (tmp_path / "generated").read_text() == "mine"
+
+
+def test_binary_rubbish_in_place_of_code_is_stale_not_a_crash(folder: Path) -> None:
+    (folder / "emps" / "functions.py").write_bytes(b"\xff\xfe\x00")
+    findings = check_files(folder, expected_files([load_axis("emps")]), orphans=False)
+    assert [f.state for f in findings] == ["stale"]
+
+
+def test_two_axes_of_one_name_are_refused(run: Run, tmp_path: Path) -> None:
+    code, _, err = run("generate", "emps", "emps", "--output", tmp_path / "g")
+    assert code == 2
+    assert "two axes are named 'emps'" in err
+
+
+def test_deleted_folder_is_all_missing(folder: Path) -> None:
+    shutil.rmtree(folder)
+    findings = check_files(folder, expected_files([load_axis("emps")]))
+    assert {f.state for f in findings} == {"missing"}

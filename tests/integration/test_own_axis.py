@@ -1,0 +1,195 @@
+"""An axis never seen before: declared here, generated, simulated, identified."""
+
+import pathlib
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    Experiment,
+    Memory,
+    Parameter,
+    Prefilter,
+    back_and_forth,
+    build,
+    cascade_pd,
+    cascade_pd_averaged,
+    coulomb,
+    gain,
+    identify,
+    lagrange,
+    newton,
+    spring,
+    twin_record,
+    viscous,
+)
+from axisid.modeling import Axis
+
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=5.0, lower=0.0)
+b = Parameter("b", "N/(m/s)")
+c = Parameter("c", "N")
+k = Parameter("k", "N/m")
+
+BELT = newton(
+    "belt",
+    title="belt drive with a spring",
+    coordinate=x,
+    parameters=(m, b, c, k),
+    inertia=m,
+    resistance=(viscous(b, x), coulomb(c, x), spring(k, x, rest=0.02)),
+    drive=Drive(gain=18.0, unit="A", limit=12.0),
+    control=cascade_pd_averaged(kp=50.0, kv=60.0, period=5e-4),
+    experiment=Experiment(
+        moves=back_and_forth(speeds=(0.1, 0.3, 0.5), acceleration=4.0, seconds=0.5, repeat=3),
+        truth={"m": 6.2, "b": 14.0, "c": 7.5, "k": 120.0},
+        position_noise=1e-6,
+    ),
+)
+
+theta = Coordinate("theta", unit="rad")
+J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0)
+mgl = Parameter("mgl", "N m")
+fv = Parameter("fv", "N m/(rad/s)")
+fc = Parameter("fc", "N m")
+error = Memory("error_sum", following=gain("error_sum") + REFERENCE - MEASURED_POSITION, start=0)  # type: ignore[arg-type]
+last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
+
+PENDULUM = lagrange(
+    "pendulum",
+    coordinate=theta,
+    parameters=(J, mgl, fv, fc),
+    kinetic=J * theta.velocity**2 / 2,
+    potential=-mgl * sympy.cos(theta.symbol),
+    dissipation=fv * theta.velocity**2 / 2 + fc * sympy.Abs(theta.velocity),
+    drive=Drive(gain=0.5, unit="A"),
+    control=ControlLaw(
+        name="PID on encoder differences",
+        period=1e-3,
+        gains={"p": 40.0, "i": 0.02, "d": 4.0},
+        output=gain("p") * (REFERENCE - MEASURED_POSITION)
+        + gain("i") * error.symbol
+        - gain("d") * (MEASURED_POSITION - last.symbol) / PERIOD,
+        memory=(error, last),
+    ),
+    experiment=Experiment(
+        moves=back_and_forth(speeds=(1.0, 2.0, 4.0), acceleration=40.0, seconds=0.6, repeat=3),
+        truth={"J": 0.0626, "mgl": 1.0, "fv": 0.02, "fc": 0.09},
+        position_noise=1e-6,
+        seed=5,
+    ),
+)
+
+
+@pytest.mark.parametrize("axis", [BELT, PENDULUM], ids=lambda axis: axis.name)
+def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) -> None:
+    result = identify(axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5, hold="zoh"))
+    assert axis.experiment is not None
+    truth = [axis.experiment.truth[p.name] for p in axis.parameters]
+    assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    for method in ("idm-ls", "idm-iv", "ddm-iv"):
+        assert result[method].physical == pytest.approx(truth, rel=0.01), method
+
+
+AXIS_FILE = """\
+from axisid import Coordinate, Drive, Parameter, cascade_pd, coulomb, newton, viscous
+
+x = Coordinate("x", unit="m")
+m = Parameter("m", "kg", nominal=5.0)
+b = Parameter("b", "N/(m/s)")
+c = Parameter("c", "N")
+
+axis = newton(
+    "stage",
+    coordinate=x,
+    parameters=(m, b, c),
+    inertia=m,
+    resistance=(viscous(b, x), coulomb(c, x)),
+    drive=Drive(gain=18.0, unit="A"),
+    control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
+)
+"""
+
+
+def test_axis_file_and_log_from_the_command_line(
+    run: Callable[..., tuple[int, str, str]], tmp_path: pathlib.Path
+) -> None:
+    (tmp_path / "my_axis.py").write_text(AXIS_FILE)
+    namespace: dict[str, object] = {}
+    exec(AXIS_FILE, namespace)
+    declared = namespace["axis"]
+    assert isinstance(declared, Axis)
+    twin = twin_record(_with_experiment(declared))
+    assert twin.reference is not None
+    assert twin.control is not None
+    table = np.column_stack([twin.time, twin.reference, twin.position, twin.control])
+    log = tmp_path / "log.csv"
+    np.savetxt(log, table, delimiter=",", header="t,ref,pos,cmd", comments="")
+    code, out, err = run(
+        "identify",
+        tmp_path / "my_axis.py",
+        log,
+        "--columns",
+        "time=t,reference=ref,position=pos,control=cmd",
+        "--hold",
+        "zoh",
+    )
+    assert (code, err) == (0, "")
+    row = next(line for line in out.splitlines() if line.startswith("m "))
+    assert float(row.split()[2]) == pytest.approx(6.2, rel=0.01)
+
+
+def _with_experiment(axis: Axis) -> Axis:
+    from dataclasses import replace
+
+    experiment = Experiment(
+        moves=back_and_forth(speeds=(0.1, 0.3), acceleration=4.0, seconds=0.5, repeat=3),
+        truth={"m": 6.2, "b": 14.0, "c": 7.5},
+    )
+    return replace(axis, experiment=experiment)
+
+
+def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_out() -> None:
+    from dataclasses import replace
+
+    record = twin_record(BELT)
+    result = identify(replace(BELT, control=None), record, Prefilter(cutoff=100.0, decimate=5))
+    assert set(result.estimates) == {"idm-ls", "ddm-ls"}
+    assert set(result.skipped) == {"idm-iv", "ddm-iv"}
+    assert "no control law" in result.skipped["idm-iv"]
+    assert result["idm-ls"].simulation_error_percent is None
+    assert "idm-iv was not run" in result.summary()
+
+
+def test_crank_is_identified_by_the_inverse_model_only() -> None:
+    phi = Coordinate("phi", unit="rad")
+    j0 = Parameter("j0", "kg m^2", nominal=0.1)
+    j1 = Parameter("j1", "kg m^2")
+    v = Parameter("v", "N m/(rad/s)")
+    crank = lagrange(
+        "crank",
+        coordinate=phi,
+        parameters=(j0, j1, v),
+        kinetic=(j0 + j1 * sympy.sin(phi.symbol) ** 2) * phi.velocity**2 / 2,
+        dissipation=v * phi.velocity**2 / 2,
+        drive=Drive(gain=1.0),
+        control=cascade_pd(kp=40.0, kv=15.0, period=1e-3),
+        experiment=Experiment(
+            moves=back_and_forth(speeds=(2.0, 4.0), acceleration=40.0, seconds=0.8, repeat=3),
+            truth={"j0": 0.12, "j1": 0.05, "v": 0.3},
+        ),
+    )
+    result = identify(
+        build(crank), twin_record(crank), Prefilter(cutoff=150.0, decimate=3, hold="zoh")
+    )
+    assert set(result.estimates) == {"idm-ls", "idm-iv"}
+    assert "depends on phi" in result.skipped["ddm-iv"]
+    assert result["idm-iv"].physical == pytest.approx([0.12, 0.05, 0.3], rel=0.01)

@@ -1,0 +1,92 @@
+"""The paper's twin: what least squares and instruments make of noise inside the loop."""
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Prefilter, identify, twin_record
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import METHODS, Record
+from axisid.paper import APPROPRIATE, INAPPROPRIATE, run_study, study_tables
+
+
+@pytest.fixture(scope="module")
+def appropriate(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, APPROPRIATE)
+
+
+@pytest.fixture(scope="module")
+def inappropriate(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, INAPPROPRIATE)
+
+
+def test_one_noise_level_gives_the_errors_of_tables_1_and_6_at_once(
+    appropriate: Identification, inappropriate: Identification
+) -> None:
+    assert f"{appropriate['idm-ls'].equation_error_percent:.1f}" == "4.9"
+    assert 50 < inappropriate["idm-ls"].physical[0] < 60
+
+
+def test_instruments_hold_the_mass_under_both_filters(
+    appropriate: Identification, inappropriate: Identification
+) -> None:
+    for result in (appropriate, inappropriate):
+        assert result["idm-iv"].physical[0] == pytest.approx(100.2, rel=0.01)
+
+
+def test_direct_least_squares_is_biased_towards_too_little_mass(
+    inappropriate: Identification,
+) -> None:
+    estimate = inappropriate["ddm-ls"].parameters["M"]
+    assert estimate.value < 100.2 - estimate.sd
+
+
+def test_direct_and_inverse_instruments_are_the_same_estimate(
+    appropriate: Identification, inappropriate: Identification
+) -> None:
+    for result in (appropriate, inappropriate):
+        assert result["ddm-iv"].physical == pytest.approx(result["idm-iv"].physical, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["ddm-ls", "ddm-iv"])
+def test_delta_method_agrees_with_monte_carlo(
+    emps2015: GeneratedAxis, appropriate: Identification, method: str
+) -> None:
+    estimate = appropriate[method]
+    rng = np.random.default_rng(2000)
+    draws = rng.multivariate_normal(estimate.theta_ddm, estimate.ddm_covariance, 2000)
+    mapped = np.array([emps2015.mapped("physical_from_ddm", draw)[0] for draw in draws])
+    sampled = np.std(mapped, axis=0, ddof=1)
+    assert np.sqrt(np.diag(estimate.covariance)) == pytest.approx(sampled, rel=0.05)
+
+
+def test_simulation_error_is_less_than_equation_error_under_noise(
+    inappropriate: Identification,
+) -> None:
+    estimate = inappropriate["idm-iv"]
+    assert estimate.simulation_error_percent is not None
+    assert estimate.simulation_error_percent < 10
+    assert estimate.equation_error_percent > 40
+
+
+def test_iterations_start_from_the_nominal_values_and_settle(appropriate: Identification) -> None:
+    for method in ("idm-iv", "ddm-iv"):
+        iterates = appropriate[method].iterates
+        assert iterates[0].physical.tolist() == [100.0, 0.0, 0.0]
+        assert len(iterates) - 1 <= 4
+        errors = [i.simulation_error_percent for i in iterates]
+        assert errors[-1] < errors[0]
+
+
+def test_noise_free_twin_gives_the_truth_with_aligned_force(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    result = identify(emps2015, record, Prefilter(cutoff=180.0, decimate=3, hold="zoh"), METHODS)
+    for method in METHODS:
+        assert result[method].physical == pytest.approx([100.2, 236.9, 24.8], rel=0.01)
+
+
+def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
+    text = study_tables(run_study())
+    for number in range(1, 9):
+        assert f"Table {number}. " in text
+    for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):
+        assert published in text

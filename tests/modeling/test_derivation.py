@@ -1,0 +1,236 @@
+"""From declaration to regressors and maps."""
+
+import pytest
+import sympy
+
+from axisid import (
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    coulomb,
+    derive,
+    lagrange,
+    load_axis,
+    newton,
+    spring,
+    viscous,
+)
+from axisid.modeling import DIRECTION, FORCE, Axis, AxisModel, describe_direction
+
+q = Coordinate("q")
+M = Parameter("M", "kg", nominal=1.0)
+J = Parameter("J", "kg m^2", nominal=1.0)
+Fv = Parameter("Fv", "N/(m/s)")
+Fc = Parameter("Fc", "N")
+tau0 = Parameter("tau0", "N")
+k = Parameter("k", "N/m")
+DRIVE = Drive(gain=1.0)
+
+
+def axis(
+    *resistance: sympy.Expr, inertia: sympy.Expr = M, parameters: tuple[Parameter, ...]
+) -> Axis:
+    return newton(
+        "test",
+        coordinate=q,
+        parameters=parameters,
+        inertia=inertia,
+        resistance=resistance,
+        drive=DRIVE,
+    )
+
+
+LAGRANGE = {
+    "emps2015": lagrange(
+        "emps2015",
+        coordinate=q,
+        parameters=(M, Fv, Fc),
+        kinetic=M * q.velocity**2 / 2,
+        dissipation=Fv * q.velocity**2 / 2 + Fc * sympy.Abs(q.velocity),
+        drive=DRIVE,
+    ),
+    "emps": lagrange(
+        "emps",
+        coordinate=q,
+        parameters=(M, Fv, Fc, tau0),
+        kinetic=M * q.velocity**2 / 2,
+        dissipation=Fv * q.velocity**2 / 2 + Fc * sympy.Abs(q.velocity),
+        generalised_force=-tau0,
+        drive=DRIVE,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LAGRANGE)
+def test_newton_and_lagrange_give_identical_regressors(name: str) -> None:
+    by_newton, by_lagrange = derive(load_axis(name)), derive(LAGRANGE[name])
+    assert by_newton.idm == by_lagrange.idm
+    assert by_newton.ddm == by_lagrange.ddm
+    assert by_newton.parameter_map == by_lagrange.parameter_map
+
+
+def test_every_library_axis_has_its_lagrange_twin_in_this_file() -> None:
+    from axisid import LIBRARY
+
+    assert set(LIBRARY) == set(LAGRANGE)
+
+
+def test_paper_equations_2_and_4() -> None:
+    model = derive(load_axis("emps2015"))
+    assert model.idm.columns == (q.acceleration, q.velocity, DIRECTION)
+    assert model.ddm is not None
+    assert model.ddm.regressor.columns == (FORCE, -q.velocity, -DIRECTION)
+    mapping = model.parameter_map
+    assert mapping is not None
+    assert list(mapping.forward) == [1 / M.symbol, Fv / M.symbol, Fc / M.symbol]
+    assert [str(unit) for unit in mapping.units] == ["1/kg", "1/s", "m/s^2"]
+    assert mapping.rank == 3
+
+
+def substituted(model: AxisModel) -> sympy.Expr:
+    """Acceleration by the direct regressor, in physical parameters."""
+    assert model.ddm is not None
+    assert model.parameter_map is not None
+    row = model.ddm.regressor
+    terms = zip(row.columns, model.parameter_map.forward, strict=True)
+    return sum((c * t for c, t in terms), row.known)
+
+
+CASES = {
+    "gravity on the mass alone": axis(9.81 * M, viscous(Fv, q), parameters=(M, Fv)),
+    "two inertias, one with gravity": axis(
+        9.81 * M, coulomb(Fc, q), inertia=M + 4 * J, parameters=(M, J, Fc)
+    ),
+    "two inertias, both with gravity": axis(9.81 * M + 2 * J, inertia=M + 4 * J, parameters=(M, J)),
+    "known mass beside the unknown one": axis(
+        9.81 * M, viscous(Fv, q), inertia=M + 3, parameters=(M, Fv)
+    ),
+    "known force and spring": axis(sympy.Integer(50), spring(k, q, rest=0.5), parameters=(M, k)),
+    "pendulum": lagrange(
+        "pendulum",
+        coordinate=Coordinate("theta", unit="rad"),
+        parameters=(J, Parameter("mgl", "N m"), Parameter("Fc", "N m")),
+        kinetic=J * Coordinate("theta", unit="rad").velocity ** 2 / 2,
+        potential=-Parameter("mgl", "N m") * sympy.cos(sympy.Symbol("theta", real=True)),
+        dissipation=Fc * sympy.Abs(sympy.Symbol("dtheta", real=True)),
+        drive=DRIVE,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_regressors_reproduce_both_dynamics(name: str) -> None:
+    model = derive(CASES[name])
+    parameters = [p.symbol for p in model.axis.parameters]
+    force = sum(c * p for c, p in zip(model.idm.columns, parameters, strict=True)) + model.idm.known
+    assert sympy.expand(force - model.force) == 0
+    assert sympy.simplify(substituted(model) - model.acceleration) == 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_map_round_trip_and_jacobians(name: str) -> None:
+    mapping = derive(CASES[name]).parameter_map
+    assert mapping is not None
+    assert mapping.inverse is not None
+    assert mapping.inverse_jacobian is not None
+    back = mapping.inverse.subs(dict(zip(mapping.symbols, mapping.forward, strict=True)))
+    assert sympy.simplify(back - sympy.Matrix(mapping.parameters)) == sympy.zeros(mapping.rank, 1)
+    product = (
+        mapping.inverse_jacobian.subs(dict(zip(mapping.symbols, mapping.forward, strict=True)))
+        * mapping.forward_jacobian
+    )
+    assert sympy.simplify(product) == sympy.eye(mapping.rank)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_rank_is_that_of_the_jacobian_at_a_generic_point(name: str) -> None:
+    mapping = derive(CASES[name]).parameter_map
+    assert mapping is not None
+    point = {p: sympy.Rational(3 + i, 7 + 2 * i) for i, p in enumerate(mapping.parameters)}
+    assert mapping.forward_jacobian.subs(point).applyfunc(sympy.nsimplify).rank() == mapping.rank
+
+
+def test_inertias_that_only_add_up_are_not_told_apart() -> None:
+    model = derive(axis(viscous(Fv, q), inertia=M + 4 * J, parameters=(M, J, Fv)))
+    assert model.parameter_map is not None
+    assert model.parameter_map.inverse is None
+    assert model.parameter_map.rank == 2
+    assert [describe_direction(h) for h in model.parameter_map.hidden] == ["J +1, M -4"]
+    assert [describe_direction(h) for h in model.hidden] == ["M -4, J +1"]
+
+
+def test_friction_that_no_motion_separates_is_reported() -> None:
+    other = Parameter("Fx", "N")
+    model = derive(axis(coulomb(Fc, q), coulomb(other, q), parameters=(M, Fc, other)))
+    assert [describe_direction(h) for h in model.hidden] == ["Fc -1, Fx +1"]
+
+
+def test_configuration_dependent_inertia_has_no_direct_regressor_and_says_why() -> None:
+    crank = lagrange(
+        "crank",
+        coordinate=q,
+        parameters=(M, J),
+        kinetic=(J + M * sympy.sin(q.symbol) ** 2) * q.velocity**2 / 2,
+        drive=DRIVE,
+    )
+    model = derive(crank)
+    assert model.ddm is None
+    assert "depends on q" in model.ddm_refusal
+    assert len(model.idm.columns) == 2
+
+
+def test_crank_has_the_velocity_term_of_its_changing_inertia() -> None:
+    crank = lagrange(
+        "crank",
+        coordinate=q,
+        parameters=(M,),
+        kinetic=M * sympy.sin(q.symbol) ** 2 * q.velocity**2 / 2,
+        drive=DRIVE,
+    )
+    s, c = sympy.sin(q.symbol), sympy.cos(q.symbol)
+    expected = s**2 * q.acceleration + s * c * q.velocity**2
+    assert sympy.expand(derive(crank).idm.columns[0] - expected) == 0
+
+
+def test_powers_of_the_friction_direction_are_reduced() -> None:
+    sign = sympy.sign(q.velocity)
+    model = derive(axis(Fc * sign**3, Fv * sign**2, parameters=(M, Fc, Fv)))
+    assert model.idm.columns[1:] == (DIRECTION, sympy.S.One)
+
+
+def test_quadratic_drag_is_smooth_in_each_mode() -> None:
+    drag = Parameter("Fq", "N/(m/s)^2")
+    model = derive(axis(drag * q.velocity * sympy.Abs(q.velocity), parameters=(M, drag)))
+    assert model.idm.columns[1] == DIRECTION * q.velocity**2
+
+
+@pytest.mark.parametrize(
+    ("resistance", "parameters", "message"),
+    [
+        (M * Fv * q.velocity, (M, Fv), r"not linear in Fv and M: see the term Fv\*M\*dq"),
+        (Fc * sympy.tanh(q.velocity / Fv.symbol), (M, Fc, Fv), r"see the term Fc\*tanh\(dq/Fv\)"),
+        (Fv**2 * q.velocity, (M, Fv), r"not linear in Fv: see the term Fv\*\*2\*dq"),
+    ],
+)
+def test_nonlinear_parameters_are_refused_by_term(
+    resistance: sympy.Expr, parameters: tuple[Parameter, ...], message: str
+) -> None:
+    with pytest.raises(ModelError, match=message):
+        derive(axis(resistance, parameters=parameters))
+
+
+def test_hidden_linearity_is_found() -> None:
+    square = ((M + 1) ** 2 - M**2 - 1) / 2
+    model = derive(axis(inertia=square, parameters=(M,)))
+    assert model.idm.columns == (q.acceleration,)
+
+
+def test_force_not_linear_in_acceleration_is_refused() -> None:
+    with pytest.raises(ModelError, match="not linear in the acceleration"):
+        derive(axis(Fv * q.acceleration**2, parameters=(M, Fv)))
+
+
+def test_other_jumps_with_velocity_are_refused() -> None:
+    with pytest.raises(ModelError, match=r"sign\(dq - 1\) jumps with the velocity"):
+        derive(axis(Fc * sympy.sign(q.velocity - 1), parameters=(M, Fc)))

@@ -1,0 +1,56 @@
+"""Units are exponents of kg, m, s, A; the whitelist has no traps."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid.modeling import ModelError, parse_unit
+from axisid.modeling.units import _SYMBOLS
+
+
+@pytest.mark.parametrize(
+    ("text", "exponents"),
+    [
+        ("kg", (1, 0, 0, 0)),
+        ("N/(m/s)", (1, 0, -1, 0)),
+        ("N m", (1, 2, -2, 0)),
+        ("Nm", (1, 2, -2, 0)),
+        ("N*m/rad", (1, 2, -2, 0)),
+        ("m/s^2", (0, 1, -2, 0)),
+        ("m/s**2", (0, 1, -2, 0)),
+        ("V/(m/s)", (1, 1, -2, -1)),
+        ("1/s", (0, 0, -1, 0)),
+        ("s^-1", (0, 0, -1, 0)),
+        ("N/m/s", (1, 0, -3, 0)),
+        ("J", (1, 2, -2, 0)),
+    ],
+)
+def test_units_are_read(text: str, exponents: tuple[int, ...]) -> None:
+    assert parse_unit(text).exponents == exponents
+
+
+@pytest.mark.parametrize(
+    "text", ["Hz", "mm", "N/", "(N", "N)", "N^", "N^x", "", "  ", "/s", "N**", "m^1.5", "µm", "2 m"]
+)
+def test_other_texts_are_refused(text: str) -> None:
+    with pytest.raises(ModelError, match="unit"):
+        parse_unit(text)
+
+
+SYMBOLS = st.sampled_from(sorted(_SYMBOLS))
+
+
+@given(SYMBOLS, SYMBOLS)
+def test_products_and_quotients_are_consistent_with_text(left: str, right: str) -> None:
+    a, b = parse_unit(left), parse_unit(right)
+    assert (a * b).exponents == parse_unit(f"{left} {right}").exponents
+    assert (a / b).exponents == parse_unit(f"{left}/({right})").exponents
+    assert parse_unit(str(a / b)).same_dimension(a / b)
+
+
+@given(st.text(max_size=12))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    try:
+        parse_unit(text)
+    except ModelError as error:
+        assert str(error)

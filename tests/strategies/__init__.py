@@ -1,0 +1,1 @@
+"""Hypothesis strategies for the things this program reads and derives."""
