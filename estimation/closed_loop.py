@@ -203,7 +203,7 @@ class _Loop:
         raise EstimationError(
             f"the simulated axis {self._axis.axis.name!r} changes direction more than "
             f"{_MOST_CROSSINGS} times within one sample at position {q:g} with {self._said}; check "
-            " the friction in the equation of motion and the parameters."
+            "the friction in the equation of motion and the parameters."
         )
 
     def _crossing(self, q: float, dq: float, force: float, direction: float, left: float) -> float:
@@ -259,13 +259,13 @@ class _Loop:
         if not push > 0 or not math.isfinite(push):
             raise EstimationError(
                 f"axis {self._axis.axis.name!r} has no positive inertia with {self._said}, so it "
-                " cannot be simulated. Give its inertial parameters a positive nominal value, or "
+                "cannot be simulated. Give its inertial parameters a positive nominal value, or "
                 "check the signs of force and position in the record."
             )
 
     def _diverged(self, sample: int, position: float) -> EstimationError:
         return EstimationError(
             f"the simulated closed loop of axis {self._axis.axis.name!r} diverges: position "
-            f"{position:g} at sample {sample} ({sample * self._period:g} s) with {self._said}. Check "
-            " the control law's gains and period, the drive gain and the nominal values."
+            f"{position:g} at sample {sample} ({sample * self._period:g} s) with {self._said}. "
+            "Check the control law's gains and period, the drive gain and the nominal values."
         )
