@@ -7,7 +7,12 @@ and the same text is what runs.
 from .artefacts import axis_artefacts as axis_artefacts
 from .generated_axis import GeneratedAxis as GeneratedAxis
 from .generated_axis import Quantity as Quantity
+from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
+from .generated_axis import stage_times as stage_times
+from .native import SIGNALS as SIGNALS
+from .native import STATUSES as STATUSES
+from .native import LoopSettings as LoopSettings
 from .store import Finding as Finding
 from .store import check_files as check_files
 from .store import expected_files as expected_files

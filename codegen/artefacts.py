@@ -10,16 +10,32 @@ from collections.abc import Mapping
 
 import sympy
 
-from axisid.modeling import AxisModel, DirectRegressor, ParameterMap, describe_direction
+from axisid.modeling import (
+    AxisModel,
+    DirectRegressor,
+    ParameterMap,
+    describe_combinations,
+    describe_direction,
+)
 
 from .functions import axis_programs
+from .print_c import PRELUDE, print_c_function, print_c_loop, print_c_rows
 from .print_casadi import print_function
 from .program import Output, Program
 
 #: Counts changes of what is emitted; part of every signature.
 SCHEMA = 1
 
-FUNCTIONS, EQUATIONS, MANIFEST = "functions.py", "equations.txt", "manifest.json"
+FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
+    "functions.py",
+    "native.c",
+    "equations.txt",
+    "manifest.json",
+)
+#: Functions that the native time loop calls.
+LOOP = ("control_start", "held_acceleration", "plant_step", "closed_loop_step")
+#: Functions of one sample that the native code also evaluates at many.
+ROWS = ("inverse_dynamics", "idm_regressor", "direct_dynamics", "ddm_regressor", "control_law")
 
 
 def axis_artefacts(model: AxisModel) -> dict[str, str]:
@@ -34,6 +50,7 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
     mark = signature(model)
     texts = {
         FUNCTIONS: _functions(model.axis.name, mark, programs),
+        NATIVE: _native(model, mark, programs),
         EQUATIONS: _equations(model, mark),
     }
     texts[MANIFEST] = json.dumps(_manifest(model, mark, programs, texts), indent=2) + "\n"
@@ -45,15 +62,21 @@ def signature(model: AxisModel) -> str:
     axis, law = model.axis, model.axis.control
     content = {
         "schema": SCHEMA,
-        "axis": axis.name,
+        "axis": [axis.name, axis.title],
         "coordinate": [axis.coordinate.name, axis.coordinate.unit],
         "parameters": [[p.name, p.unit] for p in axis.parameters],
         "force": sympy.srepr(axis.force),
-        "drive": [repr(axis.drive.gain), axis.drive.unit, repr(axis.drive.limit)],
+        "drive": [
+            repr(float(axis.drive.gain)),
+            axis.drive.unit,
+            repr(float(axis.drive.limit)),
+        ],
         "control": law
         and {
-            "period": repr(law.period),
-            "gains": {name: repr(value) for name, value in law.gains.items()},
+            "period": repr(float(law.period)),
+            "gains": {name: repr(float(value)) for name, value in law.gains.items()},
+            "delay": law.delay,
+            "continuous": law.continuous,
             "output": sympy.srepr(law.output),
             "memory": [
                 [m.name, sympy.srepr(m.following), sympy.srepr(m.start)] for m in law.memory
@@ -81,6 +104,23 @@ def _functions(name: str, mark: str, programs: tuple[Program, ...]) -> str:
     )
 
 
+def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
+    law = model.axis.control
+    by_name = {program.name: program for program in programs}
+    looped = [*LOOP] if law is not None else []
+    printed = [print_c_function(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
+    printed += [print_c_rows(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
+    if law is not None:
+        ports = {port.name: port for port in by_name["closed_loop_step"].inputs}
+        held = {port.name: port for port in by_name["plant_step"].inputs}["held"]
+        sizes = [len(port.elements) for port in (held, ports["state"], ports["parameters"])]
+        printed.append(print_c_loop(*sizes, continuous=law.continuous))
+    head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
+    return f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n{PRELUDE}\n" + "\n".join(
+        printed
+    )
+
+
 def _equations(model: AxisModel, mark: str) -> str:
     q, parameters = model.axis.coordinate, model.axis.parameters
     lines = [
@@ -100,9 +140,11 @@ def _equations(model: AxisModel, mark: str) -> str:
     else:
         lines += _direct_equations(model.ddm, model.parameter_map)
     lines += ["Identifiability"]
-    lines += [f"  no motion shows a change of {describe_direction(h)}" for h in model.hidden] or [
-        "  every parameter has an effect of its own"
-    ]
+    lines += [
+        f"  only {describe_combinations(hidden)}: no motion shows a change of "
+        f"{describe_direction(hidden)}"
+        for hidden in model.hidden
+    ] or ["  every parameter has an effect of its own"]
     return "\n".join(lines) + "\n"
 
 

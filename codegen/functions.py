@@ -5,6 +5,7 @@ friction direction (sign of the velocity while sliding).
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy
 
@@ -23,6 +24,10 @@ from axisid.modeling import (
 from .lower import Lowering
 from .program import Builder, Program
 
+# What is held between samples, under a sampled law and under a continuous one.
+HELD_FORCE = ("tau",)
+HELD_REFERENCE = ("reference", "reference_rate", "measurement_error")
+
 
 def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     """Build every function the model allows.
@@ -31,17 +36,14 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     control law there is no closed loop.
     """
     acceleration = _direct_dynamics(model)
-    plant = _plant_step(model, acceleration)
     programs = [_inverse_dynamics(model), _idm_regressor(model), acceleration]
     programs += _direct_regressor(model)
-    programs.append(plant)
-    if model.axis.control is not None:
-        law = _control_law(model, model.axis.control)
-        programs += [
-            _control_start(model.axis.control),
-            law,
-            _closed_loop_step(model, law, acceleration, plant),
-        ]
+    law = None if model.axis.control is None else _control_law(model, model.axis.control)
+    plant = _plant_step(model, law, acceleration)
+    programs += [_held_acceleration(model, law, acceleration), plant]
+    if law is not None and model.axis.control is not None:
+        start = _control_start(model, model.axis.control)
+        programs += [start, law, _closed_loop_step(model, law, plant)]
     return tuple(programs)
 
 
@@ -121,116 +123,189 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
     return programs
 
 
-def _control_start(law: ControlLaw) -> Program:
-    builder = _Arguments().scalars(MEASURED_POSITION)
-    return builder.lower(state=[[memory.start] for memory in law.memory]).program(
-        "control_start", "What the law remembers at the first sample, the axis at rest."
-    )
+def _state(law: ControlLaw) -> tuple[str, ...]:
+    """Names of what the drive remembers between samples: the law's memory, then the delay line."""
+    return (*(memory.name for memory in law.memory), *law.delay_line)
+
+
+def _control_start(model: AxisModel, law: ControlLaw) -> Program:
+    arguments = _Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    builder = arguments.builder
+    lowering = Lowering(builder, arguments.values)
+    memory = [lowering(memory.start) for memory in law.memory]
+    values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
+    rest = {MEASURED_VELOCITY: builder.constant(0.0)}
+    first = _output(model, law, builder, {**arguments.values, **values, **rest})
+    builder.output("state", [[index] for index in (*memory, *[first] * law.delay)])
+    return builder.program("control_start", "What the drive remembers of an axis at rest.")
+
+
+def _output(
+    model: AxisModel, law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]
+) -> int:
+    """The law's output within the drive's limit."""
+    control = _law_lowering(law, builder, values)(law.output)
+    limit = model.axis.drive.limit
+    if limit != float("inf"):
+        # Selected, not min and max: those would turn a control that is not a number into the limit.
+        upper, lower = builder.constant(limit), builder.constant(-limit)
+        control = builder.apply("select", builder.apply("lt", upper, control), upper, control)
+        control = builder.apply("select", builder.apply("lt", control, lower), lower, control)
+    return control
+
+
+def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
+    known = {gain(name): builder.constant(value) for name, value in law.gains.items()}
+    return Lowering(builder, {**values, **known, PERIOD: builder.constant(law.period)})
 
 
 def _control_law(model: AxisModel, law: ControlLaw) -> Program:
     arguments = _Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
-    arguments.vector("state", [memory.symbol for memory in law.memory])
-    builder = arguments.builder
-    known = {gain(name): builder.constant(value) for name, value in law.gains.items()}
-    lowering = Lowering(
-        builder, {**arguments.values, **known, PERIOD: builder.constant(law.period)}
-    )
-    control = lowering(law.output)
-    limit = model.axis.drive.limit
-    if limit != float("inf"):
-        control = builder.apply("min", control, builder.constant(limit))
-        control = builder.apply("max", control, builder.constant(-limit))
-    builder.output("control", [[control]])
-    builder.output("next_state", [[lowering(memory.following)] for memory in law.memory])
-    return builder.program(
-        "control_law", "Control held until the next sample, within the drive's limit."
-    )
-
-
-def _plant_step(model: AxisModel, acceleration: Program) -> Program:
-    arguments = _motion(model, force=True).vector("parameters", _parameters(model))
     builder, values = arguments.builder, arguments.values
-    step = builder.scalar("step")
-    q, dq = model.axis.coordinate.symbol, model.axis.coordinate.velocity
-    end = _runge_kutta(
-        builder,
-        acceleration,
-        (values[q], values[dq], values[FORCE], values[DIRECTION]),
-        tuple(values[p] for p in _parameters(model)),
-        step,
+    state = builder.vector("state", _state(law))
+    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
+    line = state[len(law.memory) :]
+    following = _law_lowering(law, builder, {**values, **memory})
+    control = _output(model, law, builder, {**values, **memory})
+    queue = (control, *line)
+    builder.output("control", [[queue[-1]]])
+    builder.output(
+        "next_state",
+        [[following(m.following)] for m in law.memory] + [[index] for index in queue[:-1]],
     )
-    builder.output(f"{q.name}_next", [[end[0]]])
-    builder.output(f"{dq.name}_next", [[end[1]]])
-    return builder.program(
-        "plant_step", "Motion after `step` seconds of held force in one friction mode (RK4)."
+    return builder.program("control_law", "Control that the drive applies, within its limit.")
+
+
+@dataclass(frozen=True, slots=True)
+class _Plant:
+    """The plant under what is held between samples, as operations of one builder.
+
+    A sampled law holds its force. A continuous law is evaluated inside the plant's derivative; held
+    are the line that the reference follows and the error of the measurement.
+    """
+
+    model: AxisModel
+    law: Program | None
+    acceleration: Program
+    builder: Builder
+    held: tuple[int, ...]
+    direction: int
+    parameters: tuple[int, ...]
+
+    def force(self, q: int, dq: int, elapsed: int | None) -> int:
+        """Force at a state, some time into the period."""
+        if self.law is None:
+            return self.held[0]
+        build = self.builder.apply
+        reference, rate, error = self.held
+        if elapsed is not None:
+            reference = build("add", reference, build("mul", rate, elapsed))
+        measured = build("add", q, error)
+        law = self.builder.inline(self.law, (reference,), (measured,), (dq,), ())
+        return build("mul", self.builder.constant(self.model.axis.drive.gain), *law["control"])
+
+    def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
+        """Acceleration at a state, some time into the period."""
+        tau = self.force(q, dq, elapsed)
+        arguments = ((q,), (dq,), (tau,), (self.direction,), self.parameters)
+        (indices,) = self.builder.inline(self.acceleration, *arguments).values()
+        return indices[0]
+
+
+def _held_names(model: AxisModel) -> tuple[str, ...]:
+    law = model.axis.control
+    return HELD_REFERENCE if law is not None and law.continuous else HELD_FORCE
+
+
+def _plant_arguments(
+    model: AxisModel, law: Program | None, acceleration: Program
+) -> tuple[_Plant, int, int]:
+    q = model.axis.coordinate
+    arguments = _Arguments().scalars(q.symbol, q.velocity)
+    builder, values = arguments.builder, arguments.values
+    held = builder.vector("held", _held_names(model))
+    direction = builder.scalar("direction")
+    parameters = builder.vector("parameters", [p.name for p in model.axis.parameters])
+    continuous = law if len(held) > 1 else None
+    plant = _Plant(model, continuous, acceleration, builder, held, direction, parameters)
+    return plant, values[q.symbol], values[q.velocity]
+
+
+def _held_acceleration(model: AxisModel, law: Program | None, acceleration: Program) -> Program:
+    plant, q, dq = _plant_arguments(model, law, acceleration)
+    plant.builder.output(model.axis.coordinate.acceleration.name, [[plant.accelerate(q, dq, None)]])
+    plant.builder.output("tau", [[plant.force(q, dq, None)]])
+    return plant.builder.program(
+        "held_acceleration", "Acceleration and force under what is held since the last sample."
     )
 
 
-def _runge_kutta(
-    builder: Builder,
-    acceleration: Program,
-    state: tuple[int, int, int, int],
-    parameters: tuple[int, ...],
-    step: int,
-) -> tuple[int, int]:
-    """Classical fourth-order Runge-Kutta step of position and velocity."""
-    q, dq, tau, direction = state
+def _plant_step(model: AxisModel, law: Program | None, acceleration: Program) -> Program:
+    plant, q, dq = _plant_arguments(model, law, acceleration)
+    names = model.axis.coordinate
+    end_q, end_dq, first, last = _runge_kutta(plant, q, dq, plant.builder.scalar("step"))
+    plant.builder.output(f"{names.name}_next", [[end_q]])
+    plant.builder.output(f"{names.velocity}_next", [[end_dq]])
+    plant.builder.output("first_slope", [[first]])
+    plant.builder.output("last_slope", [[last]])
+    return plant.builder.program(
+        "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
+    )
 
-    def slope(position: int, velocity: int) -> tuple[int, int]:
-        arguments = ((position,), (velocity,), (tau,), (direction,), parameters)
-        (value,) = next(iter(builder.inline(acceleration, *arguments).values()))
-        return velocity, value
+
+def _runge_kutta(plant: _Plant, q: int, dq: int, step: int) -> tuple[int, int, int, int]:
+    """Classical fourth-order step: position, velocity, and acceleration at both ends."""
+    builder, build = plant.builder, plant.builder.apply
 
     def ahead(slopes: tuple[int, int], length: int) -> tuple[int, int]:
         moved = [
-            builder.apply("add", start, builder.apply("mul", length, s))
-            for start, s in zip((q, dq), slopes, strict=True)
+            build("add", start, build("mul", length, slope))
+            for start, slope in zip((q, dq), slopes, strict=True)
         ]
         return moved[0], moved[1]
 
-    half = builder.apply("div", step, builder.constant(2))
-    k1 = slope(q, dq)
-    k2 = slope(*ahead(k1, half))
-    k3 = slope(*ahead(k2, half))
-    k4 = slope(*ahead(k3, step))
-    sixth, two = builder.apply("div", step, builder.constant(6)), builder.constant(2)
+    def slopes(state: tuple[int, int], elapsed: int | None) -> tuple[int, int]:
+        return state[1], plant.accelerate(*state, elapsed)
+
+    half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
+    k1 = slopes((q, dq), None)
+    k2 = slopes(ahead(k1, half), half)
+    k3 = slopes(ahead(k2, half), half)
+    k4 = slopes(ahead(k3, step), step)
     total = [
-        builder.apply(
-            "add",
-            builder.apply("add", a, d),
-            builder.apply("mul", two, builder.apply("add", b, c)),
-        )
+        build("add", build("add", a, d), build("mul", two, build("add", b, c)))
         for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
     ]
-    return ahead((total[0], total[1]), sixth)
+    end = ahead((total[0], total[1]), build("mul", builder.constant(1 / 6), step))
+    return *end, k1[1], k4[1]
 
 
-def _closed_loop_step(
-    model: AxisModel, law: Program, acceleration: Program, plant: Program
-) -> Program:
+def _closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     coordinate, axis = model.axis.coordinate, model.axis
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     arguments = _Arguments().scalars(q, dq)
     builder, values = arguments.builder, arguments.values
-    state = builder.vector(
-        "state", next(port for port in law.inputs if port.name == "state").elements
-    )
-    reference, noise, direction = map(builder.scalar, ("reference", "position_noise", "direction"))
+    state_port = next(port for port in law.inputs if port.name == "state")
+    state = builder.vector("state", state_port.elements)
+    reference, rate, error = map(builder.scalar, HELD_REFERENCE)
+    direction = builder.scalar("direction")
     parameters = builder.vector("parameters", [p.name for p in axis.parameters])
     step = builder.scalar("step")
-    measured = builder.apply("add", values[q], noise)
+    measured = builder.apply("add", values[q], error)
     control = builder.inline(law, (reference,), (measured,), (values[dq],), state)
     tau = builder.apply("mul", builder.constant(axis.drive.gain), control["control"][0])
-    motion = ((values[q],), (values[dq],), (tau,), (direction,), parameters)
-    end = builder.inline(plant, *motion, (step,))
+    held = (tau,) if _held_names(model) == HELD_FORCE else (reference, rate, error)
+    end = builder.inline(
+        plant, (values[q],), (values[dq],), held, (direction,), parameters, (step,)
+    )
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
     builder.output("next_state", [[index] for index in control["next_state"]])
-    builder.output(ddq.name, [builder.inline(acceleration, *motion)[ddq.name]])
+    builder.output(ddq.name, [end["first_slope"]])
     builder.output("tau", [[tau]])
     builder.output("control", [control["control"]])
+    builder.output("last_slope", [end["last_slope"]])
     return builder.program(
         "closed_loop_step",
-        "One sample: measure, control, hold for `step` seconds in one friction mode.",
+        "One sample: measure, control, move for `step` seconds in one friction mode.",
     )

@@ -1,20 +1,28 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.modeling import Axis, AxisModel, derive, describe_direction
+from axisid.modeling import (
+    Axis,
+    AxisModel,
+    UsageError,
+    derive,
+    describe_combinations,
+    describe_direction,
+)
 
-from .artefacts import FUNCTIONS, axis_artefacts, signature
+from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
+from .compiler import NativeUnavailableError
 from .execute import execute
+from .native import VECTORS, Native, by_sample
 
 Array = NDArray[np.float64]
-
-_VECTORS = frozenset({"parameters", "ddm_parameters", "state"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +50,12 @@ class GeneratedAxis:
         Of the direct model, length m; empty without a direct regressor.
     ddm_refusal : str
         Why there is no direct regressor, or no way back from it; else empty.
+    hidden : tuple of str
+        Parameters that no motion tells apart, in words; empty if there are none.
     functions : mapping of str to casadi.Function
         See `axisid.codegen.functions`.
+    native : Native
+        The same functions and the closed loop, compiled; empty-handed where there is no compiler.
     """
 
     axis: Axis
@@ -51,7 +63,9 @@ class GeneratedAxis:
     parameters: tuple[Quantity, ...]
     ddm_parameters: tuple[Quantity, ...]
     ddm_refusal: str
+    hidden: tuple[str, ...]
     functions: Mapping[str, Any]
+    native: Native
 
     @property
     def nominal(self) -> Array:
@@ -83,14 +97,17 @@ class GeneratedAxis:
         tuple of (N, columns) arrays
             One per output.
         """
+        library = self.native.cached()
+        if library is not None:
+            return library.rows(function, arguments)
         compiled = self.functions[function]
-        vectors = [name in _VECTORS for name in compiled.name_in()]
+        vectors = [name in VECTORS for name in compiled.name_in()]
         given = [
             np.reshape(a, (-1, 1) if vector else (1, -1))
             for a, vector in zip(arguments, vectors, strict=True)
         ]
         samples = max(g.shape[1] for g in given)
-        return tuple(out.full().reshape(samples, -1) for out in compiled.call(given))
+        return tuple(by_sample(out.full(), samples) for out in compiled.call(given))
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
@@ -106,8 +123,14 @@ class GeneratedAxis:
         return result.full().ravel(), jacobian.full()
 
 
-def build(axis: Axis) -> GeneratedAxis:
+def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
     """Derive an axis and build its functions from the text that `axisid generate` writes.
+
+    Parameters
+    ----------
+    axis : Axis
+    native : bool
+        Whether simulations may compile and run native code; the CasADi virtual machine otherwise.
 
     Raises
     ------
@@ -117,6 +140,7 @@ def build(axis: Axis) -> GeneratedAxis:
     model = derive(axis)
     mapping = model.parameter_map
     texts = axis_artefacts(model)
+    functions = execute(texts[FUNCTIONS], axis.name)
     return GeneratedAxis(
         axis=axis,
         signature=signature(model),
@@ -130,8 +154,29 @@ def build(axis: Axis) -> GeneratedAxis:
             )
         ),
         ddm_refusal=_refusal(model),
-        functions=execute(texts[FUNCTIONS], axis.name),
+        hidden=tuple(
+            f"no motion shows a change of {describe_direction(h)}; only {describe_combinations(h)} "
+            "can be identified"
+            for h in model.hidden
+        ),
+        functions=functions,
+        native=Native(texts[NATIVE], functions, enabled=native),
     )
+
+
+def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
+    """Return a generated axis as it is, and build a declared one.
+
+    Raises
+    ------
+    UsageError
+        It is neither.
+    """
+    if isinstance(axis, GeneratedAxis):
+        return axis
+    if isinstance(axis, Axis):
+        return build(axis)
+    raise UsageError(f"the axis is {axis!r}; give an Axis, such as load_axis('emps').")
 
 
 def _refusal(model: AxisModel) -> str:
@@ -145,3 +190,31 @@ def _refusal(model: AxisModel) -> str:
             f"(no motion shows a change of {trades}); declare their combination as one parameter"
         )
     return ""
+
+
+def stage_times(axis: Axis) -> list[tuple[str, float]]:
+    """Seconds that each stage takes from declaration to loaded native code.
+
+    Compilation is timed whether or not the library is cached; loading is from the cache.
+    """
+    times: list[tuple[str, float]] = []
+
+    def timed(stage: str, run: Callable[[], Any]) -> Any:
+        begin = time.perf_counter()
+        result = run()
+        times.append((stage, time.perf_counter() - begin))
+        return result
+
+    model = timed("derive", lambda: derive(axis))
+    texts = timed("lower and print", lambda: axis_artefacts(model))
+    functions = timed("build for the virtual machine", lambda: execute(texts[FUNCTIONS], axis.name))
+    native = Native(texts[NATIVE], functions)
+    try:
+        timed("compile", native.compile_afresh)
+    except NativeUnavailableError as error:
+        native.refusal = str(error)
+        native.warn_once()
+        return times
+    native.library()
+    timed("load", Native(texts[NATIVE], functions).library)
+    return times

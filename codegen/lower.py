@@ -4,13 +4,14 @@ An unknown node is a named error, not a guess. The memo belongs to the caller, s
 lowered together share their common subexpressions.
 """
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from functools import reduce
-from typing import Any
 
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.functions.elementary.piecewise import ExprCondPair
+from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
 from axisid.modeling import ModelError
 
@@ -45,6 +46,23 @@ _RELATIONS: dict[type[sympy.Basic], tuple[str, bool]] = {
     sympy.GreaterThan: ("le", True),
     sympy.Equality: ("eq", False),
 }
+# Classes with a method of their own; by class, since a function may bear any name.
+_MAPPED = frozenset(
+    {
+        sympy.Symbol,
+        sympy.Rational,
+        sympy.Float,
+        sympy.NumberSymbol,
+        sympy.Add,
+        sympy.Mul,
+        sympy.Pow,
+        sympy.atan2,
+        sympy.Piecewise,
+        sympy.ITE,
+        BooleanTrue,
+        BooleanFalse,
+    }
+)
 _LARGEST_REPEATED_POWER = 4
 
 
@@ -84,9 +102,8 @@ class Lowering:
                 return self._fold(_FOLDED[kind], node)
             if kind in _RELATIONS:
                 return self._relation(*_RELATIONS[kind], node)
-            method: Callable[[Any], int] | None = getattr(self, f"map_{kind.__name__}", None)
-            if method is not None:
-                return method(node)
+            if kind in _MAPPED:
+                return int(getattr(self, f"map_{kind.__name__}")(node))
         raise ModelError(
             f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
             "use sums, products, powers, elementary functions, Min, Max or Piecewise."
@@ -99,10 +116,16 @@ class Lowering:
         return self._values[node]
 
     def map_Rational(self, node: sympy.Rational) -> int:
-        return self._builder.constant(int(node.p) / int(node.q))
+        try:
+            return self._builder.constant(int(node.p) / int(node.q))
+        except OverflowError as error:
+            raise ModelError(f"the number {node} is too large for a float.") from error
 
     def map_Float(self, node: sympy.Float) -> int:
-        return self._builder.constant(float(node))
+        value = float(node)
+        if not math.isfinite(value):
+            raise ModelError(f"the number {node} is too large for a float.")
+        return self._builder.constant(value)
 
     def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
         return self._builder.constant(float(node))
@@ -137,14 +160,14 @@ class Lowering:
         above = self._chain("mul", numerator) if numerator else self._builder.constant(1)
         if not denominator:
             return above
-        return self._builder.apply("div", above, self._chain("mul", denominator))
+        return self._divide(above, self._chain("mul", denominator), node)
 
     def map_Pow(self, node: sympy.Pow) -> int:
         base, exponent = node.base, node.exp
         if exponent == sympy.Rational(1, 2):
             return self._builder.apply("sqrt", self(base))
         if exponent.could_extract_minus_sign():
-            return self._builder.apply("div", self._builder.constant(1), self(base**-exponent))
+            return self._divide(self._builder.constant(1), self(base**-exponent), node)
         if exponent.is_Integer and 1 < exponent <= _LARGEST_REPEATED_POWER:
             return self._chain("mul", [self(base)] * int(exponent))
         return self._builder.apply("pow", self(base), self(exponent))
@@ -170,6 +193,12 @@ class Lowering:
     def map_ITE(self, node: sympy.ITE) -> int:
         condition, value, otherwise = node.args
         return self._builder.apply("select", self(condition), self(value), self(otherwise))
+
+    def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
+        divisor = self._builder.operations[below]
+        if divisor.name == "constant" and divisor.value == 0:
+            raise ModelError(f"{node} divides by a constant that is zero; check the gains.")
+        return self._builder.apply("div", above, below)
 
     def _fold(self, operation: str, node: sympy.Basic) -> int:
         return self._chain(

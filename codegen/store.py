@@ -1,8 +1,10 @@
 """The folder of generated code: write it, and prove that nothing in it is stale."""
 
 import difflib
+import errno
 import os
-import tempfile
+import secrets
+import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,11 +99,44 @@ def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True
             findings.append(Finding(path=path, state=state, diff=_diff(path, found or "", text)))
     if orphans:
         present = {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
-        ignored = {p for p in present if "__pycache__" in p.parts or p.name == "README.md"}
+        # Names that begin with a dot are temporary: of a run beside this one, or of one cut short.
+        ignored = {p for p in present if "__pycache__" in p.parts or p.name.startswith(".")}
         findings += [
             Finding(path=path, state="orphan") for path in sorted(present - ignored - set(files))
         ]
     return findings
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a text file whole or not at all, through a temporary file beside it.
+
+    A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
+    existing file keeps its mode; a new one gets the user's default.
+
+    Raises
+    ------
+    OSError
+        The file system refuses; the file is as it was.
+    """
+    path = path.resolve()
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")
+        return
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "the file is read-only")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with temporary.open("x", encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            shutil.copymode(path, temporary)
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
 
 
 def _read(path: Path) -> str | None:
@@ -111,28 +146,11 @@ def _read(path: Path) -> str | None:
         return None
     except UnicodeDecodeError:
         return ""
-
-
-def replace_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all, through a temporary file beside it.
-
-    Raises
-    ------
-    OSError
-        The file system refuses; the file is as it was.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    except OSError as error:
+        raise UsageError(
+            f"{path} cannot be read ({error.strerror}); remove it or choose another folder with "
+            "--output."
+        ) from error
 
 
 def _diff(path: Path, found: str, wanted: str) -> str:

@@ -4,8 +4,11 @@
 functions.
 """
 
+from .closed_loop import BatchSimulation as BatchSimulation
 from .closed_loop import Simulation as Simulation
+from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
+from .closed_loop import simulate_batch as simulate_batch
 from .covariance import delta_method as delta_method
 from .covariance import iid_covariance as iid_covariance
 from .errors import DataError as DataError

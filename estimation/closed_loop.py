@@ -1,62 +1,111 @@
 """Closed-loop simulation: the reference in, everything else simulated.
 
-The control law is evaluated once a sample and held. In between, the plant moves in one friction
-mode; where the velocity changes sign the crossing is located and the mode chosen anew. At rest the
-model itself decides: with the accelerations a(+) and a(-) for both friction directions, the axis
-sticks if and only if ``a(+) <= 0 <= a(-)`` (Filippov). While it sticks under a held force nothing
-changes until the next sample.
+The control law is evaluated once a sample and held (or all the time, if it is continuous). In
+between, the plant moves in one friction mode; where the velocity reaches zero the crossing is
+located and the mode chosen anew. At rest the model itself decides: with the accelerations a(+) and
+a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)``
+[Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
 """
 
 import math
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen import GeneratedAxis
-from axisid.modeling import ModelError
+from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings
+from axisid.modeling import ModelError, UsageError
 
 from .arrays import Array
 from .errors import EstimationError
 from .signals import Signals
+from .virtual_loop import VirtualLoop
 
-_MOST_CROSSINGS = 20  # per sample; more is chatter (Zeno)
-_JUST_LEFT = 1e-6  # of the time left in the sample
+_PROBE = 1e-6  # of position and velocity, for the plant's rates
+_RESOLVED = 0.1  # rate times step at which a Runge-Kutta step is accurate
+_MOST_SUBSTEPS = 1000
 _RUNAWAY = 100.0  # of the reference's span
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulation:
-    """A simulated closed loop, at the reference's samples.
+    """A simulated closed loop, at the reference's samples, (N,) each, SI.
 
-    Force, acceleration and friction direction jump when the control is updated. `after` holds
-    them just after the update at each sample, `before` just before it; both satisfy the model row
-    by row.
+    Force, acceleration and friction direction are those just after the control was updated at the
+    sample; with position and velocity they satisfy the model row by row.
 
     Attributes
     ----------
-    after, before : Signals
-        (N,) each, SI.
-    measured_position : (N,) array
-        Position with the noise that was given.
-    control : (N,) array
+    time, position, velocity, acceleration, force : array
+    control : array
         In the drive's unit.
+    direction : array
+        Friction direction: +1 or -1 while sliding, between them while stuck.
+    direction_before : array
+        The same just before the sample, under what was held until then.
+    measured_position : array
+        With the noise and the encoder resolution that were given.
     """
 
-    after: Signals
-    before: Signals
-    measured_position: Array
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    force: Array
     control: Array
+    direction: Array
+    direction_before: Array
+    measured_position: Array
+
+    @property
+    def mode(self) -> Array:
+        """+1 and -1 while sliding, 0 while stuck."""
+        return np.where(np.abs(self.direction) < 1, 0.0, self.direction)
+
+    @property
+    def signals(self) -> Signals:
+        """What a regressor is made of, just after each sample."""
+        return Signals(
+            position=self.position,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+            force=self.force,
+            direction=self.direction,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatchSimulation:
+    """Many simulations side by side.
+
+    Attributes
+    ----------
+    signals : dict of str to (N, B) array
+        The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
+        a simulation ended early.
+    failures : dict of int to str
+        Why and where, by lane, for those that ended early.
+    """
+
+    signals: dict[str, Array]
+    failures: dict[int, str]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.signals[name]
 
 
 def simulate(
     axis: GeneratedAxis,
-    parameters: Array,
-    reference: Array,
+    parameters: ArrayLike,
+    reference: ArrayLike,
     period: float,
     *,
     start: float | None = None,
-    position_noise: Array | None = None,
+    position_noise: ArrayLike | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
 ) -> Simulation:
     """Simulate the axis under its control law, starting at rest.
 
@@ -64,29 +113,186 @@ def simulate(
     ----------
     axis : GeneratedAxis
         With a control law.
-    parameters : (p,) array
+    parameters : (p,) array_like
         Physical parameters, SI.
-    reference : (N,) array
+    reference : (N,) array_like
         Commanded position.
     period : float
         Sampling period, s.
     start : float, optional
         First position; the first reference by default.
-    position_noise : (N,) array, optional
+    position_noise : (N,) array_like, optional
         Added to the position that the law measures.
+    resolution : float
+        Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
+    substeps : int, optional
+        Runge-Kutta steps in a sample; the error falls with their fourth power. By default as many
+        as the damping and stiffness of the axis ask for at the start, mostly 1.
 
     Raises
     ------
     ModelError
         The axis has no control law.
+    UsageError
+        An argument has the wrong shape or value.
     EstimationError
         The inertia is not positive, or the loop diverges or chatters; the sample is named.
     """
-    if axis.axis.control is None:
-        raise no_control_law(axis.axis.name)
-    loop = _Loop(axis, parameters, period)
-    noise = np.zeros(len(reference)) if position_noise is None else position_noise
-    return loop.run(reference, noise, reference[0] if start is None else start)
+    theta, ref = _vector(parameters, "parameters"), _vector(reference, "reference")
+    _check_loop(axis, theta.shape, ref, period, resolution, substeps)
+    noise = None if position_noise is None else _vector(position_noise, "position_noise")
+    if noise is not None and (noise.shape != ref.shape or not np.all(np.isfinite(noise))):
+        raise UsageError(
+            f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
+        )
+    first = float(ref[0] if start is None else start)
+    _check_inertia(axis, theta, first)
+    settings = LoopSettings(
+        period=period,
+        resolution=resolution,
+        allowed=_allowed(np.ptp(ref), abs(first - ref[0])),
+        substeps=substeps or _substeps(axis, theta[None, :], np.array([first]), period),
+    )
+    library = axis.native.library()
+    if library is None:
+        axis.native.warn_once()
+        status, stopped, out = VirtualLoop(axis, theta, settings).run(ref, noise, first)
+    else:
+        status, stopped, out = library.simulate(ref, noise, theta, first, settings)
+    if status:
+        raise EstimationError(_failure(axis, theta, status, stopped, period))
+    return Simulation(
+        time=period * np.arange(len(ref), dtype=np.float64),
+        direction_before=out.pop("before"),
+        measured_position=_measured(out["position"], noise, resolution),
+        **out,
+    )
+
+
+def simulate_batch(
+    axis: GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    *,
+    start: ArrayLike | None = None,
+    position_noise: ArrayLike | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
+    signals: Sequence[str] = SIGNALS[:5],
+    threads: int | None = None,
+) -> BatchSimulation:
+    """Simulate many parameter sets, references or noises side by side.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    parameters : (B, p) array_like
+        One row a lane.
+    reference : (N,) or (N, B) array_like
+        Shared, or one column a lane.
+    period : float
+        Sampling period, s.
+    start : (B,) array_like, optional
+        First positions; the first references by default.
+    position_noise : (N, B) array_like, optional
+    resolution, substeps
+        As in `simulate`.
+    signals : sequence of str
+        What is wanted: each takes N x B floats. Names as in `Simulation`.
+    threads : int, optional
+        As many as there are processors by default.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    UsageError
+        An argument has the wrong shape or value.
+
+    Notes
+    -----
+    A lane that fails does not end the others; see `BatchSimulation.failures`.
+    """
+    theta = np.ascontiguousarray(parameters, dtype=float)
+    ref = np.asarray(reference, dtype=float)
+    _check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
+    lanes = len(theta)
+    if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
+        raise UsageError(
+            f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
+            "and (N,) or (N, B)."
+        )
+    noise = None if position_noise is None else np.asarray(position_noise, dtype=float)
+    if noise is not None and (noise.shape != (len(ref), lanes) or not np.all(np.isfinite(noise))):
+        raise UsageError(
+            f"the noise has the shape {noise.shape}; give {(len(ref), lanes)}, all finite."
+        )
+    names = {"direction_before": "before"}
+    wanted = [names.get(name, name) for name in signals]
+    if unknown := set(wanted) - set(SIGNALS):
+        raise UsageError(
+            f"there is no signal {', '.join(unknown)}; there are {', '.join(SIGNALS)}."
+        )
+    first = np.broadcast_to(ref[0], lanes) if start is None else np.asarray(start, dtype=float)
+    if first.shape != (lanes,):
+        raise UsageError(f"the start has the shape {first.shape}; give one position a lane.")
+    first = np.ascontiguousarray(first)
+    away = float(np.max(np.abs(first - ref[0]), initial=0.0))
+    settings = LoopSettings(
+        period=period,
+        resolution=resolution,
+        allowed=_allowed(np.max(np.ptp(ref, axis=0)), away),
+        substeps=substeps or _substeps(axis, theta, first, period),
+    )
+    library = axis.native.library()
+    if library is None:
+        axis.native.warn_once()
+        status, stopped, out = _virtual_batch(axis, theta, ref, noise, first, settings, wanted)
+    else:
+        count = _processors() if threads is None else max(1, threads)
+        status, stopped, out = library.simulate_batch(
+            ref, noise, theta, first, settings, wanted, count
+        )
+    failures = {}
+    for lane in np.flatnonzero(status):
+        for signal in out.values():
+            signal[stopped[lane] :, lane] = np.nan
+        failures[int(lane)] = _failure(
+            axis, theta[lane], int(status[lane]), int(stopped[lane]), period
+        )
+    given = {new: old for old, new in names.items()}
+    return BatchSimulation(
+        signals={given.get(name, name): values for name, values in out.items()}, failures=failures
+    )
+
+
+def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulation) -> Signals:
+    """Signals just before each sample: the same motion under the force held until then.
+
+    They satisfy the model row by row too. At the first sample, and for a continuous law, they are
+    those just after.
+    """
+    law = axis.axis.control
+    if law is not None and law.continuous:
+        return simulation.signals
+    held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
+    (acceleration,) = axis.rows(
+        "direct_dynamics",
+        simulation.position,
+        simulation.velocity,
+        held,
+        simulation.direction_before,
+        parameters,
+    )
+    return Signals(
+        position=simulation.position,
+        velocity=simulation.velocity,
+        acceleration=acceleration[:, 0],
+        force=held,
+        direction=simulation.direction_before,
+    )
 
 
 def no_control_law(name: str) -> ModelError:
@@ -97,175 +303,124 @@ def no_control_law(name: str) -> ModelError:
     )
 
 
-class _Buffered:
-    """A CasADi function on fixed memory: arguments and results without conversion."""
-
-    def __init__(self, function: Any) -> None:
-        names = function.name_in()
-        results = [np.zeros(function.size1_out(i)) for i in range(function.n_out())]
-        arguments = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
-        self.arguments = dict(zip(names, arguments, strict=True))
-        self.results = dict(zip(function.name_out(), results, strict=True))
-        self._positions = arguments
-        self._first, self._second = results[0], results[min(1, len(results) - 1)]
-        self._buffer, self._run = function.buffer()
-        for i, array in enumerate(arguments):
-            self._buffer.set_arg(i, memoryview(array.data))
-        for i, array in enumerate(results):
-            self._buffer.set_res(i, memoryview(array.data))
-
-    def __call__(self, *scalars: float) -> tuple[float, float]:
-        """Set the leading scalar arguments, evaluate, and return the first two results."""
-        for array, value in zip(self._positions, scalars, strict=False):
-            array[0] = value
-        self._run()
-        return float(self._first[0]), float(self._second[0])
+def _vector(values: ArrayLike, what: str) -> Array:
+    vector = np.ascontiguousarray(values, dtype=float)
+    if vector.ndim != 1 or not len(vector):
+        raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
+    return vector
 
 
-class _Loop:
-    """One closed loop with one parameter set."""
-
-    def __init__(self, axis: GeneratedAxis, parameters: Array, period: float) -> None:
-        self._axis, self._values, self._period = axis, parameters, period
-        self._step = _Buffered(axis.functions["closed_loop_step"])
-        self._plant = _Buffered(axis.functions["plant_step"])
-        self._dynamics = _Buffered(axis.functions["direct_dynamics"])
-        for function in (self._step, self._plant, self._dynamics):
-            function.arguments["parameters"][:] = parameters
-        self._step.arguments["step"][0] = period
-
-    @property
-    def _said(self) -> str:
-        return self._axis.describe(self._values)
-
-    def run(self, reference: Array, noise: Array, start: float) -> Simulation:
-        """Simulate every sample."""
-        samples = len(reference)
-        position, velocity, force, control = np.zeros((4, samples))
-        after, before = np.zeros((2, samples))
-        allowed = self._allowed(reference, start)
-        self._check_inertia(start)
-        start_law = self._axis.functions["control_start"]
-        self._step.arguments["state"][:] = start_law(start + noise[0]).full().ravel()
-        q, dq = start, 0.0
-        for k in range(samples):
-            if not abs(q - reference[k]) <= allowed:
-                raise self._diverged(k, q)
-            position[k], velocity[k] = q, dq
-            after[k], (q, dq, end) = self._sample(q, dq, reference[k], noise[k])
-            force[k] = self._step.results["tau"][0]
-            control[k] = self._step.results["control"][0]
-            if k + 1 < samples:
-                before[k + 1] = end
-        before[0] = after[0]
-        held = np.concatenate([force[:1], force[:-1]])
-        return Simulation(
-            after=self._signals(position, velocity, force, after),
-            before=self._signals(position, velocity, held, before),
-            measured_position=position + noise,
-            control=control,
+def _check_loop(
+    axis: GeneratedAxis,
+    shape: tuple[int, ...],
+    reference: Array,
+    period: float,
+    resolution: float,
+    substeps: int | None,
+) -> None:
+    law = axis.axis.control
+    if law is None:
+        raise no_control_law(axis.axis.name)
+    if shape != (len(axis.parameters),):
+        raise UsageError(
+            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
+            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given."
         )
+    if not len(reference) or not np.all(np.isfinite(reference)):
+        raise UsageError("the reference is empty or not finite; give finite positions.")
+    if not (math.isfinite(period) and period > 0):
+        raise UsageError(f"the period is {period!r} s; give a positive number.")
+    if not resolution >= 0 or (resolution and law.continuous):
+        raise UsageError(
+            f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
+            "takes no samples."
+        )
+    if substeps is not None and substeps < 1:
+        raise UsageError(f"the substeps are {substeps!r}; give 1 or more.")
 
-    def _sample(
-        self, q: float, dq: float, reference: float, noise: float
-    ) -> tuple[float, tuple[float, float, float]]:
-        """Control, then move for one period: direction at the start, and the state at the end."""
-        direction = float(np.sign(dq))
-        step = self._step
-        step.arguments["reference"][0] = reference
-        step.arguments["position_noise"][0] = noise
-        step.arguments["direction"][0] = direction
-        q_next, dq_next = step(q, dq)
-        step.arguments["state"][:] = step.results["next_state"]
-        force = float(step.results["tau"][0])
-        if direction and dq_next * direction >= 0:
-            return direction, (q_next, dq_next, direction)
-        if not direction:
-            direction = self._at_rest(q, force)
-        return direction, self._advance(q, dq, force, direction)
 
-    def _advance(
-        self, q: float, dq: float, force: float, direction: float
-    ) -> tuple[float, float, float]:
-        """Move under a held force through every change of the friction direction."""
-        left = self._period
-        for _ in range(_MOST_CROSSINGS):
-            if abs(direction) < 1:
-                return q, 0.0, direction
-
-            end, speed = self._move(q, dq, force, direction, left)
-            if speed * direction >= 0:
-                return end, speed, direction
-            span = self._crossing(q, dq, force, direction, left)
-            q, dq = self._move(q, dq, force, direction, span)[0], 0.0
-            left -= span
-            direction = self._at_rest(q, force)
+def _check_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> None:
+    dynamics = axis.functions["direct_dynamics"]
+    push, rest = (float(dynamics(position, 0.0, tau, 0.0, parameters)) for tau in (1.0, 0.0))
+    if not (push - rest > 0 and math.isfinite(push - rest)):
         raise EstimationError(
-            f"the simulated axis {self._axis.axis.name!r} changes direction more than "
-            f"{_MOST_CROSSINGS} times within one sample at position {q:g} with {self._said}; check "
-            "the friction in the equation of motion and the parameters."
+            f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so "
+            "it cannot be simulated. Give its inertial parameters a positive nominal value, or "
+            "check the signs of force and position in the record."
         )
 
-    def _crossing(self, q: float, dq: float, force: float, direction: float, left: float) -> float:
-        """Time at which the velocity reaches zero, s; it has changed sign after `left`."""
-        from scipy.optimize import brentq
 
-        def along(span: float) -> float:
-            return direction * self._move(q, dq, force, direction, span)[1]
+def _substeps(axis: GeneratedAxis, parameters: Array, start: Array, period: float) -> int:
+    """Runge-Kutta steps that resolve the plant's own rates: damping over mass, and stiffness."""
+    function = axis.functions["held_acceleration"]
+    held = np.zeros((function.size1_in("held"), len(start)))
+    held[0] = start if len(held) > 1 else 0.0
 
-        # An axis that has just left rest crosses zero again only after a while.
-        first = 0.0 if dq else left * _JUST_LEFT
-        if along(first) <= 0:
-            return first
-        return float(brentq(along, first, left, xtol=1e-18, rtol=1e-15))
+    def accelerate(dq: float, ddq: float) -> Array:
+        position, velocity = start + dq, np.full(len(start), ddq)
+        lanes = (position[None, :], velocity[None, :], held, 0.0, parameters.T)
+        return np.asarray(function.call(lanes)[0].full()[0])
 
-    def _move(
-        self, q: float, dq: float, force: float, direction: float, span: float
-    ) -> tuple[float, float]:
-        self._plant.arguments["step"][0] = span
-        return self._plant(q, dq, force, direction)
+    rest = accelerate(0.0, 0.0)
+    damping = np.abs(accelerate(0.0, _PROBE) - rest) / _PROBE
+    stiffness = np.abs(accelerate(_PROBE, 0.0) - rest) / _PROBE
+    fastest = float(np.max(np.maximum(damping, np.sqrt(stiffness))))
+    wanted = fastest * period / _RESOLVED
+    return int(min(max(1.0, math.ceil(wanted)), _MOST_SUBSTEPS)) if math.isfinite(wanted) else 1
 
-    def _at_rest(self, q: float, force: float) -> float:
-        """Friction direction at zero velocity; strictly between -1 and 1 if the axis sticks."""
-        forward = self._dynamics(q, 0.0, force, 1.0)[0]
-        backward = self._dynamics(q, 0.0, force, -1.0)[0]
-        if forward > 0:
-            return 1.0
-        if backward < 0:
-            return -1.0
-        spread = backward - forward
-        return (backward + forward) / spread if spread > 0 else 0.0
 
-    def _signals(self, position: Array, velocity: Array, force: Array, direction: Array) -> Signals:
-        (acceleration,) = self._axis.rows(
-            "direct_dynamics", position, velocity, force, direction, self._values
+def _allowed(span: float, away: float) -> float:
+    """Distance from the reference beyond which the loop has run away."""
+    return _RUNAWAY * max(float(span), float(away)) or math.inf
+
+
+def _failure(
+    axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float
+) -> str:
+    """What happened, where, with which parameters, and what to do."""
+    where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
+    what = f"the simulated closed loop of axis {axis.axis.name!r}"
+    if STATUSES[status] == "chatter":
+        return (
+            f"{what} changes the friction direction without end {where}; check the friction in the "
+            "equation of motion."
         )
-        return Signals(
-            position=position,
-            velocity=velocity,
-            acceleration=acceleration[:, 0],
-            force=force,
-            direction=direction,
-        )
+    how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
+    return (
+        f"{what} diverges: the position {how} {where}. Check the control law's gains and period, "
+        "the drive gain and the nominal values."
+    )
 
-    def _allowed(self, reference: Array, start: float) -> float:
-        """Distance from the reference beyond which the loop has run away."""
-        return _RUNAWAY * max(float(np.ptp(reference)), abs(start - reference[0])) or math.inf
 
-    def _check_inertia(self, position: float) -> None:
-        push = (
-            self._dynamics(position, 0.0, 1.0, 0.0)[0] - self._dynamics(position, 0.0, 0.0, 0.0)[0]
-        )
-        if not push > 0 or not math.isfinite(push):
-            raise EstimationError(
-                f"axis {self._axis.axis.name!r} has no positive inertia with {self._said}, so it "
-                "cannot be simulated. Give its inertial parameters a positive nominal value, or "
-                "check the signs of force and position in the record."
-            )
+def _measured(position: Array, noise: Array | None, resolution: float) -> Array:
+    measured = position if noise is None else position + noise
+    return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured
 
-    def _diverged(self, sample: int, position: float) -> EstimationError:
-        return EstimationError(
-            f"the simulated closed loop of axis {self._axis.axis.name!r} diverges: position "
-            f"{position:g} at sample {sample} ({sample * self._period:g} s) with {self._said}. "
-            "Check the control law's gains and period, the drive gain and the nominal values."
+
+def _virtual_batch(
+    axis: GeneratedAxis,
+    parameters: Array,
+    reference: Array,
+    noise: Array | None,
+    start: Array,
+    settings: LoopSettings,
+    wanted: Sequence[str],
+) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
+    """Lane by lane in the virtual machine."""
+    lanes = len(parameters)
+    out = {name: np.empty((len(reference), lanes)) for name in wanted}
+    status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
+    for lane in range(lanes):
+        loop = VirtualLoop(axis, parameters[lane], settings)
+        status[lane], stopped[lane], signals = loop.run(
+            reference if reference.ndim == 1 else reference[:, lane],
+            None if noise is None else noise[:, lane],
+            float(start[lane]),
         )
+        for name in wanted:
+            out[name][:, lane] = signals[name]
+    return status, stopped, out
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -41,7 +41,7 @@ class Iterate:
     simulation_error_percent: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Estimate:
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
@@ -65,7 +65,7 @@ class Estimate:
     rows : (n,) array
         Sample number of each row.
     residuals : (n,) array
-        ``y - X theta``.
+        ``y - X theta``, less the known part of the model if it has one.
     simulated : (n,) array or None
         Left side as the simulated loop has it; None where the loop could not be simulated.
     equation_error_percent : float
@@ -100,6 +100,10 @@ class Estimate:
     iterates: tuple[Iterate, ...]
     covariance_name: str
     remarks: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        values = (f"{n} = {v.value:.6g} +- {v.sd:.2g} {v.unit}" for n, v in self.parameters.items())
+        return f"{self.method}: {', '.join(values)}"
 
     @property
     def parameters(self) -> dict[str, Value]:

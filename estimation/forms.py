@@ -6,6 +6,7 @@ regressor, and in how their parameters map to the physical ones.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +14,47 @@ from axisid.codegen import GeneratedAxis, Quantity
 from axisid.modeling import ModelError
 
 from .arrays import Array
+from .prefilter import Prefilter
 from .signals import Signals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equations:
+    """``left = regressor theta + known``, row by row.
+
+    Attributes
+    ----------
+    left : (n,) array
+        Force (IDM) or acceleration (DDM).
+    known : (n,) array
+        What no parameter scales.
+    regressor : (n, k) array
+    """
+
+    left: Array
+    known: Array
+    regressor: Array
+
+    def reduced(self, prefilter: Prefilter, period: float) -> "Equations":
+        """The rows that the prefilter keeps, every column filtered alike."""
+        known, regressor = self.reduced_right(prefilter, period)
+        left = prefilter.reduce(self.left, period)
+        return Equations(left=left, known=known, regressor=regressor)
+
+    def reduced_right(self, prefilter: Prefilter, period: float) -> tuple[Array, Array]:
+        """Known part and regressor of `reduced`, where the left side is not needed."""
+        regressor = prefilter.reduce(self.regressor, period)
+        if not np.any(self.known):
+            return np.zeros(len(regressor)), regressor
+        return prefilter.reduce(self.known, period), regressor
+
+    def mean(self, other: "Equations") -> "Equations":
+        """Row by row the mean with other equations; where both hold, it holds."""
+        return Equations(
+            left=(self.left + other.left) / 2,
+            known=(self.known + other.known) / 2,
+            regressor=(self.regressor + other.regressor) / 2,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,14 +63,17 @@ class Form(ABC):
 
     axis: GeneratedAxis
 
+    #: What stands on the left of the equations.
+    left: ClassVar[str]
+
     @property
     @abstractmethod
     def quantities(self) -> tuple[Quantity, ...]:
         """What the regression estimates."""
 
     @abstractmethod
-    def equations(self, signals: Signals) -> tuple[Array, Array]:
-        """``y`` (N,) without its known part, and ``X`` (N, k)."""
+    def equations(self, signals: Signals) -> Equations:
+        """The model's rows for signals, (N,)."""
 
     @abstractmethod
     def physical(self, theta: Array) -> tuple[Array, Array]:
@@ -44,18 +88,20 @@ class Form(ABC):
 class InverseForm(Form):
     """``tau = IDM(q, dq, ddq) theta + known``: the physical parameters themselves."""
 
+    left: ClassVar[str] = "force"
+
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """The physical parameters."""
         return self.axis.parameters
 
-    def equations(self, signals: Signals) -> tuple[Array, Array]:
-        """Force, and the inverse regressor."""
+    def equations(self, signals: Signals) -> Equations:
+        """Force by the inverse regressor."""
         s = signals
         row, known = self.axis.rows(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
         )
-        return s.force - known[:, 0], row
+        return Equations(left=s.force, known=known[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """The estimate itself."""
@@ -70,6 +116,8 @@ class InverseForm(Form):
 class DirectForm(Form):
     """``ddq = DDM(tau, q, dq) theta_ddm + known``: quotients by the inertia."""
 
+    left: ClassVar[str] = "acceleration"
+
     def __post_init__(self) -> None:
         if self.axis.ddm_refusal:
             raise ModelError(self.axis.ddm_refusal)
@@ -79,11 +127,11 @@ class DirectForm(Form):
         """``theta_ddm``."""
         return self.axis.ddm_parameters
 
-    def equations(self, signals: Signals) -> tuple[Array, Array]:
-        """Acceleration, and the direct regressor."""
+    def equations(self, signals: Signals) -> Equations:
+        """Acceleration by the direct regressor."""
         s = signals
         row, known = self.axis.rows("ddm_regressor", s.position, s.velocity, s.force, s.direction)
-        return s.acceleration - known[:, 0], row
+        return Equations(left=s.acceleration, known=known[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Through the generated inverse map."""

@@ -6,16 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, build
+from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
-from .closed_loop import no_control_law, simulate
+from .closed_loop import no_control_law, signals_before, simulate
 from .covariance import delta_method, iid_covariance
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
-from .forms import DirectForm, Form, InverseForm
-from .linear import Solution, condition_number, instrumental_variables, least_squares
+from .forms import DirectForm, Equations, Form, InverseForm
+from .linear import (
+    Factored,
+    Solution,
+    condition_number,
+    factor,
+    instrumental_variables,
+    least_squares,
+)
 from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
@@ -29,6 +36,9 @@ _MOST_ITERATIONS = 20
 _STILL = 1e-2
 _ROUNDING = 1e-9  # the same as a share of the value, for records without noise
 _PERIOD_TOLERANCE = 0.01
+_IN_MOTION = 0.25  # of the largest speed
+_FEW_ROWS = 10  # for each parameter
+_NOT_FOLLOWING = 100.0  # %
 
 
 def identify(
@@ -47,7 +57,7 @@ def identify(
         The paper's appropriate filter by default.
     methods : sequence of str, optional
         Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
-        in `Identification.skipped`.
+        in `Identification.skipped`, what came to nothing in `Identification.failed`.
 
     Raises
     ------
@@ -55,27 +65,44 @@ def identify(
         See each; a method asked for by name raises, whatever the reason.
     """
     prefilter = prefilter or Prefilter()
-    generated = axis if isinstance(axis, GeneratedAxis) else build(axis)
-    for method in methods or ():
+    generated = as_generated(axis)
+    asked = (methods,) if isinstance(methods, str) else methods
+    for method in asked or ():
         if method not in METHODS:
             raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
+    if asked is not None and not asked:
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+    if not isinstance(record, Record):
+        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
     study = _Study(generated, record, prefilter)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
-    for method in METHODS if methods is None else dict.fromkeys(methods):
+    failed: dict[str, str] = {}
+    for method in METHODS if asked is None else dict.fromkeys(asked):
         try:
-            estimates[method] = study.estimate(method)
-        except (ModelError, _NoReferenceError) as error:
-            if methods is not None:
+            # What is not finite is refused by name; NumPy's own warnings would only repeat it.
+            with np.errstate(all="ignore"):
+                estimates[method] = study.estimate(method)
+        except (ModelError, _LoopDataError) as error:
+            if asked is not None:
                 raise
             skipped[method] = str(error)
+        except EstimationError as error:
+            if asked is not None or not estimates:
+                raise
+            failed[method] = str(error)
     return Identification(
-        axis=generated, record=record, prefilter=prefilter, estimates=estimates, skipped=skipped
+        axis=generated,
+        record=record,
+        prefilter=prefilter,
+        estimates=estimates,
+        skipped=skipped,
+        failed=failed,
     )
 
 
-class _NoReferenceError(DataError):
-    """The record has no reference to simulate the loop from."""
+class _LoopDataError(DataError):
+    """The record does not serve to simulate the loop."""
 
 
 class _Study:
@@ -83,45 +110,57 @@ class _Study:
 
     def __init__(self, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> None:
         self.axis, self.record, self.prefilter = axis, record, prefilter
+        if axis.hidden:
+            raise EstimationError(
+                f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
+                "the combination as one parameter."
+            )
         self._measured = measured_signals(axis, record, prefilter)
 
     def estimate(self, method: str) -> Estimate:
         """Run one method: regress, map to physical parameters, simulate."""
         model, estimator = method.split("-")
         form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
-        y, X = (self._reduced(part) for part in form.equations(self._measured))
-        if estimator == "ls":
-            solution = least_squares(y, X, _names(form))
-            fit = self._simulated_fit(form, solution)
-        else:
+        if estimator == "iv":
             self._reference()
-            fit = self._iterate(method, form, y, X)
-        return self._result(method, form, y, X, fit)
+        measured = form.equations(self._measured).reduced(self.prefilter, self.record.period)
+        regressor = factor(measured.regressor, [q.expression or q.name for q in form.quantities])
+        if estimator == "ls":
+            fit = self._fit_once(form, measured, regressor)
+        else:
+            fit = self._iterate(method, form, measured, regressor)
+        return self._result(method, form, measured, fit)
 
-    def _simulated_fit(self, form: Form, solution: Solution) -> "_Fit":
-        """Least squares needs no simulation; its simulation error is a courtesy."""
+    def _fit_once(self, form: Form, measured: Equations, regressor: Factored) -> "_Fit":
+        """Least squares. It needs no simulation; the simulation error is a courtesy."""
+        solution = least_squares(measured.left - measured.known, regressor)
         try:
-            simulated, _ = self._instruments(form, form.physical(solution.theta)[0])
+            known, Z = self._simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
-            return _Fit(solution, (), None, (f"no simulation error: {error}",))
-        return _Fit(solution, (), simulated, ())
+            return _Fit(solution, (), None, (f"no simulation error, since {error}",))
+        return _Fit(solution, (), Z @ solution.theta + known, ())
 
-    def _iterate(self, method: str, form: Form, y: Array, X: Array) -> "_Fit":
+    def _iterate(self, method: str, form: Form, measured: Equations, regressor: Factored) -> "_Fit":
         """Instruments from the loop simulated with the last estimate, until it stands still."""
         iterates: list[Iterate] = []
         physical, still = self.axis.nominal, False
         solution: Solution | None = None
         while len(iterates) <= _MOST_ITERATIONS:
             with _naming(f"{method}, iterate {len(iterates)}"):
-                simulated, Z = self._instruments(form, physical)
+                known, Z = self._simulated(form, physical)
                 theta = form.regressed(physical) if solution is None else solution.theta
-                error = relative_error_percent(y - simulated, y)
+                # The loop satisfies the model row by row, so this is its left side.
+                simulated = Z @ theta + known
+                error = relative_error_percent(measured.left - simulated, measured.left)
                 iterates.append(
                     Iterate(physical=physical, theta=theta, simulation_error_percent=error)
                 )
                 if solution is not None and still:
                     return _Fit(solution, tuple(iterates), simulated, ())
-                solution = instrumental_variables(y, X, Z, _names(form))
+                instruments = factor(Z, regressor.names, "the simulated loop")
+                solution = instrumental_variables(
+                    measured.left - measured.known, regressor, instruments
+                )
                 following, jacobian = form.physical(solution.theta)
             deviation = np.sqrt(np.diag(delta_method(iid_covariance(solution), jacobian)))
             allowed = _STILL * deviation + _ROUNDING * np.abs(following)
@@ -133,25 +172,20 @@ class _Study:
             "from better nominal values."
         )
 
-    def _instruments(self, form: Form, physical: Array) -> tuple[Array, Array]:
-        """``y`` and the regressor of the simulated loop, reduced like the measured ones.
+    def _simulated(self, form: Form, physical: Array) -> tuple[Array, Array]:
+        """Known part and regressor of the simulated loop, reduced like the measured ones.
 
         With `zoh`, the rows just before and just after a sample are averaged, as the measured
-        force is; each satisfies the model, so their mean does.
+        force is.
         """
-        record = self.record
-        simulation = simulate(
-            self.axis,
-            physical,
-            self._reference(),
-            record.period,
-            start=float(record.position[0]),
-        )
-        y, Z = form.equations(simulation.after)
+        start = float(self.record.position[0])
+        period = self.record.period
+        loop = simulate(self.axis, physical, self._reference(), period, start=start)
+        equations = form.equations(loop.signals)
         if self.prefilter.hold == "zoh":
-            y_before, Z_before = form.equations(simulation.before)
-            y, Z = (y + y_before) / 2, (Z + Z_before) / 2
-        return self._reduced(y), self._reduced(Z)
+            before = signals_before(self.axis, physical, loop)
+            equations = equations.mean(form.equations(before))
+        return equations.reduced_right(self.prefilter, period)
 
     def _reference(self) -> Array:
         """Reference of a loop that was both declared and recorded; anything less is refused."""
@@ -159,37 +193,39 @@ class _Study:
         if axis.control is None:
             raise no_control_law(axis.name)
         if record.reference is None:
-            raise _NoReferenceError(
+            raise _LoopDataError(
                 f"{record.provenance.source} has no reference column, from which the closed loop "
                 "is simulated; name it with --columns reference=NAME, or use idm-ls or ddm-ls."
             )
         if abs(record.period / axis.control.period - 1) > _PERIOD_TOLERANCE:
-            raise DataError(
+            raise _LoopDataError(
                 f"the record is sampled every {record.period:g} s, the control law of axis "
                 f"{axis.name!r} every {axis.control.period:g} s; instruments need a record at the "
                 "law's period. Declare the drive's period, or use idm-ls or ddm-ls."
             )
         return record.reference
 
-    def _reduced(self, signals: Array) -> Array:
-        return self.prefilter.reduce(signals, self.record.period)
-
-    def _result(self, method: str, form: Form, y: Array, X: Array, fit: "_Fit") -> Estimate:
-        solution = fit.solution
+    def _result(self, method: str, form: Form, measured: Equations, fit: "_Fit") -> Estimate:
+        solution, y, simulated = fit.solution, measured.left, fit.simulated
         covariance = iid_covariance(solution)
         physical, jacobian = form.physical(solution.theta)
+        mapped = delta_method(covariance, jacobian)
+        if not (np.any(y) and np.all(np.isfinite(y)) and np.all(np.isfinite(mapped))):
+            raise EstimationError(
+                f"{method}: the regression is not finite, or the {form.left} is zero in every row; "
+                "check the signals' size and the known terms of the equation of motion."
+            )
         direct = isinstance(form, DirectForm)
-        simulated = fit.simulated
         return Estimate(
             method=method,
             quantities=self.axis.parameters,
             physical=physical,
-            covariance=delta_method(covariance, jacobian),
+            covariance=mapped,
             ddm_quantities=form.quantities if direct else (),
             theta_ddm=solution.theta if direct else np.empty(0),
             ddm_covariance=covariance if direct else np.empty((0, 0)),
             y=y,
-            X=X,
+            X=measured.regressor,
             rows=self.prefilter.rows(len(self.record), self.record.period),
             residuals=solution.residuals,
             simulated=simulated,
@@ -197,11 +233,39 @@ class _Study:
             simulation_error_percent=None
             if simulated is None
             else relative_error_percent(y - simulated, y),
-            condition_number=condition_number(X),
+            condition_number=condition_number(measured.regressor),
             iterates=fit.iterates,
             covariance_name="i.i.d., residual variance with n - 1 degrees of freedom",
-            remarks=(*fit.remarks, *_outside_bounds(self.axis, physical)),
+            remarks=(
+                *self._remarks(measured, simulated),
+                *fit.remarks,
+                *_outside_bounds(self.axis, physical),
+            ),
         )
+
+    def _remarks(self, measured: Equations, simulated: Array | None) -> list[str]:
+        """What the user should know whatever the method."""
+        remarks = list(self.prefilter.remarks(self.record.period))
+        n, k = measured.regressor.shape
+        if n < _FEW_ROWS * k:
+            remarks.append(
+                f"{n} rows for {k} parameters are few: standard deviations cannot be believed; "
+                "record longer, or decimate less"
+            )
+        if simulated is None:
+            return remarks
+        if relative_error_percent(measured.left - simulated, measured.left) > _NOT_FOLLOWING:
+            remarks.append(
+                "the simulated loop does not follow the record; check the control law, the "
+                "reference and the signs and units of the columns"
+            )
+        speed = np.abs(self._measured.velocity)
+        if speed[0] > _IN_MOTION * speed.max():
+            remarks.append(
+                "the record begins in motion, the simulated loop at rest: its first transient is "
+                "in the simulation error; begin the record at rest, or drop more at the start"
+            )
+        return remarks
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,10 +276,6 @@ class _Fit:
     iterates: tuple[Iterate, ...]
     simulated: Array | None
     remarks: tuple[str, ...]
-
-
-def _names(form: Form) -> list[str]:
-    return [quantity.expression or quantity.name for quantity in form.quantities]
 
 
 @contextmanager

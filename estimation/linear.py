@@ -8,10 +8,36 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular, svd
 
 from .arrays import Array
 from .errors import EstimationError
+
+_SMALLEST_RATIO = 1e-11
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factored:
+    """Full-rank columns as ``Q R``, scaled to unit norm before.
+
+    Attributes
+    ----------
+    columns : (n, k) array
+        As they were given.
+    scale : (k,) array
+        Their norms.
+    basis : (n, k) array
+        Orthonormal, Q.
+    inverse : (k, k) array
+        G with ``G G' = (W'W)^-1`` for the columns W.
+    names : tuple of str
+        Of the columns' parameters, for messages.
+    """
+
+    columns: Array
+    scale: Array
+    basis: Array
+    inverse: Array
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,53 +58,69 @@ class Solution:
     inverse_factor: Array
 
 
-def least_squares(y: Array, X: Array, names: Sequence[str]) -> Solution:
-    """``argmin ||y - X theta||``.
+def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Factored:
+    """Factor a regressor or instruments.
 
     Parameters
     ----------
-    y : (n,) array
-    X : (n, k) array
+    columns : (n, k) array
     names : sequence of str
-        Of the k columns' parameters, for the message.
+        Of the k columns' parameters.
+    what : str
+        Where the columns come from.
 
     Raises
     ------
     EstimationError
-        X has not full column rank; the combination is named.
+        The columns are not finite or have not full rank; the combination is named.
     """
-    q, factor = _factor(X, names, "the record")
-    theta = factor @ (q.T @ y)
-    return Solution(theta=theta, residuals=y - X @ theta, inverse_factor=factor)
+    n, k = columns.shape
+    if n <= k:
+        raise EstimationError(
+            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less."
+        )
+    if not np.all(np.isfinite(columns)):
+        raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
+    scale = np.linalg.norm(columns, axis=0)
+    silent = [name for name, size in zip(names, scale, strict=True) if size == 0]
+    if silent:
+        raise EstimationError(
+            f"{what} cannot show {', '.join(silent)}: the regressor's column is zero in every row. "
+            "Record a motion that excites it, or leave the parameter out."
+        )
+    q, r = np.linalg.qr(columns / scale)
+    _check_rank(r, n, scale, names, what)
+    return Factored(
+        columns=columns,
+        scale=scale,
+        basis=q,
+        inverse=np.linalg.solve(r, np.eye(k)) / scale[:, None],
+        names=tuple(names),
+    )
 
 
-def instrumental_variables(y: Array, X: Array, Z: Array, names: Sequence[str]) -> Solution:
-    """``(Z'X)^-1 Z'y``, just identified.
+def least_squares(y: Array, X: Factored) -> Solution:
+    """``argmin ||y - X theta||``, y of shape (n,)."""
+    theta = X.inverse @ (X.basis.T @ y)
+    return Solution(theta=theta, residuals=y - X.columns @ theta, inverse_factor=X.inverse)
 
-    Parameters
-    ----------
-    y : (n,) array
-    X, Z : (n, k) arrays
-        Regressor and instruments.
-    names : sequence of str
-        Of the k columns' parameters, for the message.
+
+def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
+    """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
 
     Raises
     ------
     EstimationError
-        X, Z or Z'X has not full rank.
+        Z'X has not full rank: the instruments do not see what the regressor sees.
 
     References
     ----------
     Equation (16) of [Brunot2015]_.
     """
-    _factor(X, names, "the record")
-    q, factor = _factor(Z, names, "the simulated instruments")
-    scale = np.linalg.norm(X, axis=0)
-    projected = q.T @ (X / scale)
-    _check_rank(projected, len(y), scale, names, "the instruments together with the record")
-    theta = np.linalg.solve(projected, q.T @ y) / scale
-    return Solution(theta=theta, residuals=y - X @ theta, inverse_factor=factor)
+    projected = Z.basis.T @ (X.columns / X.scale)
+    _check_rank(projected, len(y), X.scale, X.names, "the instruments together with the record")
+    theta = np.linalg.solve(projected, Z.basis.T @ y) / X.scale
+    return Solution(theta=theta, residuals=y - X.columns @ theta, inverse_factor=Z.inverse)
 
 
 def condition_number(X: Array) -> float:
@@ -86,33 +128,12 @@ def condition_number(X: Array) -> float:
     return float(np.linalg.cond(X))
 
 
-def _factor(X: Array, names: Sequence[str], what: str) -> tuple[Array, Array]:
-    """Orthonormal basis of X's columns, and the inverse of its triangular factor."""
-    n, k = X.shape
-    if n <= k:
-        raise EstimationError(
-            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less."
-        )
-    if not np.all(np.isfinite(X)):
-        raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
-    scale = np.linalg.norm(X, axis=0)
-    silent = [name for name, size in zip(names, scale, strict=True) if size == 0]
-    if silent:
-        raise EstimationError(
-            f"{what} cannot show {', '.join(silent)}: the regressor's column is zero in every row. "
-            "Record a motion that excites it, or leave the parameter out."
-        )
-    q, r = qr(X / scale, mode="economic")
-    _check_rank(r, n, scale, names, what)
-    inverse = solve_triangular(r, np.eye(k)) / scale[:, None]
-    return q, inverse
-
-
 def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:
     """Refuse a rank-deficient matrix of scaled columns, naming what cannot be told apart."""
-    _, sizes, right = svd(matrix)
+    _, sizes, right = np.linalg.svd(matrix)
     # Unit columns have a largest singular value of 1 or more, unless instruments miss them all.
-    if sizes[-1] > max(sizes[0], 1.0) * rows * np.finfo(float).eps:
+    # Filtering leaves rounding of up to 1e-12 in columns that are dependent.
+    if sizes[-1] > max(sizes[0], 1.0) * max(rows * np.finfo(float).eps, _SMALLEST_RATIO):
         return
     direction = right[-1] / scale
     direction = direction / direction[np.argmax(np.abs(direction))]

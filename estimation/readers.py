@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def read_record(
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    table = _read_mat(file) if file.suffix.lower() == ".mat" else _read_text(file, content)
+    table = _read_mat(file, content) if file.suffix.lower() == ".mat" else _read_text(file, content)
     chosen = _choose(file, table, axis, dict(columns or {}))
     values = {role: table[column] for role, column in chosen.items()}
     if "time" not in values:
@@ -108,9 +109,11 @@ def _read_text(file: Path, content: bytes) -> dict[str, Array]:
         ) from error
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
     if len(rows) < 2:
-        raise DataError(f"{file} has {len(rows)} rows; a header and the samples are expected.")
+        raise DataError(
+            f"{file}: a header row and samples are expected; it has {len(rows)} filled lines."
+        )
     delimiter = max(_DELIMITERS, key=rows[0][1].count)
-    header = [name.strip() for name in next(csv.reader([rows[0][1]], delimiter=delimiter))]
+    header = [name.strip() for name in _cells(file, *rows[0], delimiter)]
     _check_header(file, header)
     try:
         values = np.loadtxt(
@@ -126,6 +129,13 @@ def _read_text(file: Path, content: bytes) -> dict[str, Array]:
     return dict(zip(header, values.T, strict=True))
 
 
+def _cells(file: Path, number: int, line: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=delimiter))
+    except csv.Error as error:
+        raise DataError(f"{file}, line {number} is no row of a table: {error}.") from error
+
+
 def _check_header(file: Path, header: list[str]) -> None:
     if all(_is_number(name) for name in header):
         raise DataError(
@@ -134,7 +144,7 @@ def _check_header(file: Path, header: list[str]) -> None:
         )
     doubled = sorted({name for name in header if header.count(name) > 1})
     if doubled:
-        raise DataError(f"{file}: the columns {', '.join(doubled)} occur twice; rename one.")
+        raise DataError(f"{file}: column {', '.join(doubled)} occurs twice; rename one.")
 
 
 def _parse_slowly(
@@ -143,11 +153,12 @@ def _parse_slowly(
     """Find the cell that the fast parser stumbled over; a quoted number is fine."""
     values = []
     for number, line in rows:
-        cells = next(csv.reader([line], delimiter=delimiter))
+        cells = _cells(file, number, line, delimiter)
         if len(cells) != len(header):
             raise DataError(
                 f"{file}, line {number}: {len(cells)} cells where the header names {len(header)} "
-                f"columns ({', '.join(header)})."
+                f"columns ({', '.join(header)}). The header is the first filled line; remove lines "
+                "above it."
             )
         for name, cell in zip(header, cells, strict=True):
             if not _is_number(cell):
@@ -160,6 +171,8 @@ def _parse_slowly(
 
 
 def _is_number(cell: str) -> bool:
+    if "_" in cell or not cell.isascii():  # float() takes 1_000 and other scripts' digits
+        return False
     try:
         float(cell)
     except ValueError:
@@ -167,16 +180,17 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _read_mat(file: Path) -> dict[str, Array]:
-    from scipy.io import loadmat, matlab
+def _read_mat(file: Path, raw: bytes) -> dict[str, Array]:
+    from scipy.io import loadmat
 
     try:
-        content = loadmat(file)
+        content = loadmat(io.BytesIO(raw))  # type: ignore[arg-type]
     except NotImplementedError as error:
         raise DataError(
             f"{file} is a MATLAB v7.3 file; save it with save(..., '-v7') and try again."
         ) from error
-    except (ValueError, TypeError, OSError, EOFError, IndexError, matlab.MatReadError) as error:
+    except Exception as error:
+        # The parser meets damaged files with whatever comes: zlib, memory, index and name errors.
         raise DataError(f"{file} cannot be read as a MATLAB file: {error}.") from error
     vectors = {
         name: np.asarray(value, dtype=float).ravel()

@@ -10,6 +10,7 @@ from .errors import DataError
 
 _LARGEST_GAP = 1.5  # in sampling periods
 _PERIOD_TOLERANCE = 0.05
+_UNEVEN = 0.02  # mean step against the median one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,11 +25,14 @@ class Provenance:
         Of the file; empty if there is none.
     columns : dict of str to str
         Column name by role.
+    truth : dict of str to float
+        Parameters of a simulated record, SI; empty for a measured one.
     """
 
     source: str = "arrays"
     sha256: str = ""
     columns: dict[str, str] = field(default_factory=dict)
+    truth: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,6 +107,8 @@ class Record:
         return self.provenance.source
 
     def _column(self, role: str, values: ArrayLike) -> Array:
+        if np.ma.is_masked(values) or np.iscomplexobj(values):
+            raise DataError(f"{self._name()}: the {role} is masked or complex; give real numbers.")
         try:
             column = frozen(values)
         except (TypeError, ValueError) as error:
@@ -114,8 +120,8 @@ class Record:
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
             raise DataError(
-                f"{self._name()}: the {role} is {column[bad[0]]} in row {bad[0] + 1} "
-                f"({bad.size} such rows). Remove these rows or repair the log."
+                f"{self._name()}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
+                f"({bad.size} in all). Remove such rows or repair the log."
             )
         return column
 
@@ -125,9 +131,7 @@ class Record:
             listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
             raise DataError(f"{self._name()}: the columns differ in length: {listed}.")
         if len(self) < 3:
-            raise DataError(
-                f"{self._name()}: {len(self)} rows are no record; at least 3 are needed."
-            )
+            raise DataError(f"{self._name()}: a record needs 3 rows or more, not {len(self)}.")
 
     def _check_time(self) -> None:
         steps = np.diff(self.time)
@@ -135,17 +139,24 @@ class Record:
         if back.size:
             row = back[0] + 2
             raise DataError(
-                f"{self._name()}: time does not increase in row {row}: {self.time[row - 1]:.9g} s "
-                f"after {self.time[row - 2]:.9g} s. Sort the rows and remove repeated ones."
+                f"{self._name()}: time does not increase in data row {row}: after "
+                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. Sort the rows and "
+                "remove repeated ones."
             )
         typical = float(np.median(steps))
         gaps = np.flatnonzero((steps > _LARGEST_GAP * typical) | (steps * _LARGEST_GAP < typical))
         if gaps.size:
             row = gaps[0] + 2
             raise DataError(
-                f"{self._name()}: the time step before row {row} is {steps[gaps[0]]:.6g} s, "
-                f"{typical:.6g} s elsewhere ({gaps.size} such steps). Resample the log evenly, or "
+                f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
+                f"{typical:.6g} s elsewhere ({gaps.size} in all). Resample the log evenly, or "
                 "cut it at the gap."
+            )
+        mean = float((self.time[-1] - self.time[0]) / len(steps))
+        if not abs(mean / typical - 1) < _UNEVEN:
+            raise DataError(
+                f"{self._name()}: the time steps are uneven: {typical:.6g} s in the middle, "
+                f"{mean:.6g} s in the mean. Resample the log evenly."
             )
         period = self.sample_period
         if period is not None and not abs(period / typical - 1) < _PERIOD_TOLERANCE:

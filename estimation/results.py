@@ -25,7 +25,10 @@ class Identification:
     estimates : mapping of str to Estimate
         By method.
     skipped : mapping of str to str
-        Methods that were not asked for by name and could not be run, with the reason.
+        Methods that were not asked for by name and that axis or record do not allow, with the
+        reason.
+    failed : mapping of str to str
+        Methods that were not asked for by name and came to nothing, with the reason.
     """
 
     axis: GeneratedAxis
@@ -33,6 +36,7 @@ class Identification:
     prefilter: Prefilter
     estimates: Mapping[str, Estimate]
     skipped: Mapping[str, str]
+    failed: Mapping[str, str]
 
     def __getitem__(self, method: str) -> Estimate:
         return self.estimates[method]
@@ -40,8 +44,15 @@ class Identification:
     def summary(self) -> str:
         """The estimates side by side as text, with numbered notes."""
         return summary_text(
-            self.axis, self.record, self.prefilter, tuple(self.estimates.values()), self.skipped
+            self.axis,
+            self.record,
+            self.prefilter,
+            tuple(self.estimates.values()),
+            {**self.skipped, **self.failed},
         )
+
+    def __str__(self) -> str:
+        return self.summary()
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists."""
@@ -52,4 +63,5 @@ class Identification:
             "prefilter": prefilter_dict(self.prefilter, self.record.period),
             "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
             "skipped": dict(self.skipped),
+            "failed": dict(self.failed),
         }

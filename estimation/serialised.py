@@ -18,6 +18,7 @@ def record_dict(record: Record) -> dict[str, Any]:
         "source": record.provenance.source,
         "sha256": record.provenance.sha256 or None,
         "columns": dict(record.provenance.columns),
+        "truth": dict(record.provenance.truth) or None,
         "samples": len(record),
         "sample_period": record.period,
     }

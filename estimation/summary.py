@@ -1,6 +1,7 @@
 """Results as a table of plain text."""
 
 import math
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen import GeneratedAxis
@@ -11,13 +12,15 @@ from .record import Record
 
 Row = Sequence[str]
 
+_WIDTH = 96
+
 
 def summary_text(
     axis: GeneratedAxis,
     record: Record,
     prefilter: Prefilter,
     estimates: Sequence[Estimate],
-    skipped: Mapping[str, str],
+    missing: Mapping[str, str],
 ) -> str:
     """Heading, one table for each model form, and numbered notes."""
     blocks = [_heading(axis, record, prefilter)]
@@ -25,8 +28,8 @@ def summary_text(
         of_form = [e for e in estimates if e.method.startswith(form)]
         if of_form:
             blocks.append(_estimates_table(of_form))
-    notes = [*_notes(estimates), *(f"{m} was not run: {why}" for m, why in skipped.items())]
-    blocks.append("\n".join(f"[{i}] {note}" for i, note in enumerate(notes, 1)))
+    notes = [*_notes(estimates, prefilter), *_left_out(missing)]
+    blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -55,20 +58,25 @@ def number_with_sd(value: Value) -> tuple[str, str, str]:
 
 
 def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
-    declared, f = axis.axis, prefilter
+    declared, f, source = axis.axis, prefilter, record.provenance
     start, end = f.dropped(record.period)
-    force = {"raw": "as recorded", "zoh": "mean of the two held around a sample"}[f.hold]
     rows = "every row" if f.decimate == 1 else f"one row in {f.decimate} ({f.decimation} alignment)"
-    return "\n".join(
-        [
-            f"axis       {declared.name}" + (f": {declared.title}" if declared.title else ""),
-            f"record     {record.provenance.source}, {len(record)} samples of "
-            f"{1e3 * record.period:.6g} ms",
-            f"prefilter  Butterworth {f.cutoff:g} Hz, order {f.order}; {rows}; {start} + {end} "
-            f"samples dropped; force {force}",
-            f"code       {axis.signature[:12]}",
-        ]
-    )
+    force = "drive gain x control" if record.force is None else "force column"
+    lines = {
+        "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+        "record": f"{source.source}, {len(record)} samples of {1e3 * record.period:.6g} ms",
+        "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
+        "truth": ", ".join(
+            f"{p.name} = {source.truth[p.name]:g} {p.unit}"
+            for p in axis.parameters
+            if p.name in source.truth
+        ),
+        "prefilter": f"Butterworth {f.cutoff:g} Hz, order {f.order}; {rows}; {start} + {end} "
+        "samples dropped",
+        "force": f"{force}, hold {f.hold}",
+        "signature": f"{axis.signature[:12]} (of the generated code)",
+    }
+    return "\n".join(f"{name:<11}{text}" for name, text in lines.items() if text)
 
 
 def _estimates_table(estimates: Sequence[Estimate]) -> str:
@@ -116,19 +124,46 @@ def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
     return [label, unit, *(c for cell in cells for c in (cell, "", ""))]
 
 
-def _notes(estimates: Sequence[Estimate]) -> list[str]:
+def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
     methods = [e.method for e in estimates]
     notes = [f"sd: {estimates[0].covariance_name}."]
     if any(method.startswith("ddm") for method in methods):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
-        "equation error ||y - X theta||/||y||: no quality measure of an IV estimate on noisy data. "
-        "simulation error ||y - y_simulated||/||y||: the closed loop simulated with the estimate."
+        "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: no "
+        "quality measure of an IV estimate on noisy data. Simulation error "
+        "||y - y_simulated||/||y||: the closed loop simulated with the estimate."
     )
     if {"idm-iv", "ddm-iv"} <= set(methods):
         notes.append(
             "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
             "is a self-test, not a second opinion."
         )
-    notes += [f"{e.method}: {remark}." for e in estimates for remark in e.remarks]
-    return notes
+    if prefilter.hold == "raw":
+        notes.append(
+            "hold raw pairs the acceleration at a sample with the force held after it, half a "
+            "sample late; this biases friction, viscous friction most. Compare with hold zoh."
+        )
+    shared: dict[str, list[str]] = {}
+    for estimate in estimates:
+        for remark in estimate.remarks:
+            shared.setdefault(remark, []).append(estimate.method)
+    return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+
+
+def _left_out(missing: Mapping[str, str]) -> list[str]:
+    shared: dict[str, list[str]] = {}
+    for method, reason in missing.items():
+        shared.setdefault(reason.removeprefix(f"{method}, "), []).append(method)
+    return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]
+
+
+def _sentence(text: str) -> str:
+    return text if text.endswith(".") else f"{text}."
+
+
+def _numbered(number: int, note: str) -> str:
+    head = f"[{number}] "
+    return textwrap.fill(
+        note, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head), break_on_hyphens=False
+    )

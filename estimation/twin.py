@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, build
+from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, ModelError, Move
 
 from .arrays import Array
@@ -56,7 +56,7 @@ def twin_record(
     ModelError
         The axis has no experiment or no control law.
     """
-    generated = axis if isinstance(axis, GeneratedAxis) else build(axis)
+    generated = as_generated(axis)
     declared = generated.axis
     experiment, law = declared.experiment, declared.control
     if experiment is None or law is None:
@@ -79,7 +79,8 @@ def twin_record(
         sample_period=law.period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-            f"{declared.coordinate.unit}"
+            f"{declared.coordinate.unit}",
+            truth=dict(zip(generated.names, truth, strict=True)),
         ),
     )
 

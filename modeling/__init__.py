@@ -27,6 +27,7 @@ from .errors import UsageError as UsageError
 from .experiment import Experiment as Experiment
 from .experiment import Move as Move
 from .experiment import back_and_forth as back_and_forth
+from .identifiability import describe_combinations as describe_combinations
 from .identifiability import describe_direction as describe_direction
 from .lagrange import lagrange as lagrange
 from .library import LIBRARY as LIBRARY

@@ -1,9 +1,8 @@
 """The declared axis: everything a user says, checked once."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
+from types import MappingProxyType, UnionType
 
 import sympy
 
@@ -12,8 +11,8 @@ from .drive import Drive
 from .errors import ModelError
 from .experiment import Experiment
 from .names import check_distinct, check_name
+from .numbers import number
 from .symbols import Coordinate, Parameter
-from .units import Unit, parse_unit
 
 #: What a column of a record can be.
 ROLES = ("time", "position", "reference", "control", "force")
@@ -59,16 +58,39 @@ class Axis:
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
         object.__setattr__(self, "parameters", tuple(self.parameters))
+        self._check_types()
+        if not self.title.isprintable():
+            raise ModelError(
+                f"axis {self.name!r}: the title {self.title!r} is not one line of text."
+            )
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
         self._check_names()
         self._check_symbols()
         self._check_columns()
         self._check_truth()
 
-    @property
-    def gain_unit(self) -> Unit:
-        """Unit of the drive gain."""
-        return parse_unit(f"{self.coordinate.force_unit}/{self.drive.unit}")
+    def _check_types(self) -> None:
+        wanted: dict[str, type | UnionType] = {
+            "coordinate": Coordinate,
+            "force": sympy.Expr,
+            "drive": Drive,
+            "control": ControlLaw | None,
+            "experiment": Experiment | None,
+            "columns": Mapping,
+        }
+        for name, kind in wanted.items():
+            if not isinstance(getattr(self, name), kind):
+                expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
+                raise ModelError(
+                    f"axis {self.name!r}: {name} is {getattr(self, name)!r}; give "
+                    f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}."
+                )
+        for parameter in self.parameters:
+            if not isinstance(parameter, Parameter):
+                raise ModelError(
+                    f"axis {self.name!r}: the parameters have {parameter!r}; give Parameter "
+                    "objects."
+                )
 
     def _check_names(self) -> None:
         q = self.coordinate
@@ -80,6 +102,10 @@ class Axis:
 
     def _check_symbols(self) -> None:
         q = self.coordinate
+        if self.force.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+            raise ModelError(
+                f"axis {self.name!r}: the equation of motion is not finite: {self.force}."
+            )
         declared = {p.symbol for p in self.parameters}
         used = self.force.free_symbols
         known = declared | {q.symbol, q.velocity, q.acceleration}
@@ -115,8 +141,9 @@ class Axis:
         truth = self.experiment.truth if self.experiment else {}
         names = [p.name for p in self.parameters]
         for name, value in truth.items():
-            if name not in names or not math.isfinite(value):
+            number(value, f"axis {self.name!r}: the experiment's truth of {name!r}")
+            if name not in names:
                 raise ModelError(
-                    f"axis {self.name!r}: the experiment's truth has {name!r}: {value!r}; the "
-                    f"parameters are {', '.join(names)}, each with a finite value."
+                    f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
+                    f"{', '.join(names)}."
                 )

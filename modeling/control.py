@@ -6,7 +6,6 @@ integral) is declared as `Memory`. The paper's law and the one recovered from th
 given here; a user writes another in the same terms.
 """
 
-import math
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -15,6 +14,7 @@ import sympy
 
 from .errors import ModelError
 from .names import check_name
+from .numbers import number
 from .symbols import expression
 
 #: Reference position at the sample.
@@ -26,6 +26,7 @@ MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 #: Sampling period of the law, s.
 PERIOD = sympy.Symbol("period", positive=True)
 
+_LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -75,6 +76,12 @@ class ControlLaw:
         Known constants by symbol name, SI.
     memory : tuple of Memory
         What is kept between samples.
+    delay : int
+        Whole samples between computing a control and applying it.
+    continuous : bool
+        Evaluate the law inside the plant's derivative, the reference running straight from sample
+        to sample, in place of holding its output: an analogue controller, or the paper's (6) and
+        (7) as they are written. It has no memory, no delay and no period in it.
     """
 
     name: str
@@ -82,18 +89,20 @@ class ControlLaw:
     output: sympy.Expr
     gains: Mapping[str, float] = field(default_factory=dict)
     memory: tuple[Memory, ...] = ()
+    delay: int = 0
+    continuous: bool = False
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.period) and self.period > 0):
+        object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
+        gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
+        object.__setattr__(self, "gains", MappingProxyType(gains))
+        if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
-        object.__setattr__(self, "gains", MappingProxyType(dict(self.gains)))
         object.__setattr__(self, "memory", tuple(self.memory))
         object.__setattr__(self, "output", expression(self.output, "the control law's output"))
-        for name in self.names:
+        for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_name(name, f"a gain or memory of control law {self.name!r}")
-        for name, value in self.gains.items():
-            if not math.isfinite(value):
-                raise ModelError(f"control law {self.name!r}: gain {name!r} is {value!r}.")
+        self._check_timing()
         known = _INPUTS | {gain(name) for name in self.names}
         self._check(self.output, known, "output")
         for memory in self.memory:
@@ -102,8 +111,26 @@ class ControlLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the gains, then of the memory."""
-        return (*self.gains, *(memory.name for memory in self.memory))
+        """Names of the gains, of the memory and of the delay line."""
+        return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
+
+    @property
+    def delay_line(self) -> tuple[str, ...]:
+        """Names of the controls that are computed but not applied yet, the newest first."""
+        return tuple(f"delayed{i + 1}" for i in range(self.delay))
+
+    def _check_timing(self) -> None:
+        if not (isinstance(self.delay, int) and 0 <= self.delay <= _LONGEST_DELAY):
+            raise ModelError(
+                f"control law {self.name!r}: delay {self.delay!r}; give whole samples, 0 to "
+                f"{_LONGEST_DELAY}."
+            )
+        sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
+        if self.continuous and sampled:
+            raise ModelError(
+                f"control law {self.name!r} is continuous but has a memory, a delay or the period "
+                "in it, which only a sampled law has. Leave them out, or leave out continuous=True."
+            )
 
     def _check(self, value: sympy.Expr, known: Set[sympy.Basic], what: str) -> None:
         unknown = sorted(map(str, value.free_symbols - known))
@@ -119,7 +146,7 @@ def gain(name: str) -> sympy.Symbol:
     return sympy.Symbol(name, real=True)
 
 
-def cascade_pd(*, kp: float, kv: float, period: float) -> ControlLaw:
+def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
     """Position loop over a velocity loop, with an ideal velocity sensor.
 
     ``control = kv (kp (reference - q) - dq)``, evaluated once a period and held.
@@ -132,6 +159,8 @@ def cascade_pd(*, kp: float, kv: float, period: float) -> ControlLaw:
         Velocity gain, control over velocity (V/(m/s)).
     period : float
         Sampling period, s.
+    continuous : bool
+        Evaluate it all the time in place of holding it: the equations as they are written.
 
     References
     ----------
@@ -142,6 +171,7 @@ def cascade_pd(*, kp: float, kv: float, period: float) -> ControlLaw:
         period=period,
         output=_cascade(MEASURED_VELOCITY),
         gains={"kp": kp, "kv": kv},
+        continuous=continuous,
     )
 
 

@@ -25,15 +25,16 @@ class DirectRegressor:
         The row; its first column multiplies ``1/I``.
     inertia : sympy.Expr
         ``I``, affine in the parameters.
-    pivot : sympy.Symbol
-        The parameter of the inertia that has no quotient of its own.
+    pivot : sympy.Symbol or None
+        The parameter of the inertia that has no quotient of its own; None for a known inertia.
     quotients : tuple of sympy.Symbol
-        The parameters p whose ``p/I`` follow ``1/I`` in ``theta_ddm``.
+        The parameters p whose ``p/I`` follow ``1/I`` in ``theta_ddm``; under a known inertia they
+        are ``theta_ddm`` themselves.
     """
 
     regressor: Regressor
     inertia: sympy.Expr
-    pivot: sympy.Symbol
+    pivot: sympy.Symbol | None
     quotients: tuple[sympy.Symbol, ...]
 
 
@@ -84,10 +85,7 @@ def direct_regressor(
             "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
         )
     if not scales:
-        return (
-            f"its inertia {inertia} is known, so the parameters are not quotients by an unknown "
-            "inertia; use idm-ls or idm-iv"
-        )
+        return _under_known_inertia(idm, parameters, inertia, acceleration)
     rest = {p: c.subs(acceleration, 0) for p, c in zip(parameters, idm.columns, strict=True)}
     pivot = next((p for p in scales if rest[p] == 0), next(iter(scales)))
     share = rest[pivot] / scales[pivot]
@@ -105,4 +103,23 @@ def direct_regressor(
         inertia=inertia,
         pivot=pivot,
         quotients=tuple(columns),
+    )
+
+
+def _under_known_inertia(
+    idm: Regressor,
+    parameters: tuple[sympy.Symbol, ...],
+    inertia: sympy.Expr,
+    acceleration: sympy.Symbol,
+) -> DirectRegressor:
+    """``ddq = (tau - known)/I - sum of columns p/I``: linear in the parameters as they are."""
+    rest = idm.known.subs(acceleration, 0)
+    return DirectRegressor(
+        regressor=Regressor(
+            columns=tuple(sympy.expand_mul(-column / inertia) for column in idm.columns),
+            known=sympy.expand_mul((FORCE - rest) / inertia),
+        ),
+        inertia=inertia,
+        pivot=None,
+        quotients=parameters,
     )

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from .errors import ModelError
+from .numbers import number
 from .units import parse_unit
 
 
@@ -31,7 +32,9 @@ class Drive:
 
     def __post_init__(self) -> None:
         parse_unit(self.unit)
-        if not (math.isfinite(self.gain) and self.gain != 0):
+        object.__setattr__(self, "gain", number(self.gain, "the drive gain"))
+        object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
+        if self.gain == 0:
             raise ModelError(f"the drive gain is {self.gain!r}; give a finite number other than 0.")
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")

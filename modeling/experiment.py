@@ -10,6 +10,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from .errors import ModelError
+from .numbers import number
+
+_LONGEST = 1e4  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +32,22 @@ class Move:
     acceleration: float
 
     def __post_init__(self) -> None:
-        numbers = (self.distance, self.speed, self.acceleration)
-        if not all(map(math.isfinite, numbers)) or min(self.speed, self.acceleration) <= 0:
+        for name in ("distance", "speed", "acceleration"):
+            object.__setattr__(self, name, number(getattr(self, name), f"the {name} of a move"))
+        if min(self.speed, self.acceleration) <= 0:
+            raise ModelError(f"{self}: give a positive speed and a positive acceleration.")
+        if not self.duration < _LONGEST:
             raise ModelError(
-                f"{self} is not a move: give a finite distance, a positive speed and a positive "
-                "acceleration."
+                f"{self} takes {self.duration:g} s; give a faster one (an experiment takes less "
+                f"than {_LONGEST:g} s)."
             )
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest, s; a short move never reaches its speed."""
+        distance = abs(self.distance)
+        speed = min(self.speed, math.sqrt(distance * self.acceleration))
+        return distance / speed + speed / self.acceleration if speed else 0.0
 
 
 def back_and_forth(
@@ -87,7 +100,17 @@ class Experiment:
     def __post_init__(self) -> None:
         object.__setattr__(self, "moves", tuple(self.moves))
         object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
-        if not self.moves:
-            raise ModelError("an experiment needs at least one move.")
-        if not (math.isfinite(self.position_noise) and self.position_noise >= 0):
+        noise = number(self.position_noise, "the position noise")
+        object.__setattr__(self, "position_noise", noise)
+        if not all(isinstance(move, Move) for move in self.moves):
+            raise ModelError(f"the moves of an experiment are {self.moves!r}; give Move objects.")
+        duration = sum(move.duration for move in self.moves)
+        if not 0 < duration < _LONGEST:
+            raise ModelError(
+                f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
+                f"and less than {_LONGEST:g} s."
+            )
+        if not (isinstance(self.seed, int) and self.seed >= 0):
+            raise ModelError(f"the seed is {self.seed!r}; give a whole number, 0 or more.")
+        if not noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")

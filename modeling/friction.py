@@ -14,24 +14,25 @@ _DISCONTINUOUS = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
 
 
 def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Rewrite ``sign(dq)``, ``Abs(dq)`` and ``Heaviside(dq)`` by the friction direction.
+    """Rewrite ``sign(dq)`` and ``Heaviside(dq)`` by the friction direction.
 
-    Powers are reduced by ``direction**2 = 1``, which holds while sliding and makes the force
-    affine in the direction, as Filippov's convex combination at rest asks.
+    Powers are reduced by ``direction**2 = 1``, which holds while sliding; the force must then be
+    affine in the direction, as Filippov's convex combination at rest is. ``Abs(dq)`` is continuous
+    and stays.
 
     Raises
     ------
     ModelError
         The force jumps with the velocity in another way.
     """
-    rewritten = force.subs(
-        {
-            sympy.sign(velocity): DIRECTION,
-            sympy.Abs(velocity): DIRECTION * velocity,
-            sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
-        }
-    )
-    rewritten = sympy.expand_mul(rewritten).replace(
+    rewritten = sympy.expand(
+        force.subs(
+            {
+                sympy.sign(velocity): DIRECTION,
+                sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
+            }
+        )
+    ).replace(
         lambda node: node.is_Pow and node.base == DIRECTION and node.exp.is_Integer,
         lambda node: DIRECTION if node.exp % 2 else sympy.S.One,
     )
@@ -42,4 +43,10 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
                     f"the term {node} jumps with the velocity; write the jump with "
                     f"sign({velocity}), so that the axis can stick there."
                 )
+    for term in sympy.Add.make_args(rewritten):
+        if DIRECTION in term.diff(DIRECTION).free_symbols:
+            raise ModelError(
+                f"the term {term} is not linear in direction = sign({velocity}), so friction at "
+                "rest has no meaning; write the jump as a factor of its own."
+            )
     return rewritten

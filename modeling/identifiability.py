@@ -4,7 +4,7 @@ Columns that are linear combinations of each other as functions cannot be separa
 experiment: only a combination of their parameters is identifiable.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import sympy
 
@@ -28,10 +28,11 @@ def hidden_directions(
     entries: dict[tuple[int, int], sympy.Expr] = {}
     for j, column in enumerate(columns):
         for term in sympy.Add.make_args(sympy.expand(column)):
-            weight, function = term.as_coeff_Mul()
+            weight, function = term.as_independent(*term.free_symbols, as_Add=False)
             if weight != 0:
                 row = basis.setdefault(function, len(basis))
-                entries[row, j] = entries.get((row, j), sympy.S.Zero) + sympy.Rational(weight)
+                exact = sympy.nsimplify(weight, rational=True)
+                entries[row, j] = entries.get((row, j), sympy.S.Zero) + exact
     matrix = sympy.Matrix(
         max(len(basis), 1), len(columns), lambda i, j: entries.get((i, j), sympy.S.Zero)
     )
@@ -41,6 +42,18 @@ def hidden_directions(
     )
 
 
-def describe_direction(direction: Mapping[sympy.Symbol, sympy.Expr]) -> str:
-    """Say in words which parameters trade against each other: ``m +1, J -0.25``."""
+def describe_direction(direction: Direction) -> str:
+    """Say which parameters trade against each other: ``m +1, J -0.25``."""
     return ", ".join(f"{p} {float(weight):+.4g}" for p, weight in direction.items())
+
+
+def describe_combinations(direction: Direction) -> str:
+    """Say what is identifiable of the parameters that trade: ``m + 4 J``."""
+    (pivot, size), *others = direction.items()
+    combinations = []
+    for p, weight in others:
+        ratio = -float(weight) / float(size)  # what p + ratio * pivot is worth does not change
+        first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
+        scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
+        combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
+    return ", ".join(combinations)

@@ -51,11 +51,11 @@ def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Mode
         inside = sorted(term.free_symbols & unknown, key=str)
         if any(term.diff(p).free_symbols & unknown for p in inside):
             names = " and ".join(map(str, inside))
+            product = len(inside) > 1 and set(inside) <= set(term.args)
             hint = (
                 f"Declare the product as one parameter in place of {names}."
-                if len(inside) > 1
-                else f"Replace {names} by a known number, or declare a parameter that enters "
-                "linearly."
+                if product
+                else "Replace one by a known number, or declare parameters that enter linearly."
             )
             return ModelError(
                 f"the inverse dynamic model is not linear in {names}: see the term {term}. {hint}"

@@ -6,7 +6,7 @@ from typing import Any
 import sympy
 
 from .axis import Axis
-from .symbols import Coordinate, Parameter, Symbolic, expression
+from .symbols import Coordinate, Parameter, Symbolic, expression, several
 
 
 def lagrange(
@@ -59,4 +59,4 @@ def lagrange(
         + lost.diff(q.velocity)
         - expression(generalised_force, "the generalised force")
     )
-    return Axis(name=name, coordinate=q, parameters=tuple(parameters), force=force, **declaration)
+    return Axis(name=name, coordinate=q, parameters=several(parameters), force=force, **declaration)

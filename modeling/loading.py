@@ -1,5 +1,6 @@
 """Find an axis by its name in the library, or in a Python file of the user's."""
 
+import contextlib
 import runpy
 import sys
 import traceback
@@ -11,12 +12,12 @@ from .errors import ModelError
 from .library import LIBRARY, library_axis
 
 
-def load_axis(name: str) -> Axis:
+def load_axis(name: str | Path) -> Axis:
     """Return a library axis by name, or the axis declared in a Python file.
 
     Parameters
     ----------
-    name : str
+    name : str or Path
         A name of the library (``emps``), ``FILE.py`` or ``FILE.py:VARIABLE`` where the file
         declares several axes.
 
@@ -25,6 +26,7 @@ def load_axis(name: str) -> Axis:
     ModelError
         There is no such axis, or the file does not import or declares none.
     """
+    name = str(name)
     if name in LIBRARY:
         return library_axis(name)
     path, _, variable = name.partition(".py:")
@@ -34,16 +36,26 @@ def load_axis(name: str) -> Axis:
             f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
             "Python file that declares one, such as my_axis.py."
         )
-    if not file.is_file():
+    if not _is_file(file):
         raise ModelError(f"there is no axis file {str(file)!r}; check the path.")
     return _only_axis(_run(file), file, variable)
 
 
+def _is_file(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except OSError:
+        return False
+
+
 def _run(file: Path) -> dict[str, Any]:
     """Names that the file binds. It is run from its text: compiled files may be of an older one."""
-    sys.path.insert(0, str(file.resolve().parent))
+    folder = str(file.resolve().parent)
+    sys.path.insert(0, folder)
     try:
-        return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
+        # What the file prints must not get between the results on standard output.
+        with contextlib.redirect_stdout(sys.stderr):
+            return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
     except ModelError as error:
         raise ModelError(f"{file}, {_line(error, file)}: {error}") from error
     except (Exception, SystemExit) as error:
@@ -51,7 +63,8 @@ def _run(file: Path) -> dict[str, Any]:
             f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}"
         ) from error
     finally:
-        sys.path.pop(0)
+        if folder in sys.path:
+            sys.path.remove(folder)
 
 
 def _line(error: BaseException, file: Path) -> str:

@@ -64,9 +64,18 @@ def derive(axis: Axis) -> AxisModel:
     try:
         force = with_direction(axis.force, q.velocity)
         inertia = inertia_of(force, q.acceleration)
+        if inertia == 0:
+            raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
         idm = inverse_regressor(force, symbols)
+        silent = [str(p) for p, c in zip(symbols, idm.columns, strict=True) if c == 0]
+        if silent:
+            raise ModelError(f"{', '.join(silent)} has no effect: its terms cancel. Remove it.")
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}") from error
+    except RecursionError as error:
+        raise ModelError(
+            f"axis {axis.name!r}: the equation of motion is nested too deeply; simplify it."
+        ) from error
     ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
     refusal = f"axis {axis.name!r} has no direct regressor: {ddm}" if isinstance(ddm, str) else ""
     direct = None if isinstance(ddm, str) else ddm

@@ -21,11 +21,14 @@ _FUNCTIONS = frozenset(
     "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax sign abs min "
     "max".split()
 )
-# Arguments of the generated functions; `null jac hess` mean something to CasADi.
+# Arguments and results of the generated functions; `null jac hess` mean something to CasADi.
 RESERVED = frozenset(
     "tau direction parameters ddm_parameters reference measured_position measured_velocity "
-    "position_noise control state next_state step period casadi null jac hess".split()
+    "measurement_error reference_rate held control state next_state step row known jacobian "
+    "first_slope last_slope period casadi null jac hess".split()
 )
+# Symbols that the program makes itself: the direct model's parameters and a law's delay line.
+_MADE = re.compile(r"(theta|delayed)\d+")
 
 
 def check_name(name: str, what: str) -> None:
@@ -47,6 +50,8 @@ def check_name(name: str, what: str) -> None:
         "a mathematical function": _FUNCTIONS,
         "reserved for the generated functions": RESERVED,
     }
+    if _MADE.fullmatch(name):
+        raise ModelError(f"{what} is named {name!r}, which the program uses. Choose another name.")
     for reason, names in taken.items():
         if name in names:
             raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")

@@ -7,7 +7,7 @@ import sympy
 
 from .axis import Axis
 from .errors import ModelError
-from .symbols import Coordinate, Parameter, Symbolic, expression
+from .symbols import Coordinate, Parameter, Symbolic, expression, several
 
 
 def newton(
@@ -50,11 +50,11 @@ def newton(
             "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
             "derives it."
         )
-    opposing = [expression(term, "a resistance") for term in resistance]
+    opposing = [expression(term, "a resistance") for term in several(resistance)]
     return Axis(
         name=name,
         coordinate=q,
-        parameters=tuple(parameters),
+        parameters=several(parameters),
         force=mass * q.acceleration + sum(opposing, sympy.S.Zero),
         **declaration,
     )

@@ -65,7 +65,10 @@ def parameter_map(
     inverse_inertia_unit : Unit
         Of ``1/I``: acceleration over force.
     """
-    forward = sympy.Matrix([1 / ddm.inertia, *(p / ddm.inertia for p in ddm.quotients)])
+    if ddm.pivot is None:
+        forward = sympy.Matrix(ddm.quotients)
+    else:
+        forward = sympy.Matrix([1 / ddm.inertia, *(p / ddm.inertia for p in ddm.quotients)])
     symbols = tuple(sympy.Symbol(f"theta{i + 1}", real=True) for i in range(len(forward)))
     jacobian = forward.jacobian(parameters).applyfunc(sympy.together)
     hidden = _hidden(ddm, parameters)
@@ -79,10 +82,9 @@ def parameter_map(
         inverse_jacobian=None if inverse is None else inverse.jacobian(symbols).as_immutable(),
         rank=len(parameters) - len(hidden),
         hidden=hidden,
-        units=(
-            inverse_inertia_unit,
-            *(units[p] * inverse_inertia_unit for p in ddm.quotients),
-        ),
+        units=tuple(units.values())
+        if ddm.pivot is None
+        else (inverse_inertia_unit, *(units[p] * inverse_inertia_unit for p in ddm.quotients)),
     )
 
 
@@ -90,6 +92,8 @@ def _hidden(
     ddm: DirectRegressor, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[dict[sympy.Symbol, sympy.Expr], ...]:
     """Parameters of the inertia without a quotient trade against the pivot alone."""
+    if ddm.pivot is None:
+        return ()
     lost = [p for p in parameters if p != ddm.pivot and p not in ddm.quotients]
     scale = ddm.inertia.diff(ddm.pivot)
     return tuple({p: sympy.S.One, ddm.pivot: -ddm.inertia.diff(p) / scale} for p in lost)
@@ -101,8 +105,10 @@ def _inverse(
     symbols: tuple[sympy.Symbol, ...],
 ) -> sympy.ImmutableMatrix:
     """``I = 1/theta1``, ``p = thetaj/theta1``, and the pivot from the inertia's definition."""
+    if ddm.pivot is None:
+        return sympy.ImmutableMatrix(symbols)
     inertia = 1 / symbols[0]
     values = {p: t * inertia for p, t in zip(ddm.quotients, symbols[1:], strict=True)}
-    shared = (ddm.inertia - ddm.pivot * ddm.inertia.diff(ddm.pivot)).subs(values)
+    shared = (ddm.inertia - ddm.pivot * ddm.inertia.diff(ddm.pivot)).subs(values, simultaneous=True)
     values[ddm.pivot] = sympy.factor((inertia - shared) / ddm.inertia.diff(ddm.pivot))
     return sympy.ImmutableMatrix([values[p] for p in parameters])

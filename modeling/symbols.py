@@ -5,6 +5,7 @@ Both stand in SymPy expressions as they are: ``M * q.acceleration + Fv * q.veloc
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ import sympy
 
 from .errors import ModelError
 from .names import check_name
+from .numbers import number
 from .units import Unit, parse_unit
 
 #: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
@@ -141,8 +143,11 @@ class Parameter(Symbolic):
     def __post_init__(self) -> None:
         check_name(self.name, "a parameter")
         parse_unit(self.unit)
-        if not math.isfinite(self.nominal):
-            raise ModelError(f"parameter {self.name!r}: nominal value {self.nominal!r} not finite.")
+        what = f"of parameter {self.name!r}"
+        object.__setattr__(self, "nominal", number(self.nominal, f"the nominal value {what}"))
+        for bound in ("lower", "upper"):
+            value = number(getattr(self, bound), f"the {bound} bound {what}", finite=False)
+            object.__setattr__(self, bound, value)
         if not self.lower <= self.nominal <= self.upper:
             raise ModelError(
                 f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
@@ -167,3 +172,8 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
         f"{what} is {value!r} ({type(value).__name__}); give a number or a SymPy expression of "
         "Parameter and Coordinate objects."
     )
+
+
+def several(values: Any) -> tuple[Any, ...]:
+    """A tuple of what a declaration lists; one thing alone is a list of one."""
+    return tuple(values) if isinstance(values, Iterable) else (values,)

@@ -71,7 +71,7 @@ def parse_unit(text: str) -> Unit:
     exponents, rest = _product(_tokens(text), text)
     if rest:
         raise _malformed(text, rest[0])
-    return Unit(text.strip(), exponents)
+    return Unit(" ".join(text.split()), exponents)
 
 
 def _tokens(text: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,6 +16,10 @@ from axisid.codegen import GeneratedAxis
 from axisid.estimation import Record
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# Libraries compiled by tests stay among themselves; all workers share the folder.
+CACHE = Path(tempfile.gettempdir()) / f"axisid-tests-{os.getuid()}"
+os.environ.setdefault("AXISID_CACHE", str(CACHE))
 
 settings.register_profile("axisid", deadline=None, derandomize=True)
 settings.load_profile("axisid")

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from axisid.codegen import GeneratedAxis as GeneratedAxis
     from axisid.codegen import build as build
     from axisid.estimation import METHODS as METHODS
+    from axisid.estimation import BatchSimulation as BatchSimulation
     from axisid.estimation import DataError as DataError
     from axisid.estimation import Estimate as Estimate
     from axisid.estimation import EstimationError as EstimationError
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from axisid.estimation import identify as identify
     from axisid.estimation import read_record as read_record
     from axisid.estimation import simulate as simulate
+    from axisid.estimation import simulate_batch as simulate_batch
     from axisid.estimation import twin_record as twin_record
     from axisid.modeling import LIBRARY as LIBRARY
     from axisid.modeling import MEASURED_POSITION as MEASURED_POSITION
@@ -65,8 +67,8 @@ _STAGES = {
     ),
     "axisid.codegen": "GeneratedAxis build",
     "axisid.estimation": (
-        "DataError Estimate EstimationError Identification METHODS Prefilter Record Simulation "
-        "delta_method identify read_record simulate twin_record"
+        "BatchSimulation DataError Estimate EstimationError Identification METHODS Prefilter "
+        "Record Simulation delta_method identify read_record simulate simulate_batch twin_record"
     ),
 }
 _HOME = {name: stage for stage, names in _STAGES.items() for name in names.split()}

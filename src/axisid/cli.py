@@ -4,9 +4,12 @@ Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 d
 6 estimation.
 """
 
+import io
 import json
+import math
 import os
 import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -17,6 +20,7 @@ from axisid import __version__
 if TYPE_CHECKING:
     from axisid.estimation import Identification, Prefilter
 
+_INTERRUPTED = 130
 _METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
@@ -32,23 +36,48 @@ def cli() -> None:
 
 def main() -> NoReturn:
     """Run the command line: every failure is one sentence on stderr and an exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
-        cli.main(prog_name="axisid", standalone_mode=True)
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning  # type: ignore[assignment]
+            code = cli.main(prog_name="axisid", standalone_mode=False)
+        sys.stdout.flush()
+    except click.ClickException as error:
+        code = _fail(error.format_message(), error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        code = _fail("interrupted", _INTERRUPTED)
+    except BrokenPipeError:
+        # Whoever read the output has left; nothing can be said to them.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 1
     except Exception as error:
         # Only an error that speaks to the user carries an exit code.
-        code = getattr(error, "exit_code", None)
-        if code is None:
-            if os.environ.get("AXISID_DEBUG"):
-                raise
-            click.echo(
-                f"axisid: internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for "
-                "the traceback and report it.",
-                err=True,
-            )
-            sys.exit(1)
-        click.echo(f"axisid: {error}", err=True)
-        sys.exit(code)
-    sys.exit(0)
+        known: int | None = getattr(error, "exit_code", None)
+        if known is None and os.environ.get("AXISID_DEBUG"):
+            raise
+        code = _fail(str(error), known) if known is not None else _fail(_fault(error), 1)
+    sys.exit(code)
+
+
+def _show_warning(message: Warning | str, *_: Any) -> None:
+    """One line on stderr in place of Python's two, which name a source line."""
+    click.echo(f"axisid: {message}", err=True)
+
+
+def _fail(message: str, code: int) -> int:
+    click.echo(f"axisid: {' '.join(message.split())}", err=True)
+    return code
+
+
+def _fault(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return f"{error.filename or 'standard output'} cannot be written: {error.strerror}."
+    return (
+        f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
+        "and report it."
+    )
 
 
 @cli.command(epilog="Example: axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json")
@@ -89,6 +118,7 @@ def main() -> NoReturn:
     metavar="ROLE=NAME,...",
     help="Column names; roles: time, position, reference, control, force.",
 )
+@click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
 )
@@ -99,6 +129,7 @@ def identify(
     sample_period: float | None,
     columns: str | None,
     json_file: str | None,
+    no_native: bool,
     **settings: Any,
 ) -> None:
     """Identify AXIS from RECORD, or from its built-in twin if no record is given.
@@ -108,7 +139,12 @@ def identify(
     """
     prefilter = _prefilter(settings)
     roles = _roles(columns)
-    _check_json(json_file)
+    _check_json(json_file, record, axis)
+    if sample_period is not None and not (math.isfinite(sample_period) and sample_period > 0):
+        raise click.BadParameter(
+            f"{sample_period!r} is no period; give a positive number of seconds",
+            param_hint="--sample-period",
+        )
 
     from axisid.codegen import build
     from axisid.estimation import identify as run
@@ -116,7 +152,7 @@ def identify(
     from axisid.modeling import UsageError, load_axis
 
     declared = load_axis(axis)
-    generated = build(declared)
+    generated = build(declared, native=not no_native)
     if record is None:
         if sample_period is not None or columns:
             raise UsageError("--sample-period and --columns describe a record; name its file.")
@@ -130,6 +166,7 @@ def identify(
 @cli.command(epilog="Example: axisid generate --check")
 @click.argument("axes", nargs=-1)
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
+@click.option("-v", "--verbose", is_flag=True, help="Say how long each stage takes.")
 @click.option(
     "--output",
     type=click.Path(file_okay=False, path_type=Path),
@@ -137,16 +174,27 @@ def identify(
     show_default=True,
     help="Folder of the generated code.",
 )
-def generate(axes: tuple[str, ...], check: bool, output: Path) -> None:
+def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) -> None:
     """Rewrite the generated code of AXES, by default of the whole library.
 
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
     of the library or Python files that declare an axis.
     """
-    from axisid.codegen import check_files, expected_files, write_files
-    from axisid.modeling import LIBRARY, load_axis
+    from axisid.codegen import check_files, expected_files, stage_times, write_files
+    from axisid.modeling import LIBRARY, UsageError, load_axis
 
-    files = expected_files([load_axis(name) for name in axes or LIBRARY])
+    declared = [load_axis(name) for name in axes or LIBRARY]
+    for name, axis in zip(axes, declared, strict=False):
+        if axis.name in LIBRARY and name not in LIBRARY:
+            raise UsageError(
+                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
+                "library; rename the axis."
+            )
+    if verbose:
+        for axis in declared:
+            stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in stage_times(axis))
+            click.echo(f"{axis.name}: {stages}")
+    files = expected_files(declared)
     if not check:
         written = write_files(output, files)
         for path in written:
@@ -156,13 +204,15 @@ def generate(axes: tuple[str, ...], check: bool, output: Path) -> None:
     findings = check_files(output, files, orphans=not axes)
     for finding in findings:
         click.echo(f"{finding.state}: {output / finding.path}")
-        if finding.diff:
+        if finding.state == "stale":
             click.echo(finding.diff)
     if findings:
         orphan = any(finding.state == "orphan" for finding in findings)
         command = " ".join(["axisid generate", *axes, *_output_option(output)])
-        remove = " and remove the orphans" if orphan else ""
-        click.echo(f"{len(findings)} files are not as generated; run: {command}{remove}", err=True)
+        remove = "; remove the orphans, or name the axes that are meant" if orphan else ""
+        click.echo(
+            f"not as generated: {len(findings)} of {len(files)}; run: {command}{remove}", err=True
+        )
         sys.exit(1)
     click.echo(f"{len(files)} files are current.")
 
@@ -206,23 +256,39 @@ def _roles(columns: str | None) -> dict[str, str]:
     return roles
 
 
-def _check_json(json_file: str | None) -> None:
+def _check_json(json_file: str | None, *inputs: str | None) -> None:
     """Refuse a place that cannot be written to before anything is computed."""
-    if json_file not in (None, "-") and not Path(str(json_file)).parent.is_dir():
-        raise click.BadParameter(
-            f"the folder of {json_file!r} does not exist; make it first", param_hint="--json"
-        )
+    if json_file is None:
+        return
+    path = Path(json_file)
+    if json_file == "-":
+        problem = "standard output is closed" if sys.stdout is None else ""
+    elif not json_file or os.path.isdir(json_file):
+        problem = "it is no file; name one"
+    elif not os.path.isdir(path.parent):
+        problem = "the folder does not exist; make it first"
+    elif any(given and path.resolve() == Path(given).resolve() for given in inputs):
+        problem = "it is an input of this run; name another file"
+    else:
+        problem = ""
+    if problem:
+        raise click.BadParameter(f"{json_file!r}: {problem}", param_hint="--json")
 
 
 def _report(result: "Identification", json_file: str | None) -> None:
+    """Write the result, then print it, and fail if a method came to nothing."""
     if json_file == "-":
         click.echo(_json(result))
         for method, reason in result.skipped.items():
-            click.echo(f"axisid: {method} was not run: {reason}", err=True)
-        return
-    click.echo(result.summary(), nl=False)
-    if json_file is not None:
-        _write(Path(json_file), _json(result) + "\n")
+            click.echo(f"axisid: without {method}: {reason}", err=True)
+    else:
+        if json_file is not None:
+            _write(Path(json_file), _json(result) + "\n")
+        click.echo(result.summary(), nl=False)
+    if result.failed:
+        from axisid.estimation import EstimationError
+
+        raise EstimationError("; ".join(result.failed.values()))
 
 
 def _json(result: "Identification") -> str:

@@ -1,5 +1,7 @@
 """Generated functions compute what the symbolic model says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
@@ -8,7 +10,8 @@ from hypothesis import strategies as st
 
 from axisid import LIBRARY, build, derive, load_axis
 from axisid.codegen import GeneratedAxis
-from axisid.modeling import DIRECTION, FORCE, AxisModel
+from axisid.modeling import DIRECTION, FORCE, Drive
+from axisid.modeling.names import RESERVED
 
 NUMBERS = st.one_of(st.just(0.0), st.floats(-1e3, 1e3, allow_nan=False))
 POSITIVE = st.floats(1e-3, 1e3)
@@ -89,7 +92,7 @@ def test_plant_step_has_order_four(emps2015: GeneratedAxis) -> None:
     M, Fv, Fc, dq, tau = 2.0, 8.0, 1.0, 0.7, 3.0
 
     def error(step: float) -> float:
-        _, dq_next = emps2015.rows("plant_step", 0.0, dq, tau, 1.0, [M, Fv, Fc], step)
+        dq_next = emps2015.rows("plant_step", 0.0, dq, [tau], 1.0, [M, Fv, Fc], step)[1]
         steady = (tau - Fc) / Fv
         return abs(dq_next[0, 0] - (steady + (dq - steady) * np.exp(-Fv / M * step)))
 
@@ -101,13 +104,13 @@ def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.
     theta = [95.0, 200.0, 20.0, -3.0]
     functions = emps.functions
     for q, dq, q1, q2, noise in 1e-3 * rng.normal(size=(20, 5)):
-        step = functions["closed_loop_step"](q, dq, [q1, q2], 2e-3, noise, 1.0, theta, 1e-3)
+        step = functions["closed_loop_step"](q, dq, [q1, q2], 2e-3, 0.0, noise, 1.0, theta, 1e-3)
         control, state = functions["control_law"](2e-3, q + noise, dq, [q1, q2])
         tau = emps.axis.drive.gain * float(control)
-        q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)
+        q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)[:2]
         ddq = functions["direct_dynamics"](q, dq, tau, 1.0, theta)
         expected = [q_next, dq_next, state[0], state[1], ddq, tau, control]
-        got = [step[0], step[1], step[2][0], step[2][1], *step[3:]]
+        got = [step[0], step[1], step[2][0], step[2][1], *step[3:6]]
         assert [float(x) for x in got] == [float(x) for x in expected]
 
 
@@ -117,6 +120,32 @@ def test_control_is_clipped_at_the_drive_limit(emps: GeneratedAxis) -> None:
     assert float(law(-1.0, 0.0, 0.0, [0.0, 0.0])[0]) == -emps.axis.drive.limit
 
 
-def test_building_does_not_touch_the_declaration() -> None:
-    model: AxisModel = derive(load_axis("emps"))
-    assert build(model.axis).signature == build(model.axis).signature
+def test_rows_of_column_results_are_sample_by_sample(rng: np.random.Generator) -> None:
+    law_inputs = [*rng.normal(size=(3, 4)), np.array([5.0, 7.0])]
+    for native in (True, False):
+        axis = build(load_axis("emps"), native=native)
+        axis.native.library()
+        control, state = axis.rows("control_law", *law_inputs)
+        assert control.shape == (4, 1)
+        assert np.array_equal(state, np.column_stack([law_inputs[1], np.full(4, 5.0)]))
+
+
+def test_signature_follows_the_declaration_not_the_number_type() -> None:
+    axis = load_axis("emps")
+    marks = {
+        build(replace(axis, drive=Drive(gain=gain, limit=10.0))).signature
+        for gain in (35, 35.0, np.float64(35), sympy.Integer(35))
+    }
+    assert len(marks) == 1
+    assert build(axis).signature == build(axis).signature
+    assert build(replace(axis, title="other")).signature != build(axis).signature
+
+
+def test_every_argument_and_result_of_a_function_is_a_reserved_name() -> None:
+    """So that no coordinate can bear it."""
+    for _, axis in AXES.values():
+        motion = {str(s) for s in (axis.axis.coordinate.symbol, axis.axis.coordinate.velocity)}
+        motion.add(str(axis.axis.coordinate.acceleration))
+        motion |= {f"{name}_next" for name in motion}
+        for function in axis.functions.values():
+            assert {*function.name_in(), *function.name_out()} - motion <= RESERVED

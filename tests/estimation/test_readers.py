@@ -73,15 +73,17 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("", "0 rows"),
-        ("time,position\n", "1 rows"),
+        ("", "has 0 filled lines"),
+        ("time,position\n", "has 1 filled lines"),
         ("0.0,1.0\n0.1,2.0\n", "first row holds numbers"),
-        ("time,position,position\n0,1,2\n", "position occur twice"),
+        ("time,position,position\n0,1,2\n", "position occurs twice"),
         ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
         ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),
         ("time,position\n0,1\n1,\n", "line 3: '' in column 'position'"),
         ("time;position\n0;1,5\n1;2,5\n", "line 2: '1,5' in column 'position'.*decimal point"),
         ("time,position\n0,1,2\n1,2,3\n", "names 2 columns"),
+        ("time,position\n0,1_000\n1,2\n", "line 2: '1_000' in column 'position'"),
+        ("# scope\ntime,position\n0,1\n", "remove lines above it"),
         ("time,angle,control\n0,1,1\n1,2,2\n", "no column 'position'.*found time, angle, control"),
     ],
 )
@@ -124,12 +126,25 @@ def test_any_bytes_are_read_or_explained(
         read_record(file)
 
 
-def test_truncated_mat_file_is_explained(tmp_path: Path) -> None:
+@pytest.mark.parametrize("compress", [False, True])
+def test_truncated_mat_file_is_explained(tmp_path: Path, compress: bool) -> None:
     file = tmp_path / "log.mat"
-    savemat(file, {"t": np.arange(1000.0), "qm": np.arange(1000.0)})
+    savemat(file, {"t": np.arange(1000.0), "qm": np.arange(1000.0)}, do_compression=compress)
     content = file.read_bytes()
     for size in (4, 100, 130, 200, len(content) // 2, len(content) - 1):
         file.write_bytes(content[:size])
+        with pytest.raises(DataError, match=r"log\.mat"):
+            read_record(file)
+
+
+def test_damaged_compressed_mat_file_is_explained(tmp_path: Path, rng: np.random.Generator) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"t": np.arange(1000.0), "qm": rng.normal(size=1000)}, do_compression=True)
+    content = bytearray(file.read_bytes())
+    for position in rng.integers(200, len(content), 20):
+        damaged = content.copy()
+        damaged[position] ^= 0xFF
+        file.write_bytes(damaged)
         with pytest.raises(DataError, match=r"log\.mat"):
             read_record(file)
 

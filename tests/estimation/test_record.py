@@ -38,11 +38,17 @@ def test_period_is_the_mean_step_unless_given() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (changed("position", 7, np.nan), "position is nan in row 8"),
-        (changed("control", 3, np.inf), "control is inf in row 4"),
-        (changed("time", 9, 0.0), "time does not increase in row 10"),
-        (changed("time", 9, 0.008), "time does not increase in row 10"),
-        ({"time": np.r_[GOOD["time"][:30], GOOD["time"][30:] + 0.01]}, "time step before row 31"),
+        (changed("position", 7, np.nan), "position is nan in data row 8"),
+        (changed("control", 3, np.inf), "control is inf in data row 4"),
+        (changed("time", 9, 0.0), "time does not increase in data row 10"),
+        (changed("time", 9, 0.008), "time does not increase in data row 10"),
+        (
+            {"time": np.r_[GOOD["time"][:30], GOOD["time"][30:] + 0.01]},
+            "time step before data row 31",
+        ),
+        ({"time": np.cumsum(np.r_[np.full(30, 1e-3), np.full(20, 1.4e-3)])}, "steps are uneven"),
+        ({"position": np.ma.masked_less(GOOD["position"], 0)}, "masked or complex"),
+        ({"position": GOOD["position"] + 1j}, "masked or complex"),
         ({"position": np.zeros(N)}, "position is 0 in every row"),
         ({"control": np.full(N, 2.5)}, "control is 2.5 in every row"),
         ({"reference": np.zeros(N)}, "reference is 0 in every row"),
@@ -51,7 +57,7 @@ def test_period_is_the_mean_step_unless_given() -> None:
         ({"position": ["a"] * N}, "position is not numeric"),
         ({"sample_period": 1.0}, "given as 1 s, but the time column steps by 0.001 s"),
         ({"sample_period": -1e-3}, "sampling period is given"),
-        ({k: v[:2] for k, v in GOOD.items()}, "2 rows are no record"),
+        ({k: v[:2] for k, v in GOOD.items()}, "needs 3 rows or more, not 2"),
     ],
 )
 def test_bad_records_are_explained(change: dict[str, Any], message: str) -> None:

@@ -70,7 +70,7 @@ def test_simulated_loop_follows_the_machine(emps: GeneratedAxis, emps_record: Re
     assert emps_record.reference is not None
     assert emps_record.control is not None
     theta = np.array([95.1089, 203.5034, 20.3935, -3.1648])
-    loop = simulate(emps, theta, emps_record.reference, 1e-3, start=emps_record.position[0]).after
+    loop = simulate(emps, theta, emps_record.reference, 1e-3, start=emps_record.position[0])
     q, dq, ddq = Prefilter(cutoff=100.0).motion(emps_record.position, 1e-3)
     force = emps.axis.drive.gain * emps_record.control
     pairs = [
@@ -100,7 +100,7 @@ def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
     loop = simulate(emps, theta, emps_record.reference, 1e-3)
     record = Record(
         time=np.arange(len(loop.control)) * 1e-3,
-        position=loop.after.position,
+        position=loop.position,
         reference=emps_record.reference,
         control=loop.control,
         sample_period=1e-3,

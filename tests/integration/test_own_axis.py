@@ -91,7 +91,9 @@ PENDULUM = lagrange(
 
 @pytest.mark.parametrize("axis", [BELT, PENDULUM], ids=lambda axis: axis.name)
 def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) -> None:
-    result = identify(axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5, hold="zoh"))
+    result = identify(
+        axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(30, 30))
+    )
     assert axis.experiment is not None
     truth = [axis.experiment.truth[p.name] for p in axis.parameters]
     assert set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
@@ -166,7 +168,7 @@ def test_axis_without_law_is_identified_by_least_squares_and_says_what_it_left_o
     assert set(result.skipped) == {"idm-iv", "ddm-iv"}
     assert "no control law" in result.skipped["idm-iv"]
     assert result["idm-ls"].simulation_error_percent is None
-    assert "idm-iv was not run" in result.summary()
+    assert "without idm-iv, ddm-iv: axis" in result.summary()
 
 
 def test_crank_is_identified_by_the_inverse_model_only() -> None:

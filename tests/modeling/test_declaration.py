@@ -18,6 +18,7 @@ from axisid import (
     ModelError,
     Move,
     Parameter,
+    build,
     lagrange,
     load_axis,
     newton,
@@ -86,9 +87,17 @@ def test_gain_named_like_a_parameter_is_refused() -> None:
         ({"inertia": "M"}, "the inertia is 'M'"),
         ({"resistance": ("Fv*dq",)}, "a resistance is 'Fv\\*dq'"),
         ({"inertia": True}, "the inertia is True"),
+        ({"drive": 18.0}, "drive is 18.0; give a Drive"),
+        ({"control": 3}, "control is 3; give a ControlLaw"),
+        ({"coordinate": q, "parameters": ("M",)}, "parameters have 'M'; give Parameter objects"),
+        ({"resistance": (Fv * sympy.zoo,)}, "is not finite"),
+        ({"title": "two\nlines"}, "not one line"),
         ({"columns": {"speed": "v"}}, "the roles are time"),
         ({"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"m": 1.0})}, "truth has 'm'"),
-        ({"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"M": math.nan})}, "truth has"),
+        (
+            {"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"M": math.nan})},
+            "truth of 'M' is nan",
+        ),
     ],
 )
 def test_contradictory_declarations_are_refused(changes: dict[str, Any], message: str) -> None:
@@ -122,6 +131,12 @@ def test_axis_without_inertia_is_refused() -> None:
         lambda: Move(math.nan, 1.0, 1.0),
         lambda: Move(1.0, 0.0, 1.0),
         lambda: Experiment(moves=()),
+        lambda: Experiment(moves=("x",)),  # type: ignore[arg-type]
+        lambda: Experiment(moves=(Move(1, 1, 1),), seed=-1),
+        lambda: Move(0.1, 1e-12, 1.0),
+        lambda: Parameter("M", "kg", nominal="1"),  # type: ignore[arg-type]
+        lambda: Coordinate("row"),
+        lambda: Coordinate("known"),
         lambda: Experiment(moves=(Move(1, 1, 1),), position_noise=-1.0),
         lambda: ControlLaw(name="p", period=0.0, output=REFERENCE),
         lambda: ControlLaw(name="p", period=1.0, output=sympy.Symbol("kp", real=True)),
@@ -134,6 +149,39 @@ def test_axis_without_inertia_is_refused() -> None:
 def test_impossible_parts_are_refused(make: Any) -> None:
     with pytest.raises(ModelError):
         make()
+
+
+def test_one_resistance_alone_is_a_list_of_one() -> None:
+    axis = declare(resistance=viscous(Fv, q))
+    assert axis == declare()
+
+
+def test_numbers_of_any_type_are_floats() -> None:
+    parameter = Parameter("M", "kg", nominal=sympy.Rational(1, 2))  # type: ignore[arg-type]
+    assert type(parameter.nominal) is float
+
+
+def test_functions_of_the_users_are_not_mistaken_for_sums() -> None:
+    plus = sympy.Function("Add")
+    axis = declare(resistance=(viscous(Fv, q), plus(q.symbol, q.velocity)))
+    with pytest.raises(ModelError, match="has the node Add, which cannot be generated"):
+        build(axis)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "number", [sympy.Float("1e400"), sympy.Integer(10) ** 400, sympy.Rational(10**400, 3)]
+)
+def test_numbers_too_large_for_a_float_are_refused(number: sympy.Expr) -> None:
+    with pytest.raises(ModelError, match="too large for a float"):
+        build(declare(resistance=(Fv * q.velocity, number * q.symbol)))  # type: ignore[arg-type]
+
+
+def test_division_by_a_gain_of_zero_is_refused() -> None:
+    law = ControlLaw(
+        name="p", period=1.0, output=REFERENCE / sympy.Symbol("T", real=True), gains={"T": 0.0}
+    )
+    with pytest.raises(ModelError, match="divides by a constant that is zero"):
+        build(declare(control=law))  # type: ignore[arg-type]
 
 
 def test_declarations_are_frozen() -> None:

@@ -16,7 +16,14 @@ from axisid import (
     spring,
     viscous,
 )
-from axisid.modeling import DIRECTION, FORCE, Axis, AxisModel, describe_direction
+from axisid.modeling import (
+    DIRECTION,
+    FORCE,
+    Axis,
+    AxisModel,
+    describe_combinations,
+    describe_direction,
+)
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=1.0)
@@ -106,6 +113,7 @@ CASES = {
     "known mass beside the unknown one": axis(
         9.81 * M, viscous(Fv, q), inertia=M + 3, parameters=(M, Fv)
     ),
+    "known inertia": axis(9.81 * Fv, coulomb(Fc, q), inertia=sympy.Integer(3), parameters=(Fv, Fc)),
     "known force and spring": axis(sympy.Integer(50), spring(k, q, rest=0.5), parameters=(M, k)),
     "pendulum": lagrange(
         "pendulum",
@@ -149,6 +157,42 @@ def test_rank_is_that_of_the_jacobian_at_a_generic_point(name: str) -> None:
     assert mapping is not None
     point = {p: sympy.Rational(3 + i, 7 + 2 * i) for i, p in enumerate(mapping.parameters)}
     assert mapping.forward_jacobian.subs(point).applyfunc(sympy.nsimplify).rank() == mapping.rank
+
+
+def test_ball_screw_pitch_does_not_hide_that_inertias_add_up() -> None:
+    screw = (2 * sympy.pi / 0.01) ** 2
+    model = derive(axis(viscous(Fv, q), inertia=M + screw * J, parameters=(M, J, Fv)))
+    assert [describe_combinations(h) for h in model.hidden] == ["M + 3.948e+05 J"]
+
+
+def test_parameter_whose_terms_cancel_is_named() -> None:
+    zero = (q.symbol + 1) ** 2 - q.symbol**2 - 2 * q.symbol - 1
+    with pytest.raises(ModelError, match="Fc has no effect"):
+        derive(axis(Fc * zero, parameters=(M, Fc)))
+
+
+@pytest.mark.parametrize("names", [("Mx", "theta3", "theta2"), ("theta1", "b", "c")])
+def test_names_of_the_direct_models_parameters_are_taken(names: tuple[str, ...]) -> None:
+    with pytest.raises(ModelError, match="which the program uses"):
+        [Parameter(name, "kg") for name in names]
+
+
+def test_friction_that_is_not_affine_in_its_direction_is_refused() -> None:
+    sign = sympy.sign(q.velocity)
+    with pytest.raises(ModelError, match=r"exp\(direction\) is not linear"):
+        derive(axis(Fc * sympy.exp(sign), parameters=(M, Fc)))
+
+
+def test_one_sided_friction_is_affine_in_its_direction() -> None:
+    squared = sympy.Heaviside(q.velocity) ** 2
+    model = derive(axis(Fc * squared, parameters=(M, Fc)))
+    assert sympy.expand(model.idm.columns[1] - (1 + DIRECTION) / 2) == 0
+
+
+def test_inertia_that_cancels_out_is_refused() -> None:
+    with pytest.raises(ModelError, match="needs an inertia"):
+        rest = (q.symbol - 1) * (q.symbol + 1) - q.symbol**2
+        derive(axis(M * rest * q.acceleration, parameters=(M,)))
 
 
 def test_inertias_that_only_add_up_are_not_told_apart() -> None:
@@ -199,10 +243,10 @@ def test_powers_of_the_friction_direction_are_reduced() -> None:
     assert model.idm.columns[1:] == (DIRECTION, sympy.S.One)
 
 
-def test_quadratic_drag_is_smooth_in_each_mode() -> None:
+def test_quadratic_drag_stays_continuous() -> None:
     drag = Parameter("Fq", "N/(m/s)^2")
     model = derive(axis(drag * q.velocity * sympy.Abs(q.velocity), parameters=(M, drag)))
-    assert model.idm.columns[1] == DIRECTION * q.velocity**2
+    assert model.idm.columns[1] == q.velocity * sympy.Abs(q.velocity)
 
 
 @pytest.mark.parametrize(

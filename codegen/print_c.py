@@ -1,0 +1,112 @@
+"""Programs to C11 text: one static inline function each, and loops over samples.
+
+Functions take scalars by value and vectors by pointer, and write each output through a pointer, row
+by row. Names from the declaration end in an underscore, so that no macro of a header is among them.
+"""
+
+from importlib import resources
+
+from .printing import Language, print_operations
+from .program import Input, Output, Program
+
+#: What printed functions call beside <math.h>; comparisons are written so that loops vectorise.
+PRELUDE = """\
+#include <math.h>
+#include <stddef.h>
+
+static inline double minimum(double a, double b) { return a < b ? a : b; }
+static inline double maximum(double a, double b) { return a > b ? a : b; }
+static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
+static inline double less(double a, double b) { return (double)(a < b); }
+static inline double at_most(double a, double b) { return (double)(a <= b); }
+static inline double equal(double a, double b) { return (double)(a == b); }
+static inline double negated(double a) { return (double)(a == 0.0); }
+static inline double both(double a, double b) { return (double)(a != 0.0 && b != 0.0); }
+static inline double either(double a, double b) { return (double)(a != 0.0 || b != 0.0); }
+static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
+"""
+_C = Language(
+    calls={
+        "abs": "fabs",
+        "min": "minimum",
+        "max": "maximum",
+        "lt": "less",
+        "le": "at_most",
+        "eq": "equal",
+        "not": "negated",
+        "and": "both",
+        "or": "either",
+    },
+    variable=lambda element: f"{element}_",
+    name=lambda name, expression: f"    const double {name} = {expression};",
+)
+
+
+def print_c_function(program: Program) -> str:
+    """Return the text of a static inline C function."""
+    texts, body = print_operations(program, _C)
+    used = {op.symbol for op in program.operations if op.name == "input"}
+    lines = [f"/* {program.summary} {program.operation_count} operations. */"]
+    arguments = [_argument(port) for port in program.inputs]
+    arguments += [f"double *{port.name}" for port in program.outputs]
+    lines.append(f"static inline void {program.name}(\n    {', '.join(arguments)})\n{{")
+    for port in program.inputs:
+        lines += _unpacked(port, used)
+    lines += body
+    for result in program.outputs:
+        elements = [texts[i] for row in result.rows for i in row]
+        lines += [f"    {result.name}[{i}] = {text};" for i, text in enumerate(elements)]
+        lines += [] if elements else [f"    (void){result.name};"]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def print_c_rows(program: Program) -> str:
+    """Return the text of an exported C function that evaluates a program at many samples.
+
+    Scalar arguments become arrays, one value a sample; vectors are the same for every sample;
+    outputs are arrays with one row a sample.
+    """
+    arguments = [f"const double *{port.name}" for port in program.inputs]
+    arguments += [f"double *{port.name}" for port in program.outputs]
+    call = [f"{port.name}[k]" if _is_scalar(port) else port.name for port in program.inputs]
+    call += [f"{port.name} + k * {_size(port)}" for port in program.outputs]
+    return (
+        f"void {program.name}_rows(\n    ptrdiff_t samples, {', '.join(arguments)})\n"
+        "{\n    for (ptrdiff_t k = 0; k < samples; ++k)\n"
+        f"        {program.name}({', '.join(call)});\n}}\n"
+    )
+
+
+def print_c_loop(held: int, memory: int, parameters: int, *, continuous: bool) -> str:
+    """Return the text of the closed loop over time, for the sizes of one axis."""
+    sizes = {
+        "PARAMETERS": parameters,
+        "MEMORY": memory,
+        "HELD": held,
+        "CONTINUOUS": int(continuous),
+    }
+    lines = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
+    return lines + "\n" + resources.files(__package__).joinpath("loop.c").read_text()
+
+
+def _argument(port: Input) -> str:
+    return f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}"
+
+
+def _unpacked(port: Input, used: set[str]) -> list[str]:
+    if _is_scalar(port):
+        return [] if port.name in used else [f"    (void){port.name}_;"]
+    lines = [
+        f"    const double {element}_ = {port.name}[{index}];"
+        for index, element in enumerate(port.elements)
+        if element in used
+    ]
+    return lines or [f"    (void){port.name};"]
+
+
+def _is_scalar(port: Input) -> bool:
+    return port.elements == (port.name,)
+
+
+def _size(port: Output) -> int:
+    return sum(len(row) for row in port.rows)

@@ -1,0 +1,38 @@
+"""The benchmark keeps its contract. It is not a timed test: the figures are not judged here."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from axisid.codegen.compiler import NativeUnavailableError, find_compiler
+
+CONTRACT = {
+    "single_over_hand_c",
+    "batch_over_hand_simd",
+    "scipy_over_single",
+    "virtual_machine_over_single",
+    "identify_over_floor",
+    "generate_cold_s",
+    "load_warm_ms",
+}
+
+
+def test_benchmark_prints_its_contract_and_checks_its_yardsticks(root: Path) -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+    done = subprocess.run(
+        [sys.executable, "benchmarks/simulation.py", "--json", "-", "--times", "3"],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    assert set(figures) >= CONTRACT
+    assert all(value > 0 for value in figures.values())

@@ -1,0 +1,317 @@
+"""Compiled code: the same numbers as the virtual machine, whatever happens around its building."""
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import LIBRARY, build, derive, load_axis
+from axisid.codegen import GeneratedAxis, axis_artefacts
+from axisid.codegen.compiler import FLAGS, NativeUnavailableError, find_compiler
+from axisid.codegen.library_cache import cached_library, compiled_library
+from axisid.codegen.native import Native
+from axisid.modeling import Axis, Drive, Parameter
+from tests.estimation.axes import AXES
+
+TEXTS = {
+    **{name: axis_artefacts(derive(load_axis(name)))["native.c"] for name in LIBRARY},
+    **{name: axis_artefacts(derive(axis))["native.c"] for name, axis in AXES.items()},
+}
+STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache of this test's own."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("AXISID_CACHE", str(folder))
+    return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler() -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+
+
+def fresh(axis: Axis | None = None) -> GeneratedAxis:
+    return build(axis or load_axis("emps"))
+
+
+def accept(_: Path) -> None:
+    pass
+
+
+PROGRAM = """
+import sys
+from axisid import build, load_axis
+native = build(load_axis("emps")).native
+library = native.library()
+print(library.path.name if library else native.refusal)
+"""
+
+
+def in_process(**environment: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", PROGRAM],
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize("optimise", ["-O0", "-O2"])
+@pytest.mark.parametrize("name", TEXTS)
+def test_generated_c_compiles_without_a_warning(name: str, optimise: str, tmp_path: Path) -> None:
+    source = tmp_path / "native.c"
+    source.write_text(TEXTS[name])
+    command = [*find_compiler().command, *STRICT, optimise, "-c", str(source), "-o", os.devnull]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_flags_keep_ieee_semantics() -> None:
+    assert "-ffp-contract=off" in FLAGS
+    assert not {"-ffast-math", "-Ofast", "-funsafe-math-optimizations"} & set(FLAGS)
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_rows_equal_the_virtual_machine_bit_for_bit_or_to_rounding(
+    name: str, rng: np.random.Generator
+) -> None:
+    axis = build(AXES[name])
+    library = axis.native.library()
+    assert library is not None, axis.native.refusal
+    machine = build(AXES[name], native=False)
+    theta = rng.uniform(0.5, 2.0, len(axis.parameters))
+    motion = rng.normal(size=(3, 200))
+    direction = rng.uniform(-1, 1, 200)
+    for function, arguments in (
+        ("inverse_dynamics", (*motion, direction, theta)),
+        ("direct_dynamics", (*motion, direction, theta)),
+        ("idm_regressor", (*motion, direction)),
+    ):
+        for native, virtual in zip(
+            library.rows(function, arguments), machine.rows(function, *arguments), strict=True
+        ):
+            assert native == pytest.approx(virtual, rel=1e-13, abs=1e-13)
+
+
+def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path.parent == cache
+    assert stat.S_IMODE(cache.stat().st_mode) == 0o700
+    built = library.path.stat().st_mtime_ns
+    again = fresh().native.library()
+    assert again is not None
+    assert again.path.stat().st_mtime_ns == built
+    assert cached_library(TEXTS["emps"]) == library.path
+
+
+def test_nothing_but_the_library_its_digest_and_its_lock_stay_in_the_cache(cache: Path) -> None:
+    fresh().native.library()
+    assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
+
+
+def test_edited_axis_never_meets_old_code(cache: Path) -> None:
+    axis = load_axis("emps")
+    old = fresh().native.library()
+    edited = fresh(replace(axis, drive=Drive(gain=70.0, limit=10.0))).native.library()
+    assert old is not None
+    assert edited is not None
+    assert old.path != edited.path
+    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((3, 1)), np.ones(1), np.ones(4)]
+    step[3] = np.array([1e-5])
+    forces = [
+        lib.rows("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0] for lib in (old, edited)
+    ]
+    assert forces[1] / forces[0] == pytest.approx(70.0 / axis.drive.gain)
+
+
+def test_changed_nominal_value_needs_no_new_code(cache: Path) -> None:
+    axis = load_axis("emps")
+    heavier = replace(axis, parameters=(Parameter("M", "kg", nominal=200.0), *axis.parameters[1:]))
+    first, second = fresh().native.library(), fresh(heavier).native.library()
+    assert first is not None
+    assert second is not None
+    assert first.path == second.path
+
+
+@pytest.mark.parametrize("damage", ["flip", "truncate", "empty", "no digest"])
+def test_damaged_library_is_found_before_it_is_loaded_and_rebuilt(cache: Path, damage: str) -> None:
+    path = compiled_library(TEXTS["emps"], accept)
+    content = path.read_bytes()
+    if damage == "flip":
+        path.write_bytes(content[:2000] + bytes([content[2000] ^ 1]) + content[2001:])
+    elif damage == "no digest":
+        path.with_suffix(".sha256").unlink()
+    else:
+        path.write_bytes(content[: len(content) // 2] if damage == "truncate" else b"")
+    assert cached_library(TEXTS["emps"]) is None
+    library = fresh().native.library()
+    assert library is not None
+    assert cached_library(TEXTS["emps"]) == path
+
+
+def test_two_processes_building_at_once_share_one_library(cache: Path) -> None:
+    processes = [in_process() for _ in range(3)]
+    outputs = [process.communicate(timeout=120) for process in processes]
+    assert all(process.returncode == 0 for process in processes), outputs
+    assert len({out for out, _ in outputs}) == 1
+    assert len(list(cache.glob("*.so"))) == 1
+
+
+def slow_compiler(tmp_path: Path, seconds: float) -> Path:
+    script = tmp_path / "slow-cc"
+    real = find_compiler().command[0]
+    script.write_text(f'#!/bin/sh\nsleep {seconds}\nexec {real} "$@"\n')
+    script.chmod(0o755)
+    return script
+
+
+def test_kill_during_a_build_leaves_nothing_that_is_loaded(cache: Path, tmp_path: Path) -> None:
+    process = in_process(CC=str(slow_compiler(tmp_path, 30)))
+    deadline = time.monotonic() + 60
+    while not list(cache.glob("build-*/native.c")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    subprocess.run(["pkill", "-f", str(tmp_path / "slow-cc")], check=False)
+    assert not list(cache.glob("*.so"))
+    after = in_process()
+    out, err = after.communicate(timeout=120)
+    assert after.returncode == 0, err
+    assert out.strip().endswith(".so")
+
+
+def test_hanging_compiler_is_ended_and_the_virtual_machine_serves(
+    cache: Path, tmp_path: Path
+) -> None:
+    script = slow_compiler(tmp_path, 600)
+    begin = time.monotonic()
+    process = in_process(CC=str(script), AXISID_COMPILE_SECONDS="0.5")
+    out, _ = process.communicate(timeout=60)
+    assert time.monotonic() - begin < 30
+    assert "did not finish within 0.5 s" in out
+    assert not list(cache.glob("build-*"))
+    listed = subprocess.run(["pgrep", "-f", str(script)], capture_output=True, check=False)
+    assert listed.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("compiler", "reason"),
+    [
+        ("absent-cc", "CC='absent-cc' is not found"),
+        ("false", "failed: exit code 1"),
+        ("true", "failed: exit code 0"),
+    ],
+)
+def test_no_working_compiler_means_the_virtual_machine_and_one_line(
+    cache: Path, compiler: str, reason: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", "identify", "emps2015", "--method", "idm-iv"],
+        env={**os.environ, "CC": compiler},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert reason in done.stderr
+    assert "the CasADi virtual machine simulates" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert "IDM-IV" in done.stdout
+    assert not list(cache.glob("*.so"))
+
+
+def test_no_native_switch_compiles_nothing_and_says_nothing(cache: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", "identify", "emps2015", "--no-native"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == ""
+    assert not cache.exists()
+
+
+def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
+    import resource
+
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", PROGRAM],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert not done.stdout.strip().endswith(".so")
+    assert not list(cache.glob("*.so"))
+
+
+def test_unwritable_cache_means_a_folder_for_the_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
+    library = fresh().native.library()
+    assert library is not None
+    assert tmp_path not in library.path.parents
+
+
+def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
+    path = compiled_library(TEXTS["emps"], accept)
+    cache.chmod(0o500)
+    try:
+        library = fresh().native.library()
+        assert library is not None
+        assert library.path == path
+        other = fresh(load_axis("emps2015")).native.library()
+        assert other is not None
+    finally:
+        cache.chmod(0o700)
+
+
+def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
+    path = compiled_library(TEXTS["emps"], accept)
+    cache.chmod(0o777)
+    assert cached_library(TEXTS["emps"]) is None
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path != path
+
+
+def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
+    axis = fresh()
+    wrong = TEXTS["emps"].replace("row[1] = dq_;", "row[1] = 1.0000001 * dq_;")
+    assert wrong != TEXTS["emps"]
+    native = Native(wrong, axis.functions)
+    assert native.library() is None
+    assert native.refusal == "the compiled idm_regressor computes wrong values"
+    assert not list(cache.glob("*.so"))
+
+
+def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ziglang")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    assert find_compiler().command[1:] == ("-m", "ziglang", "cc")
+
+
+def test_stages_are_timed(run: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+    code, out, _ = run("generate", "emps", "-v", "--output", tmp_path / "generated")
+    assert code == 0
+    for stage in ("derive", "lower and print", "build for the virtual machine", "compile", "load"):
+        assert f"{stage} " in out.splitlines()[0]
