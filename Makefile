@@ -26,6 +26,7 @@ test: lint types check tests
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/simulation.py
+	$(BIN)/python benchmarks/calibration.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

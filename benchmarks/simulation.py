@@ -10,9 +10,11 @@ machine disturbs both; the medians are compared.
 """
 
 import argparse
+import cProfile
 import ctypes
 import json
 import os
+import pstats
 import subprocess
 import sys
 import tempfile
@@ -26,7 +28,16 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, cheby1, sosfiltfilt
 
-from axisid import Prefilter, Record, build, identify, load_axis, simulate, simulate_batch
+from axisid import (
+    Prefilter,
+    Record,
+    build,
+    identify,
+    load_axis,
+    read_record,
+    simulate,
+    simulate_batch,
+)
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import trajectory
 from axisid.modeling import back_and_forth
@@ -168,6 +179,26 @@ def identification_floor(hand: ctypes.CDLL, record: Record, solves: int) -> Call
     return run
 
 
+def profile_shares(run: Callable[[], Any]) -> dict[str, float]:
+    """Where a fit spends its time: shares of filters, native code, linear algebra and the rest."""
+    profile = cProfile.Profile()
+    profile.enable()
+    for _ in range(20):
+        run()
+    profile.disable()
+    parts = {
+        "filters": ("scipy/signal",),
+        "simulation_and_rows": ("codegen/native.py",),
+        "linear_algebra": ("numpy/linalg", "estimation/linear.py"),
+    }
+    spent = dict.fromkeys([*parts, "rest"], 0.0)
+    for (file, _, _), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
+        name = next((p for p, where in parts.items() if any(w in file for w in where)), "rest")
+        spent[name] += own
+    total = sum(spent.values())
+    return {name: value / total for name, value in spent.items()}
+
+
 def in_fresh_process(statement: str, cache: str) -> float:
     """Seconds that a statement prints, run in a fresh interpreter with a cache of its own."""
     done = subprocess.run(
@@ -201,6 +232,7 @@ def measure(times: int) -> dict[str, float]:
     ref = reference()
     rng = np.random.default_rng(1)
     parameters = TRUTH * (1 + 0.02 * rng.normal(size=(64, 4)))
+    many = TRUTH * (1 + 0.02 * rng.normal(size=(256, 4)))
     record = make_record(axis, ref)
     figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as name:
@@ -217,9 +249,16 @@ def measure(times: int) -> dict[str, float]:
             times=max(times // 4, 3),
         )
         figures["batch_over_hand_simd"] = batch / by_hand
-        begin = time.perf_counter()
-        scipy_simulation(axis, ref[:SCIPY_SAMPLES])
-        by_scipy = (time.perf_counter() - begin) * len(ref) / SCIPY_SAMPLES
+        one, two = medians(
+            *(
+                lambda n=n: simulate_batch(axis, many, ref, PERIOD, signals=("force",), threads=n)
+                for n in (1, 2)
+            ),
+            times=max(times // 8, 3),
+        )
+        figures["two_threads_speedup"] = one / two
+        (by_scipy,) = medians(lambda: scipy_simulation(axis, ref[:SCIPY_SAMPLES]), times=3)
+        by_scipy *= len(ref) / SCIPY_SAMPLES
         figures["scipy_over_single"] = by_scipy / single
         (machine,) = medians(lambda: simulate(virtual, TRUTH, ref, PERIOD), times=3)
         figures["virtual_machine_over_single"] = machine / single
@@ -231,6 +270,8 @@ def measure(times: int) -> dict[str, float]:
             times=times,
         )
         figures["identify_over_floor"] = fit / floor
+        shares = profile_shares(lambda: identify(axis, record, prefilter, ["idm-iv"]))
+        figures |= {f"identify_share_{part}": share for part, share in shares.items()}
         figures["generate_cold_s"] = float(
             np.median([in_fresh_process(_COLD, f"{name}/cold{i}") for i in range(GENERATE_TIMES)])
         )
@@ -243,7 +284,10 @@ def measure(times: int) -> dict[str, float]:
 
 
 def make_record(axis: GeneratedAxis, ref: Array) -> Record:
-    """A record of the motion, with a little encoder noise inside the loop."""
+    """The real EMPS record where it is at hand; else a simulated one of its length and noise."""
+    real = Path(os.environ.get("AXISID_DATA", HERE.parents[1] / "shared" / "data"))
+    if (real / "emps" / "DATA_EMPS.mat").is_file():
+        return read_record(real / "emps" / "DATA_EMPS.mat", axis, sample_period=PERIOD)
     noise = 5e-8 * np.random.default_rng(2).normal(size=len(ref))
     loop = simulate(axis, TRUTH, ref, PERIOD, position_noise=noise)
     return Record(

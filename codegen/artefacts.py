@@ -19,7 +19,7 @@ from axisid.modeling import (
 )
 
 from .functions import axis_programs
-from .print_c import PRELUDE, print_c_function, print_c_loop, print_c_rows
+from .print_c import print_c_function, print_c_loop, print_c_prelude, print_c_rows
 from .print_casadi import print_function
 from .program import Output, Program
 
@@ -116,8 +116,10 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         sizes = [len(port.elements) for port in (held, ports["state"], ports["parameters"])]
         printed.append(print_c_loop(*sizes, continuous=law.continuous))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
-    return f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n{PRELUDE}\n" + "\n".join(
-        printed
+    body = "\n".join(printed)
+    return (
+        f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
+        f"{print_c_prelude(body)}\n{body}"
     )
 
 

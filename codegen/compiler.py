@@ -6,8 +6,10 @@ results are those of the CasADi virtual machine to rounding.
 
 import contextlib
 import importlib.util
+import math
 import os
 import platform
+import shlex
 import shutil
 import signal
 import subprocess
@@ -25,10 +27,15 @@ FLAGS = (
     "-shared",
 )
 _SECONDS = 120.0
+_MOST_OUTPUT = 100_000
 
 
 class NativeUnavailableError(Exception):
     """Native code cannot be had; the message says why, and the virtual machine serves instead."""
+
+
+class CompilerHangsError(NativeUnavailableError):
+    """The compiler did not finish in time; trying elsewhere would take as long again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,33 +61,37 @@ class Compiler:
         NativeUnavailableError
             The compiler fails or hangs; what it started is ended.
         """
-        seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
+        seconds = _seconds()
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        try:
-            process = subprocess.Popen(  # noqa: S603
-                command,
-                cwd=source.parent,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        except OSError as error:
-            raise NativeUnavailableError(
-                f"{self.command[0]} does not run: {error.strerror}"
-            ) from error
-        try:
-            output, _ = process.communicate(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            raise NativeUnavailableError(
-                f"{self.command[0]} did not finish within {seconds:g} s"
-            ) from None
-        finally:
-            _end(process)
+        # Into a file: what the compiler starts may outlive it and hold a pipe open.
+        with (source.parent / "output").open("w+b") as output:
+            try:
+                process = subprocess.Popen(  # noqa: S603
+                    command,
+                    cwd=source.parent,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise NativeUnavailableError(
+                    f"{self.command[0]} does not run: {error.strerror}"
+                ) from error
+            try:
+                process.wait(timeout=seconds)
+            except subprocess.TimeoutExpired:
+                raise CompilerHangsError(
+                    f"{self.command[0]} did not finish within {seconds:g} s"
+                ) from None
+            finally:
+                _end(process)
+            output.seek(0)
+            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if process.returncode != 0 or not target.is_file():
-            lines = output.decode(errors="replace").strip().splitlines()
-            said = lines[-1] if lines else f"exit code {process.returncode}"
-            raise NativeUnavailableError(f"{self.command[0]} failed: {said}")
+            telling = [line for line in said if "error" in line] or said[-1:]
+            reason = telling[0] if telling else f"exit code {process.returncode}"
+            raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
 
 
 def find_compiler() -> Compiler:
@@ -93,10 +104,11 @@ def find_compiler() -> Compiler:
     """
     asked = os.environ.get("CC")
     for name in [asked] if asked else ["cc", "gcc", "clang"]:
-        words = (name or "").split()
+        words = shlex.split(name or "")
         found = shutil.which(words[0]) if words else None
         if found is not None:
-            return Compiler((found, *words[1:]), _identity(Path(found)))
+            path = Path(found).absolute()
+            return Compiler((str(path), *words[1:]), _identity(path))
     if asked:
         raise NativeUnavailableError(f"the compiler CC={asked!r} is not found")
     zig = importlib.util.find_spec("ziglang")
@@ -106,6 +118,15 @@ def find_compiler() -> Compiler:
     raise NativeUnavailableError(
         "there is no C compiler (install one, or pip install 'axisid[native]')"
     )
+
+
+def _seconds() -> float:
+    """Time limit, from AXISID_COMPILE_SECONDS if that is a sensible number."""
+    with contextlib.suppress(ValueError):
+        seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
+        if math.isfinite(seconds) and 0 < seconds < 1e6:
+            return seconds
+    return _SECONDS
 
 
 def _identity(executable: Path) -> str:
@@ -128,5 +149,3 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    if process.stdout is not None:
-        process.stdout.close()

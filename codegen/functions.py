@@ -43,15 +43,20 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     programs += [_held_acceleration(model, law, acceleration), plant]
     if law is not None and model.axis.control is not None:
         start = _control_start(model, model.axis.control)
-        programs += [start, law, _closed_loop_step(model, law, plant)]
+        programs += [
+            start,
+            law,
+            _control_terms(model.axis.control),
+            _closed_loop_step(model, law, plant),
+        ]
     return tuple(programs)
 
 
 class _Arguments:
     """A builder with arguments declared by SymPy symbol."""
 
-    def __init__(self) -> None:
-        self.builder = Builder()
+    def __init__(self, *, reciprocals: bool = False) -> None:
+        self.builder = Builder(reciprocals=reciprocals)
         self.values: dict[sympy.Symbol, int] = {}
 
     def scalars(self, *symbols: sympy.Symbol) -> "_Arguments":
@@ -176,6 +181,18 @@ def _control_law(model: AxisModel, law: ControlLaw) -> Program:
     return builder.program("control_law", "Control that the drive applies, within its limit.")
 
 
+def _control_terms(law: ControlLaw) -> Program:
+    arguments = _Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
+    builder, values = arguments.builder, arguments.values
+    state = builder.vector("state", _state(law))
+    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
+    lower = _law_lowering(law, builder, {**values, **memory})
+    builder.output("row", [[lower(factor * signal) for factor, signal in law.terms]])
+    return builder.program(
+        "control_terms", "What the law adds up, one number for each product of gains."
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class _Plant:
     """The plant under what is held between samples, as operations of one builder.
@@ -221,7 +238,7 @@ def _plant_arguments(
     model: AxisModel, law: Program | None, acceleration: Program
 ) -> tuple[_Plant, int, int]:
     q = model.axis.coordinate
-    arguments = _Arguments().scalars(q.symbol, q.velocity)
+    arguments = _Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
     builder, values = arguments.builder, arguments.values
     held = builder.vector("held", _held_names(model))
     direction = builder.scalar("direction")
@@ -283,7 +300,7 @@ def _runge_kutta(plant: _Plant, q: int, dq: int, step: int) -> tuple[int, int, i
 def _closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     coordinate, axis = model.axis.coordinate, model.axis
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
-    arguments = _Arguments().scalars(q, dq)
+    arguments = _Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
     state_port = next(port for port in law.inputs if port.name == "state")
     state = builder.vector("state", state_port.elements)

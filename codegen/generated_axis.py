@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.modeling import (
+    DIRECTION,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
     Axis,
     AxisModel,
     UsageError,
@@ -20,7 +23,7 @@ from axisid.modeling import (
 from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
 from .compiler import NativeUnavailableError
 from .execute import execute
-from .native import VECTORS, Native, by_sample
+from .native import VECTORS, Native, by_sample, checked_arguments
 
 Array = NDArray[np.float64]
 
@@ -50,6 +53,8 @@ class GeneratedAxis:
         Of the direct model, length m; empty without a direct regressor.
     ddm_refusal : str
         Why there is no direct regressor, or no way back from it; else empty.
+    uniform : bool
+        Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
     hidden : tuple of str
         Parameters that no motion tells apart, in words; empty if there are none.
     functions : mapping of str to casadi.Function
@@ -63,6 +68,7 @@ class GeneratedAxis:
     parameters: tuple[Quantity, ...]
     ddm_parameters: tuple[Quantity, ...]
     ddm_refusal: str
+    uniform: bool
     hidden: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
@@ -97,17 +103,16 @@ class GeneratedAxis:
         tuple of (N, columns) arrays
             One per output.
         """
-        library = self.native.cached()
+        library = self.native.rows(function)
         if library is not None:
             return library.rows(function, arguments)
         compiled = self.functions[function]
-        vectors = [name in VECTORS for name in compiled.name_in()]
-        given = [
-            np.reshape(a, (-1, 1) if vector else (1, -1))
-            for a, vector in zip(arguments, vectors, strict=True)
+        given, samples = checked_arguments(function, compiled, arguments)
+        columns = [
+            a[:, None] if name in VECTORS else a[None, :]
+            for name, a in zip(compiled.name_in(), given, strict=True)
         ]
-        samples = max(g.shape[1] for g in given)
-        return tuple(by_sample(out.full(), samples) for out in compiled.call(given))
+        return tuple(by_sample(out.full(), samples) for out in compiled.call(columns))
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
@@ -154,6 +159,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
             )
         ),
         ddm_refusal=_refusal(model),
+        uniform=_is_uniform(model),
         hidden=tuple(
             f"no motion shows a change of {describe_direction(h)}; only {describe_combinations(h)} "
             "can be identified"
@@ -161,6 +167,19 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         functions=functions,
         native=Native(texts[NATIVE], functions, enabled=native),
+    )
+
+
+def _is_uniform(model: AxisModel) -> bool:
+    """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
+    q, law = model.axis.coordinate, model.axis.control
+    expressions = [(model.acceleration, (q.symbol, q.velocity), DIRECTION)]
+    if law is not None and law.continuous:
+        expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
+    return all(
+        not expression.diff(variable).free_symbols & {*variables, direction}
+        for expression, variables, direction in expressions
+        for variable in variables
     )
 
 
@@ -211,7 +230,7 @@ def stage_times(axis: Axis) -> list[tuple[str, float]]:
     native = Native(texts[NATIVE], functions)
     try:
         timed("compile", native.compile_afresh)
-    except NativeUnavailableError as error:
+    except (NativeUnavailableError, OSError) as error:
         native.refusal = str(error)
         native.warn_once()
         return times

@@ -6,6 +6,7 @@ compared before the library is loaded.
 """
 
 import atexit
+import contextlib
 import errno
 import hashlib
 import os
@@ -13,16 +14,18 @@ import secrets
 import shutil
 import stat
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_path
 
-from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
+from .compiler import FLAGS, Compiler, CompilerHangsError, NativeUnavailableError, find_compiler
 from .store import replace_file
 
 _LOCK_SECONDS = 300.0
+_OLD_SECONDS = 3600.0
 
 
 def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
@@ -42,9 +45,8 @@ def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
     """
     compiler = find_compiler()
     name = _name(text, compiler)
-    preferred = _preferred_folder()
-    if _is_private(preferred) and _is_intact(preferred / name):
-        return preferred / name
+    if (cached := _cached(name)) is not None:
+        return cached
     reasons = []
     for make in (_preferred_folder, _temporary_folder):
         try:
@@ -58,28 +60,40 @@ def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
             return folder / name
         except Timeout as error:
             reasons.append(f"another process holds {error.lock_file}")
-        except OSError as error:
-            reasons.append(f"{folder}: {error.strerror or error}")
-    raise NativeUnavailableError("; ".join(reasons))
+        except CompilerHangsError:
+            raise
+        except NativeUnavailableError as error:
+            # A full disk or one without permission to execute looks like a failing compiler.
+            reasons.append(str(error))
+        except (OSError, RuntimeError) as error:
+            reasons.append(str(error))
+    raise NativeUnavailableError("; ".join(dict.fromkeys(reasons)))
 
 
 def cached_library(text: str) -> Path | None:
     """Return the library of a C text if it was built before and is intact."""
     try:
-        library = _preferred_folder() / _name(text, find_compiler())
+        return _cached(_name(text, find_compiler()))
     except NativeUnavailableError:
+        return None
+
+
+def _cached(name: str) -> Path | None:
+    try:
+        library = _preferred_folder() / name
+    except RuntimeError:  # there is no home
         return None
     return library if _is_private(library.parent) and _is_intact(library) else None
 
 
 def _name(text: str, compiler: Compiler) -> str:
     content = "\0".join([text, *FLAGS, *compiler.command, compiler.identity])
-    return f"{hashlib.sha256(content.encode()).hexdigest()}.so"
+    return f"{hashlib.sha256(content.encode(errors='backslashreplace')).hexdigest()}.so"
 
 
 def _preferred_folder() -> Path:
     asked = os.environ.get("AXISID_CACHE")
-    return Path(asked) if asked else user_cache_path("axisid") / "native"
+    return Path(asked).absolute() if asked else user_cache_path("axisid") / "native"
 
 
 def _temporary_folder() -> Path:
@@ -99,13 +113,14 @@ def _is_private(folder: Path) -> bool:
     return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not shared
 
 
-def _digest(library: Path) -> str:
-    return hashlib.sha256(library.read_bytes()).hexdigest()
+def _digest(library: Path, name: str) -> str:
+    """Of the content and the name it goes by: another axis's library in its place is no match."""
+    return hashlib.sha256(name.encode() + library.read_bytes()).hexdigest()
 
 
 def _is_intact(library: Path) -> bool:
     try:
-        return library.with_suffix(".sha256").read_text() == _digest(library)
+        return library.with_suffix(".sha256").read_text() == _digest(library, library.name)
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -122,6 +137,10 @@ def build_library(
     OSError
         The folder cannot be written to.
     """
+    for left in library.parent.glob("build-*"):  # of a build that was killed
+        with contextlib.suppress(OSError):
+            if time.time() - left.stat().st_mtime > _OLD_SECONDS:
+                shutil.rmtree(left, ignore_errors=True)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as folder:
         source, target = Path(folder) / "native.c", Path(folder) / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
@@ -129,5 +148,5 @@ def build_library(
         check(target)
         with target.open("rb") as file:
             os.fsync(file.fileno())
-        replace_file(library.with_suffix(".sha256"), _digest(target))
+        replace_file(library.with_suffix(".sha256"), _digest(target, library.name))
         target.replace(library)

@@ -146,6 +146,14 @@ static int advance(double *q, double *dq, double *direction, double *held, const
     return CHATTER;
 }
 
+/* 1 if a step in a mode has reached zero velocity, or may have crossed it twice. */
+static inline double turns(double dq1, double first, double last, double mode)
+{
+    const double reaches = dq1 * mode > 0.0 ? 0.0 : 1.0;
+    const double bends = first * mode < 0.0 ? (last * mode > 0.0 ? 1.0 : 0.0) : 0.0;
+    return reaches + bends;
+}
+
 /* One lane through one sample. */
 struct lane {
     double q, dq;                     /* at the sample, then at the next */
@@ -188,6 +196,23 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     return DONE;
 }
 
+/* Move on through the later substeps of a sample; whether one of them changes the mode. */
+static inline double later_substeps(double *q, double *dq, double force, double reference,
+                                    double rate, double error, double mode, const double *p,
+                                    double step, ptrdiff_t substeps)
+{
+    double held[3] = {CONTINUOUS ? reference : force, rate, error}, changes = 0.0;
+    for (ptrdiff_t i = 1; i < substeps; ++i) {
+        double q1, dq1, first, last;
+        pass(held, step);
+        plant_step(*q, *dq, held, mode, p, step, &q1, &dq1, &first, &last);
+        changes += turns(dq1, first, last, mode);
+        *q = q1;
+        *dq = dq1;
+    }
+    return changes;
+}
+
 /* Where results go: one row a sample, `stride` values apart; what is null is not wanted. */
 struct outputs {
     double *position, *velocity, *acceleration, *force, *control, *direction, *before;
@@ -207,6 +232,10 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
              double *control, double *direction, double *before, ptrdiff_t *stopped)
 {
     struct lane lane = {.q = start};
+    const double step = period / (double)substeps;
+    double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
+    for (int j = 0; j < PARAMETERS; ++j)
+        p[j] = parameters[j];
     double q = start, dq = 0.0, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
     control_start(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution), memory);
     for (ptrdiff_t k = 0; k < samples; ++k) {
@@ -220,11 +249,14 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(position, k, q);
         put(velocity, k, dq);
         put(before, k, k ? end : mode);
-        closed_loop_step(q, dq, memory, r, rate, error, mode, parameters, period, &q1, &dq1, next,
-                         &ddq, &tau, &u, &last);
+        closed_loop_step(q, dq, memory, r, rate, error, mode, p, step, &q1, &dq1, next, &ddq, &tau,
+                         &u, &last);
         end = mode;
-        if (mode == 0.0 || !(dq1 * mode >= 0.0) || (ddq * mode < 0.0 && last * mode > 0.0) ||
-            substeps > 1) {
+        double changes = turns(dq1, ddq, last, mode);
+        if (changes == 0.0 && substeps > 1)
+            changes = later_substeps(&q1, &dq1, tau, r, rate, error, mode, parameters, step,
+                                     substeps);
+        if (!(changes == 0.0)) {
             lane.q = q;
             lane.dq = dq;
             for (int i = 0; i < MEMORY; ++i)
@@ -258,11 +290,11 @@ struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
     double reference[LANES], rate[LANES], error[LANES], mode[LANES], end[LANES];
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
-    double ddq[LANES], tau[LANES], u[LANES], slow[LANES];
+    double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
 };
 
 /* The common case for all lanes at once; `slow` says which lanes it does not serve. */
-static void step_block(struct block *b, double period, double allowed)
+static void step_block(struct block *b, double step, ptrdiff_t substeps)
 {
     for (int l = 0; l < LANES; ++l) {
         double p[PARAMETERS], memory[AT_LEAST_1_MEMORY] = {0.0}, next[AT_LEAST_1_MEMORY];
@@ -273,7 +305,7 @@ static void step_block(struct block *b, double period, double allowed)
         for (int j = 0; j < MEMORY; ++j)
             memory[j] = b->memory[j][l];
         closed_loop_step(b->q[l], b->dq[l], memory, b->reference[l], b->rate[l], b->error[l], mode,
-                         p, period, &q1, &dq1, next, &ddq, &tau, &u, &last);
+                         p, step, &q1, &dq1, next, &ddq, &tau, &u, &last);
         b->q1[l] = q1;
         b->dq1[l] = dq1;
         b->ddq[l] = ddq;
@@ -282,18 +314,30 @@ static void step_block(struct block *b, double period, double allowed)
         b->mode[l] = mode;
         for (int j = 0; j < MEMORY; ++j)
             b->next[j][l] = next[j];
-        const double turns = dq1 * mode > 0.0 ? 0.0 : 1.0;
-        const double bends = ddq * mode < 0.0 ? (last * mode > 0.0 ? 1.0 : 0.0) : 0.0;
-        const double away = fabs(b->q[l] - b->reference[l]) <= allowed ? 0.0 : 1.0;
-        b->slow[l] = turns + bends + away;
+        const double away = fabs(b->q[l] - b->reference[l]) <= b->allowed[l] ? 0.0 : 1.0;
+        b->slow[l] = turns(dq1, ddq, last, mode) + away;
+        b->now[l] = b->reference[l];
     }
+    for (ptrdiff_t i = 1; i < substeps; ++i)
+        for (int l = 0; l < LANES; ++l) {
+            double p[PARAMETERS], q1, dq1, first, last;
+            double held[3] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l]};
+            pass(held, step);
+            b->now[l] = held[0];
+            for (int j = 0; j < PARAMETERS; ++j)
+                p[j] = b->parameters[j][l];
+            plant_step(b->q1[l], b->dq1[l], held, b->mode[l], p, step, &q1, &dq1, &first, &last);
+            b->q1[l] = q1;
+            b->dq1[l] = dq1;
+            b->slow[l] += turns(dq1, first, last, b->mode[l]);
+        }
 }
 
-static int finish_lane(struct block *b, int l, double period, double allowed, ptrdiff_t substeps)
+static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
     double p[PARAMETERS];
     struct lane lane = {.q = b->q[l], .dq = b->dq[l]};
-    if (!(fabs(lane.q - b->reference[l]) <= allowed))
+    if (!(fabs(lane.q - b->reference[l]) <= b->allowed[l]))
         return isfinite(lane.q) ? OUT_OF_RANGE : NOT_FINITE;
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = b->parameters[j][l];
@@ -323,8 +367,8 @@ static void put_block(double *values, ptrdiff_t at, const double *lanes, ptrdiff
 static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *reference,
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
-                           const double *start, double period, double resolution, double allowed,
-                           ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
+                           const double *start, const double *allowed, double period,
+                           double resolution, ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
 {
     struct block b = {0};
     double dead[LANES] = {0.0};
@@ -334,6 +378,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         for (int j = 0; j < PARAMETERS; ++j)
             b.parameters[j][l] = parameters[from * PARAMETERS + j];
         b.q[l] = start[from];
+        b.allowed[l] = allowed[from];
         control_start(reference[from * reference_lane],
                       b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
                       memory);
@@ -358,17 +403,17 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                 b.error[l] = encoder(
                     b.q[l], noise ? noise[k * noise_time + from * noise_lane] : 0.0, resolution);
         }
-        step_block(&b, period, allowed);
+        step_block(&b, period / (double)substeps, substeps);
         put_block(out.before, at, k ? b.end : b.mode, count);
         for (int l = 0; l < LANES; ++l) {
             b.end[l] = b.mode[l];
-            b.slow[l] = dead[l] > 0.0 ? 0.0 : b.slow[l] + (double)(substeps > 1);
+            b.slow[l] = dead[l] > 0.0 ? 0.0 : b.slow[l];
             any += b.slow[l];
         }
         if (any > 0.0)
             for (int l = 0; l < count; ++l)
                 if (b.slow[l] > 0.0) {
-                    status[l] = finish_lane(&b, l, period, allowed, substeps);
+                    status[l] = finish_lane(&b, l, period, substeps);
                     if (status[l] != DONE) {
                         dead[l] = 1.0;
                         stopped[l] = k;
@@ -397,7 +442,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                     ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
-                    const double *start, double period, double resolution, double allowed,
+                    const double *start, const double *allowed, double period, double resolution,
                     ptrdiff_t substeps, double *position, double *velocity, double *acceleration,
                     double *force, double *control, double *direction, double *before,
                     ptrdiff_t stride, int *status, ptrdiff_t *stopped)
@@ -412,6 +457,7 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
         simulate_block(samples, left < LANES ? left : LANES, reference + first * reference_lane,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
                        noise_time, noise_lane, parameters + first * PARAMETERS, start + first,
-                       period, resolution, allowed, substeps, out, status + first, stopped + first);
+                       allowed + first, period, resolution, substeps, out, status + first,
+                       stopped + first);
     }
 }

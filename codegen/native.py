@@ -4,6 +4,7 @@ What goes in and out is memory that NumPy owns; a contiguous array of floats is 
 the first axis of every array, lanes (simulations of a batch) the second.
 """
 
+import contextlib
 import ctypes
 import tempfile
 import warnings
@@ -15,6 +16,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from axisid.modeling import UsageError
 
 from .compiler import NativeUnavailableError, find_compiler
 from .library_cache import build_library, cached_library, compiled_library
@@ -44,21 +47,16 @@ class LoopSettings:
         Sampling period, s.
     resolution : float
         Of the encoder, in the coordinate's unit; 0 for none.
-    allowed : float
-        Distance from the reference at which a simulation ends as out of range.
+    allowed : float or (B,) array
+        Distance from the reference at which a simulation ends as out of range; by lane for a batch.
     substeps : int
         Runge-Kutta steps in a sample.
     """
 
     period: float
     resolution: float
-    allowed: float
+    allowed: Any
     substeps: int
-
-    def arguments(self) -> tuple[Any, ...]:
-        """As the C functions take them after the start."""
-        reals = (self.period, self.resolution, self.allowed)
-        return (*map(_REAL, reals), _SIZE(self.substeps))
 
 
 class NativeLibrary:
@@ -80,13 +78,7 @@ class NativeLibrary:
     def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output."""
         shapes = self._functions[function]
-        given = [np.ascontiguousarray(a, dtype=float).ravel() for a in arguments]
-        scalars = [a for i, a in enumerate(given) if _is_scalar(shapes, i)]
-        samples = max(len(a) for a in scalars)
-        given = [
-            np.broadcast_to(a, samples).copy() if _is_scalar(shapes, i) and len(a) != samples else a
-            for i, a in enumerate(given)
-        ]
+        given, samples = checked_arguments(function, shapes, arguments)
         outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
         call = self._library[f"{function}_rows"]
         call.restype = None
@@ -119,7 +111,9 @@ class NativeLibrary:
             *map(_address, (reference, noise, parameters)),
             _REAL(settings.period),
             _REAL(start),
-            *settings.arguments()[1:],
+            _REAL(settings.resolution),
+            _REAL(settings.allowed),
+            _SIZE(settings.substeps),
             *map(_address, signals),
             ctypes.byref(stopped),
         )
@@ -173,7 +167,10 @@ class NativeLibrary:
                 *_strided(noise, first),
                 _address(parameters[first:]),
                 _address(start[first:]),
-                *settings.arguments(),
+                _address(settings.allowed[first:]),
+                _REAL(settings.period),
+                _REAL(settings.resolution),
+                _SIZE(settings.substeps),
                 *(_address(signals[n][:, first:]) if n in signals else None for n in SIGNALS),
                 _SIZE(lanes),
                 _address(status[first:]),
@@ -207,16 +204,24 @@ class Native:
         #: Why there is no library, once that is known.
         self.refusal = "" if enabled else "it was switched off"
         self._to_warn = enabled
+        self._looked = False
 
     def library(self) -> NativeLibrary | None:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                path = compiled_library(self._text, self._check)
-                self._library = NativeLibrary(path, self._functions)
+                self._library = self._loaded()
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
+
+    def _loaded(self) -> NativeLibrary:
+        path = compiled_library(self._text, self._check)
+        try:
+            return NativeLibrary(path, self._functions)
+        except OSError:  # whole, but not for this machine: build it again
+            path.unlink(missing_ok=True)
+            return NativeLibrary(compiled_library(self._text, self._check), self._functions)
 
     def compile_afresh(self) -> None:
         """Compile and test the library in a folder of its own, cached or not.
@@ -239,29 +244,37 @@ class Native:
                 stacklevel=3,
             )
 
-    def cached(self) -> NativeLibrary | None:
-        """Return the library if it is loaded or cached; never compile."""
-        if self._library is None and not self.refusal:
+    def rows(self, function: str) -> NativeLibrary | None:
+        """Return the library if it is loaded or cached and has the function; never compile."""
+        if self._library is None and not self.refusal and not self._looked:
+            self._looked = True
             path = cached_library(self._text)
-            self._library = None if path is None else NativeLibrary(path, self._functions)
-        return self._library
+            with contextlib.suppress(OSError):
+                self._library = None if path is None else NativeLibrary(path, self._functions)
+        return self._library if f"void {function}_rows(" in self._text else None
 
     def _check(self, path: Path) -> None:
         """Compare a fresh library with the virtual machine at random points."""
         try:
-            library = NativeLibrary(path, self._functions)
-        except OSError as error:
+            self._compare(NativeLibrary(path, self._functions))
+        except (OSError, AttributeError) as error:
             raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
+
+    def _compare(self, library: NativeLibrary) -> None:
         rng = np.random.default_rng(0)
         for name, function in self._functions.items():
             if f"void {name}_rows(" not in self._text:
                 continue
             arguments = [
-                rng.uniform(0.5, 1.5, (function.size1_in(i), _TEST_SAMPLES))
-                if _is_scalar(function, i)
-                else rng.uniform(0.5, 1.5, (function.size1_in(i), 1))
+                rng.uniform(
+                    0.5,
+                    1.5,
+                    (function.size1_in(i), _TEST_SAMPLES if _is_scalar(function, i) else 1),
+                )
                 for i in range(function.n_in())
             ]
+            if "step" in function.name_in():  # a long step would magnify rounding without bound
+                arguments[function.index_in("step")] *= 1e-3
             expected = [
                 by_sample(out.full(), _TEST_SAMPLES)
                 for i, out in enumerate(function.call(arguments))
@@ -271,6 +284,37 @@ class Native:
                     got, wanted, rtol=_TEST_TOLERANCE, atol=_TEST_TOLERANCE, equal_nan=True
                 ):
                     raise NativeUnavailableError(f"the compiled {name} computes wrong values")
+        self._check_loop(library)
+
+    def _check_loop(self, library: NativeLibrary) -> None:
+        """Compare one lane of a batch, and a sample of a simulation, with what they are made of."""
+        if "void simulate_batch(" not in self._text:
+            return
+        step = self._functions["closed_loop_step"]
+        parameters = np.full(step.size1_in("parameters"), 1.0)
+        reference = 1e-3 * np.arange(1.0, _TEST_SAMPLES + 1)
+        settings = LoopSettings(period=1e-3, resolution=0.0, allowed=np.inf, substeps=1)
+        status, _, one = library.simulate(reference, None, parameters, 0.0, settings)
+        lanes = _LANES + 1
+        many = LoopSettings(period=1e-3, resolution=0.0, allowed=np.full(lanes, np.inf), substeps=1)
+        statuses, _, batch = library.simulate_batch(
+            reference, None, np.tile(parameters, (lanes, 1)), np.zeros(lanes), many, SIGNALS, 1
+        )
+        start = self._functions["control_start"](reference[0], 0.0)
+        first = step(0.0, 0.0, start, reference[0], 0.0, 0.0, 0.0, parameters, 1e-3)
+        expected = {"position": 0.0, "velocity": 0.0, "force": first[4], "control": first[5]}
+        same = bool(np.all(statuses == status)) and (
+            status != 0
+            or (
+                all(
+                    np.allclose(batch[name], one[name][:, None], rtol=1e-9, atol=1e-12)
+                    for name in SIGNALS
+                )
+                and all(np.isclose(one[n][0], float(v), rtol=1e-12) for n, v in expected.items())
+            )
+        )
+        if not same:
+            raise NativeUnavailableError("the compiled time loop computes wrong values")
 
 
 def by_sample(values: Array, samples: int) -> Array:
@@ -296,3 +340,28 @@ def _strided(signal: Array | None, first: int) -> tuple[Any, ctypes.c_ssize_t, c
     if signal.ndim == 1:
         return _address(signal), over_time, _SIZE(0)
     return _address(signal[:, first:]), over_time, _SIZE(signal.strides[1] // signal.itemsize)
+
+
+def checked_arguments(
+    name: str, function: Any, arguments: Sequence[ArrayLike]
+) -> tuple[list[Array], int]:
+    """Arguments of a function at many samples, each of its length, and how many samples.
+
+    Raises
+    ------
+    UsageError
+        There are too few or too many, or one has another length.
+    """
+    if len(arguments) != function.n_in():
+        raise UsageError(f"{name} takes {function.n_in()} arguments, not {len(arguments)}.")
+    given = [np.ascontiguousarray(a, dtype=float).ravel() for a in arguments]
+    samples = max((len(a) for i, a in enumerate(given) if _is_scalar(function, i)), default=1)
+    for i, array in enumerate(given):
+        wanted = samples if _is_scalar(function, i) else function.size1_in(i)
+        if _is_scalar(function, i) and len(array) == 1 != wanted:
+            given[i] = np.full(wanted, array[0])
+        elif len(array) != wanted:
+            raise UsageError(
+                f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}."
+            )
+    return given, samples

@@ -1,7 +1,7 @@
 """Programs to C11 text: one static inline function each, and loops over samples.
 
 Functions take scalars by value and vectors by pointer, and write each output through a pointer, row
-by row. Names from the declaration end in an underscore, so that no macro of a header is among them.
+by row. Inputs end in an underscore and outputs in `_out`, so that no name is a header's macro.
 """
 
 from importlib import resources
@@ -9,22 +9,24 @@ from importlib import resources
 from .printing import Language, print_operations
 from .program import Input, Output, Program
 
-#: What printed functions call beside <math.h>; comparisons are written so that loops vectorise.
-PRELUDE = """\
+_INCLUDES = """\
 #include <math.h>
 #include <stddef.h>
-
-static inline double minimum(double a, double b) { return a < b ? a : b; }
-static inline double maximum(double a, double b) { return a > b ? a : b; }
-static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
-static inline double less(double a, double b) { return (double)(a < b); }
-static inline double at_most(double a, double b) { return (double)(a <= b); }
-static inline double equal(double a, double b) { return (double)(a == b); }
-static inline double negated(double a) { return (double)(a == 0.0); }
-static inline double both(double a, double b) { return (double)(a != 0.0 && b != 0.0); }
-static inline double either(double a, double b) { return (double)(a != 0.0 || b != 0.0); }
-static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 """
+# What printed functions may call beside <math.h>; written so that loops vectorise.
+_HELPERS = {
+    # as fmin and fmax, what is not a number loses
+    "minimum": "(double a, double b) { return a < b || b != b ? a : b; }",
+    "maximum": "(double a, double b) { return a > b || b != b ? a : b; }",
+    "sign": "(double a) { return (double)((a > 0.0) - (a < 0.0)); }",
+    "less": "(double a, double b) { return (double)(a < b); }",
+    "at_most": "(double a, double b) { return (double)(a <= b); }",
+    "equal": "(double a, double b) { return (double)(a == b); }",
+    "negated": "(double a) { return (double)(a == 0.0); }",
+    "both": "(double a, double b) { return (double)(a != 0.0 && b != 0.0); }",
+    "either": "(double a, double b) { return (double)(a != 0.0 || b != 0.0); }",
+    "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
+}
 _C = Language(
     calls={
         "abs": "fabs",
@@ -42,21 +44,28 @@ _C = Language(
 )
 
 
+def print_c_prelude(text: str) -> str:
+    """Return the headers and helpers that a C text needs; others would be unused."""
+    used = [name for name in _HELPERS if f"{name}(" in text]
+    return _INCLUDES + "\n" + "".join(f"static inline double {n}{_HELPERS[n]}\n" for n in used)
+
+
 def print_c_function(program: Program) -> str:
     """Return the text of a static inline C function."""
     texts, body = print_operations(program, _C)
     used = {op.symbol for op in program.operations if op.name == "input"}
     lines = [f"/* {program.summary} {program.operation_count} operations. */"]
     arguments = [_argument(port) for port in program.inputs]
-    arguments += [f"double *{port.name}" for port in program.outputs]
-    lines.append(f"static inline void {program.name}(\n    {', '.join(arguments)})\n{{")
+    arguments += [f"double *{port.name}_out" for port in program.outputs]
+    listed = ",\n    ".join(arguments)
+    lines.append(f"static inline void {program.name}(\n    {listed})\n{{")
     for port in program.inputs:
         lines += _unpacked(port, used)
     lines += body
     for result in program.outputs:
         elements = [texts[i] for row in result.rows for i in row]
-        lines += [f"    {result.name}[{i}] = {text};" for i, text in enumerate(elements)]
-        lines += [] if elements else [f"    (void){result.name};"]
+        lines += [f"    {result.name}_out[{i}] = {text};" for i, text in enumerate(elements)]
+        lines += [] if elements else [f"    (void){result.name}_out;"]
     return "\n".join([*lines, "}"]) + "\n"
 
 
@@ -66,10 +75,10 @@ def print_c_rows(program: Program) -> str:
     Scalar arguments become arrays, one value a sample; vectors are the same for every sample;
     outputs are arrays with one row a sample.
     """
-    arguments = [f"const double *{port.name}" for port in program.inputs]
-    arguments += [f"double *{port.name}" for port in program.outputs]
-    call = [f"{port.name}[k]" if _is_scalar(port) else port.name for port in program.inputs]
-    call += [f"{port.name} + k * {_size(port)}" for port in program.outputs]
+    arguments = [f"const double *{port.name}_" for port in program.inputs]
+    arguments += [f"double *{port.name}_out" for port in program.outputs]
+    call = [f"{port.name}_[k]" if _is_scalar(port) else f"{port.name}_" for port in program.inputs]
+    call += [f"{port.name}_out + k * {_size(port)}" for port in program.outputs]
     return (
         f"void {program.name}_rows(\n    ptrdiff_t samples, {', '.join(arguments)})\n"
         "{\n    for (ptrdiff_t k = 0; k < samples; ++k)\n"
@@ -90,18 +99,18 @@ def print_c_loop(held: int, memory: int, parameters: int, *, continuous: bool) -
 
 
 def _argument(port: Input) -> str:
-    return f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}"
+    return f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}_"
 
 
 def _unpacked(port: Input, used: set[str]) -> list[str]:
     if _is_scalar(port):
         return [] if port.name in used else [f"    (void){port.name}_;"]
     lines = [
-        f"    const double {element}_ = {port.name}[{index}];"
+        f"    const double {element}_ = {port.name}_[{index}];"
         for index, element in enumerate(port.elements)
         if element in used
     ]
-    return lines or [f"    (void){port.name};"]
+    return lines or [f"    (void){port.name}_;"]
 
 
 def _is_scalar(port: Input) -> bool:

@@ -89,11 +89,16 @@ class Program:
 
 @dataclass(slots=True)
 class Builder:
-    """Collects operations; equal ones get one index."""
+    """Collects operations; equal ones get one index.
+
+    With `reciprocals` a division is a product with the reciprocal, which is computed once for all
+    that are divided by the same: right for steps that divide by the inertia again and again.
+    """
 
     inputs: list[Input] = field(default_factory=list)
     outputs: list[Output] = field(default_factory=list)
     operations: list[Operation] = field(default_factory=list)
+    reciprocals: bool = False
     _index: dict[Operation, int] = field(default_factory=dict)
 
     def scalar(self, name: str) -> int:
@@ -113,6 +118,10 @@ class Builder:
         """Apply an operation to earlier results."""
         if OPERATIONS[name] != len(operands):
             raise TypeError(f"{name} takes {OPERATIONS[name]} operands, not {len(operands)}")
+        if name == "div" and self.reciprocals:
+            one = self.constant(1)
+            if operands[0] != one:
+                return self.apply("mul", operands[0], self.apply("div", one, operands[1]))
         return self._intern(Operation(name, operands))
 
     def inline(self, program: Program, *arguments: Sequence[int]) -> dict[str, tuple[int, ...]]:
@@ -134,11 +143,10 @@ class Builder:
                 here.append(bound[operation.symbol])
             else:
                 operands = tuple(here[i] for i in operation.operands)
-                here.append(
-                    self._intern(
-                        Operation(operation.name, operands, operation.symbol, operation.value)
-                    )
-                )
+                if operands:
+                    here.append(self.apply(operation.name, *operands))
+                else:
+                    here.append(self._intern(operation))
         return {
             port.name: tuple(here[i] for row in port.rows for i in row) for port in program.outputs
         }

@@ -9,8 +9,13 @@ from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
 from .closed_loop import simulate_batch as simulate_batch
+from .covariance import Classical as Classical
+from .covariance import Covariance as Covariance
+from .covariance import Hac as Hac
+from .covariance import Published as Published
+from .covariance import Robust as Robust
+from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
-from .covariance import iid_covariance as iid_covariance
 from .errors import DataError as DataError
 from .errors import EstimationError as EstimationError
 from .estimate import Estimate as Estimate
@@ -18,6 +23,8 @@ from .estimate import Iterate as Iterate
 from .estimate import Value as Value
 from .identification import METHODS as METHODS
 from .identification import identify as identify
+from .law_check import LawCheck as LawCheck
+from .law_check import check_law as check_law
 from .prefilter import Prefilter as Prefilter
 from .readers import read_record as read_record
 from .record import Provenance as Provenance

@@ -10,13 +10,13 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings
-from axisid.modeling import ModelError, UsageError
+from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings, as_generated
+from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array
 from .errors import EstimationError
@@ -24,8 +24,9 @@ from .signals import Signals
 from .virtual_loop import VirtualLoop
 
 _PROBE = 1e-6  # of position and velocity, for the plant's rates
-_RESOLVED = 0.1  # rate times step at which a Runge-Kutta step is accurate
+_RESOLVED = 0.05  # rate times step at which a Runge-Kutta step is accurate
 _MOST_SUBSTEPS = 1000
+_PROBED_POSITIONS = 33
 _RUNAWAY = 100.0  # of the reference's span
 
 
@@ -61,8 +62,9 @@ class Simulation:
 
     @property
     def mode(self) -> Array:
-        """+1 and -1 while sliding, 0 while stuck."""
-        return np.where(np.abs(self.direction) < 1, 0.0, self.direction)
+        """+1 and -1 while sliding, 0 while stuck: at rest, and nothing to move it."""
+        stuck = (self.velocity == 0) & (self.acceleration == 0)
+        return np.where(stuck, 0.0, self.direction)
 
     @property
     def signals(self) -> Signals:
@@ -97,7 +99,7 @@ class BatchSimulation:
 
 
 def simulate(
-    axis: GeneratedAxis,
+    axis: Axis | GeneratedAxis,
     parameters: ArrayLike,
     reference: ArrayLike,
     period: float,
@@ -111,7 +113,7 @@ def simulate(
 
     Parameters
     ----------
-    axis : GeneratedAxis
+    axis : Axis or GeneratedAxis
         With a control law.
     parameters : (p,) array_like
         Physical parameters, SI.
@@ -138,6 +140,7 @@ def simulate(
     EstimationError
         The inertia is not positive, or the loop diverges or chatters; the sample is named.
     """
+    axis = as_generated(axis)
     theta, ref = _vector(parameters, "parameters"), _vector(reference, "reference")
     _check_loop(axis, theta.shape, ref, period, resolution, substeps)
     noise = None if position_noise is None else _vector(position_noise, "position_noise")
@@ -146,12 +149,15 @@ def simulate(
             f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
         )
     first = float(ref[0] if start is None else start)
-    _check_inertia(axis, theta, first)
+    (push,) = axis.rows("direct_dynamics", first, 0.0, [1.0, 0.0], 0.0, theta)
+    if not 0 < push[0, 0] - push[1, 0] < math.inf:
+        raise EstimationError(_no_inertia(axis, theta))
     settings = LoopSettings(
         period=period,
         resolution=resolution,
         allowed=_allowed(np.ptp(ref), abs(first - ref[0])),
-        substeps=substeps or _substeps(axis, theta[None, :], np.array([first]), period),
+        substeps=substeps
+        or int(_substeps(axis, theta[None, :], ref, np.array([first]), period)[0]),
     )
     library = axis.native.library()
     if library is None:
@@ -170,7 +176,7 @@ def simulate(
 
 
 def simulate_batch(
-    axis: GeneratedAxis,
+    axis: Axis | GeneratedAxis,
     parameters: ArrayLike,
     reference: ArrayLike,
     period: float,
@@ -186,7 +192,7 @@ def simulate_batch(
 
     Parameters
     ----------
-    axis : GeneratedAxis
+    axis : Axis or GeneratedAxis
         With a control law.
     parameters : (B, p) array_like
         One row a lane.
@@ -215,8 +221,9 @@ def simulate_batch(
     -----
     A lane that fails does not end the others; see `BatchSimulation.failures`.
     """
+    axis = as_generated(axis)
     theta = np.ascontiguousarray(parameters, dtype=float)
-    ref = np.asarray(reference, dtype=float)
+    ref = _aligned(reference)
     _check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     lanes = len(theta)
     if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
@@ -224,7 +231,7 @@ def simulate_batch(
             f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
             "and (N,) or (N, B)."
         )
-    noise = None if position_noise is None else np.asarray(position_noise, dtype=float)
+    noise = None if position_noise is None else _aligned(position_noise)
     if noise is not None and (noise.shape != (len(ref), lanes) or not np.all(np.isfinite(noise))):
         raise UsageError(
             f"the noise has the shape {noise.shape}; give {(len(ref), lanes)}, all finite."
@@ -239,32 +246,34 @@ def simulate_batch(
     if first.shape != (lanes,):
         raise UsageError(f"the start has the shape {first.shape}; give one position a lane.")
     first = np.ascontiguousarray(first)
-    away = float(np.max(np.abs(first - ref[0]), initial=0.0))
-    settings = LoopSettings(
-        period=period,
-        resolution=resolution,
-        allowed=_allowed(np.max(np.ptp(ref, axis=0)), away),
-        substeps=substeps or _substeps(axis, theta, first, period),
+    failures = {
+        int(lane): _no_inertia(axis, theta[lane])
+        for lane in np.flatnonzero(~_has_inertia(axis, theta, first))
+    }
+    sound = np.array([lane for lane in range(lanes) if lane not in failures], dtype=int)
+    counts = np.zeros(lanes, dtype=int)
+    if sound.size:
+        counts[sound] = substeps or _substeps(axis, theta[sound], ref, first[sound], period)
+    allowed = np.array(
+        [
+            _allowed(span, away)
+            for span, away in np.broadcast(np.ptp(ref, axis=0), np.abs(first - ref[0]))
+        ]
     )
-    library = axis.native.library()
-    if library is None:
-        axis.native.warn_once()
-        status, stopped, out = _virtual_batch(axis, theta, ref, noise, first, settings, wanted)
+    run = _Batch(axis, theta, ref, noise, first, period, resolution, allowed, wanted, threads)
+    # Lanes that ask for more steps in a sample run apart, so that they do not slow the others.
+    groups = [np.flatnonzero(counts == count) for count in np.unique(counts[sound])]
+    if len(groups) == 1 and len(groups[0]) == lanes:
+        out = run.lanes(None, int(counts[0]), failures)
     else:
-        count = _processors() if threads is None else max(1, threads)
-        status, stopped, out = library.simulate_batch(
-            ref, noise, theta, first, settings, wanted, count
-        )
-    failures = {}
-    for lane in np.flatnonzero(status):
-        for signal in out.values():
-            signal[stopped[lane] :, lane] = np.nan
-        failures[int(lane)] = _failure(
-            axis, theta[lane], int(status[lane]), int(stopped[lane]), period
-        )
+        out = {name: np.full((len(ref), lanes), np.nan) for name in wanted}
+        for group in groups:
+            for name, values in run.lanes(group, int(counts[group[0]]), failures).items():
+                out[name][:, group] = values
     given = {new: old for old, new in names.items()}
     return BatchSimulation(
-        signals={given.get(name, name): values for name, values in out.items()}, failures=failures
+        signals={given.get(name, name): values for name, values in out.items()},
+        failures=dict(sorted(failures.items())),
     )
 
 
@@ -304,10 +313,17 @@ def no_control_law(name: str) -> ModelError:
 
 
 def _vector(values: ArrayLike, what: str) -> Array:
-    vector = np.ascontiguousarray(values, dtype=float)
+    vector = np.require(values, dtype=float, requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
         raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
     return vector
+
+
+def _aligned(values: ArrayLike) -> Array:
+    """The array itself, unless its floats do not lie on whole multiples of their size."""
+    array = np.require(values, dtype=float, requirements=["A"])
+    whole = all(stride % array.itemsize == 0 for stride in array.strides)
+    return array if whole else array.copy()
 
 
 def _check_loop(
@@ -335,38 +351,82 @@ def _check_loop(
             f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
             "takes no samples."
         )
-    if substeps is not None and substeps < 1:
-        raise UsageError(f"the substeps are {substeps!r}; give 1 or more.")
+    whole = isinstance(substeps, (int, np.integer))
+    if substeps is not None and not (whole and 1 <= substeps <= _MOST_SUBSTEPS):
+        raise UsageError(f"the substeps are {substeps!r}; give 1 to {_MOST_SUBSTEPS}.")
 
 
-def _check_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> None:
+def _has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,)."""
     dynamics = axis.functions["direct_dynamics"]
-    push, rest = (float(dynamics(position, 0.0, tau, 0.0, parameters)) for tau in (1.0, 0.0))
-    if not (push - rest > 0 and math.isfinite(push - rest)):
-        raise EstimationError(
-            f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so "
-            "it cannot be simulated. Give its inertial parameters a positive nominal value, or "
-            "check the signs of force and position in the record."
-        )
+    push, rest = (
+        dynamics.call([position[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
+        for tau in (1.0, 0.0)
+    )
+    with np.errstate(invalid="ignore"):
+        return np.asarray((push - rest > 0) & np.isfinite(push - rest))
 
 
-def _substeps(axis: GeneratedAxis, parameters: Array, start: Array, period: float) -> int:
-    """Runge-Kutta steps that resolve the plant's own rates: damping over mass, and stiffness."""
+def _no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
+    return (
+        f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
+        "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
+        "signs of force and position in the record."
+    )
+
+
+def _substeps(
+    axis: GeneratedAxis, parameters: Array, reference: Array, start: Array, period: float
+) -> NDArray[np.int64]:
+    """Runge-Kutta steps in a sample that resolve each lane's own rates, (B,).
+
+    The rates are the plant's damping and stiffness, and a continuous law's. Where they depend on
+    the motion they are probed over the reference's positions and speeds, in both directions.
+    """
+    if axis.uniform and len(start) == 1:
+        held = np.resize([start[0], 0.0, 0.0], axis.functions["held_acceleration"].size1_in("held"))
+        q, dq = start[0] + np.array([0, 0, _PROBE]), np.array([0, _PROBE, 0])
+        here, faster, further = axis.rows("held_acceleration", q, dq, held, 1.0, parameters[0])[0][
+            :, 0
+        ]
+        return _steps(np.array([[faster - here]]), np.array([[further - here]]), period)
     function = axis.functions["held_acceleration"]
-    held = np.zeros((function.size1_in("held"), len(start)))
-    held[0] = start if len(held) > 1 else 0.0
+    positions, speeds, directions = start[:, None], np.zeros(1), np.ones(1)
+    if not axis.uniform:
+        low, high = float(reference.min()), float(reference.max())
+        grid = np.linspace(low, high, _PROBED_POSITIONS)
+        positions = np.concatenate([positions, np.tile(grid, (len(start), 1))], axis=1)
+        fastest = float(np.max(np.abs(np.diff(reference, axis=0)), initial=0.0)) / period
+        speeds = fastest * np.array([-1.0, -0.1, -1e-3, 1e-3, 0.1, 1.0])
+        directions = np.array([-1.0, 1.0])
+    lanes, count = positions.shape
+    shape = (lanes, count, len(speeds), len(directions))
+    q = np.broadcast_to(positions[:, :, None, None], shape).ravel()
+    dq = np.broadcast_to(speeds[None, None, :, None], shape).ravel()
+    s = np.broadcast_to(directions, shape).ravel()
+    theta = np.repeat(parameters, count * len(speeds) * len(directions), axis=0).T
+    held = np.zeros((function.size1_in("held"), len(q)))
+    if len(held) > 1:
+        held[0] = q
 
-    def accelerate(dq: float, ddq: float) -> Array:
-        position, velocity = start + dq, np.full(len(start), ddq)
-        lanes = (position[None, :], velocity[None, :], held, 0.0, parameters.T)
-        return np.asarray(function.call(lanes)[0].full()[0])
+    def accelerate(q_off: float, dq_off: float) -> Array:
+        arguments = [(q + q_off)[None, :], (dq + dq_off)[None, :], held, s[None, :], theta]
+        return np.asarray(function.call(arguments)[0].full()[0])
 
-    rest = accelerate(0.0, 0.0)
-    damping = np.abs(accelerate(0.0, _PROBE) - rest) / _PROBE
-    stiffness = np.abs(accelerate(_PROBE, 0.0) - rest) / _PROBE
-    fastest = float(np.max(np.maximum(damping, np.sqrt(stiffness))))
-    wanted = fastest * period / _RESOLVED
-    return int(min(max(1.0, math.ceil(wanted)), _MOST_SUBSTEPS)) if math.isfinite(wanted) else 1
+    with np.errstate(all="ignore"):
+        here = accelerate(0.0, 0.0)
+        by_speed, by_position = accelerate(0.0, _PROBE) - here, accelerate(_PROBE, 0.0) - here
+    return _steps(by_speed.reshape(lanes, -1), by_position.reshape(lanes, -1), period)
+
+
+def _steps(by_speed: Array, by_position: Array, period: float) -> NDArray[np.int64]:
+    """Steps from how the acceleration changes over a probe, (B, points) each."""
+    with np.errstate(all="ignore"):
+        damping, stiffness = np.abs(by_speed) / _PROBE, np.abs(by_position) / _PROBE
+        rates = np.maximum(damping, np.sqrt(stiffness))
+        rates = np.where(np.isfinite(rates), rates, 0.0)
+        wanted = np.ceil(rates.max(axis=1) * period / _RESOLVED)
+    return np.asarray(np.clip(wanted, 1, _MOST_SUBSTEPS), dtype=np.int64)
 
 
 def _allowed(span: float, away: float) -> float:
@@ -397,11 +457,63 @@ def _measured(position: Array, noise: Array | None, resolution: float) -> Array:
     return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured
 
 
+@dataclass(frozen=True, slots=True)
+class _Batch:
+    """What the groups of lanes of a batch share."""
+
+    axis: GeneratedAxis
+    parameters: Array
+    reference: Array
+    noise: Array | None
+    start: Array
+    period: float
+    resolution: float
+    allowed: Array
+    wanted: Sequence[str]
+    threads: int | None
+
+    def lanes(
+        self, group: NDArray[np.intp] | None, substeps: int, failures: dict[int, str]
+    ) -> dict[str, Array]:
+        """Simulate a group of lanes, or all; what fails is added to `failures`."""
+        every = group is None
+        chosen = np.arange(len(self.parameters)) if group is None else group
+        settings = LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=self.allowed if every else np.ascontiguousarray(self.allowed[chosen]),
+            substeps=substeps,
+        )
+        arguments = (
+            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
+            self.noise if every or self.noise is None else self.noise[:, chosen],
+            self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
+            self.start if every else np.ascontiguousarray(self.start[chosen]),
+            settings,
+            self.wanted,
+        )
+        library = self.axis.native.library()
+        if library is None:
+            self.axis.native.warn_once()
+            status, stopped, out = _virtual_batch(self.axis, *arguments)
+        else:
+            count = _processors() if self.threads is None else max(1, self.threads)
+            status, stopped, out = library.simulate_batch(*arguments, count)
+        for i in np.flatnonzero(status):
+            lane, sample = int(chosen[i]), int(stopped[i])
+            for signal in out.values():
+                signal[sample:, i] = np.nan
+            failures[lane] = _failure(
+                self.axis, self.parameters[lane], int(status[i]), sample, self.period
+            )
+        return out
+
+
 def _virtual_batch(
     axis: GeneratedAxis,
-    parameters: Array,
     reference: Array,
     noise: Array | None,
+    parameters: Array,
     start: Array,
     settings: LoopSettings,
     wanted: Sequence[str],
@@ -411,8 +523,8 @@ def _virtual_batch(
     out = {name: np.empty((len(reference), lanes)) for name in wanted}
     status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
     for lane in range(lanes):
-        loop = VirtualLoop(axis, parameters[lane], settings)
-        status[lane], stopped[lane], signals = loop.run(
+        own = replace(settings, allowed=float(settings.allowed[lane]))
+        status[lane], stopped[lane], signals = VirtualLoop(axis, parameters[lane], own).run(
             reference if reference.ndim == 1 else reference[:, lane],
             None if noise is None else noise[:, lane],
             float(start[lane]),

@@ -1,26 +1,53 @@
 """What an estimator returns."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from axisid.codegen import Quantity
 
 from .arrays import Array
+from .covariance import correlation
+
+#: The covariances that every estimate has, by name.
+COVARIANCES = ("iid", "robust", "hac")
+_LEVEL = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
-    """A number that leaves the program: with unit and standard deviation."""
+    """A number that leaves the program: with unit, standard deviations and interval.
+
+    Attributes
+    ----------
+    value : float
+    unit : str
+    sd : float
+        For independent residuals, as in the published tables.
+    sd_robust, sd_hac : float
+        For residuals of any variance; for autocorrelated ones too.
+    interval : (float, float)
+        95 %, from `sd_hac` and Student's distribution with n - k degrees of freedom.
+    """
 
     value: float
     unit: str
     sd: float
+    sd_robust: float
+    sd_hac: float
+    interval: tuple[float, float]
 
     @property
     def relative_sd_percent(self) -> float:
         """``100 sd / |value|``; infinite for a value of 0."""
         return 100.0 * self.sd / abs(self.value) if self.value else float("inf")
+
+    @property
+    def relative_sd_hac_percent(self) -> float:
+        """``100 sd_hac / |value|``; infinite for a value of 0."""
+        return 100.0 * self.sd_hac / abs(self.value) if self.value else float("inf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,12 +79,14 @@ class Estimate:
     quantities : tuple of Quantity
         Physical parameters, length p.
     physical : (p,) array
-    covariance : (p, p) array
-        Of `physical`; by the delta method for a direct model.
+    covariances : dict of str to (p, p) array
+        Of `physical`, by the names of `COVARIANCES`; by the delta method for a direct model.
+    jacobian : (p, k) array
+        Of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
     theta_ddm : (m,) array
-    ddm_covariance : (m, m) array
+    ddm_covariances : dict of str to (m, m) array
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
@@ -76,8 +105,8 @@ class Estimate:
         Of X as it is, not scaled.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
-    covariance_name : str
-        Which covariance, for the notes of a table.
+    covariance_names : dict of str to str
+        What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of str
         What the user should know about this estimate.
     """
@@ -85,10 +114,11 @@ class Estimate:
     method: str
     quantities: tuple[Quantity, ...]
     physical: Array
-    covariance: Array
+    covariances: Mapping[str, Array]
+    jacobian: Array
     ddm_quantities: tuple[Quantity, ...]
     theta_ddm: Array
-    ddm_covariance: Array
+    ddm_covariances: Mapping[str, Array]
     y: Array
     X: Array
     rows: Array
@@ -98,27 +128,63 @@ class Estimate:
     simulation_error_percent: float | None
     condition_number: float
     iterates: tuple[Iterate, ...]
-    covariance_name: str
+    covariance_names: Mapping[str, str]
     remarks: tuple[str, ...]
 
     def __repr__(self) -> str:
-        values = (f"{n} = {v.value:.6g} +- {v.sd:.2g} {v.unit}" for n, v in self.parameters.items())
+        values = (
+            f"{n} = {v.value:.6g} +- {v.sd_hac:.2g} {v.unit}" for n, v in self.parameters.items()
+        )
         return f"{self.method}: {', '.join(values)}"
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom of the residuals, n - k."""
+        return int(len(self.y) - self.X.shape[1])
+
+    @property
+    def covariance(self) -> Array:
+        """Of the physical parameters for independent residuals; see `covariances` for others."""
+        return self.covariances["iid"]
+
+    @property
+    def ddm_covariance(self) -> Array:
+        """Of the direct model's parameters for independent residuals."""
+        return self.ddm_covariances["iid"]
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix of the physical parameters, (p, p), autocorrelation-consistent."""
+        return correlation(self.covariances["hac"])
 
     @property
     def parameters(self) -> dict[str, Value]:
         """Physical parameters by name."""
-        return _values(self.quantities, self.physical, self.covariance)
+        return self._values(self.quantities, self.physical, self.covariances)
 
     @property
     def ddm_parameters(self) -> dict[str, Value]:
         """Parameters of the direct model by name; empty for an inverse model."""
-        return _values(self.ddm_quantities, self.theta_ddm, self.ddm_covariance)
+        return self._values(self.ddm_quantities, self.theta_ddm, self.ddm_covariances)
 
-
-def _values(quantities: tuple[Quantity, ...], theta: Array, covariance: Array) -> dict[str, Value]:
-    deviations = np.sqrt(np.diag(covariance))
-    return {
-        quantity.name: Value(value=float(value), unit=quantity.unit, sd=float(sd))
-        for quantity, value, sd in zip(quantities, theta, deviations, strict=True)
-    }
+    def _values(
+        self, quantities: tuple[Quantity, ...], theta: Array, covariances: Mapping[str, Array]
+    ) -> dict[str, Value]:
+        if not quantities:
+            return {}
+        sds = {name: np.sqrt(np.diag(c)) for name, c in covariances.items()}
+        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2))
+        return {
+            q.name: Value(
+                value=float(theta[i]),
+                unit=q.unit,
+                sd=float(sds["iid"][i]),
+                sd_robust=float(sds["robust"][i]),
+                sd_hac=float(sds["hac"][i]),
+                interval=(
+                    float(theta[i] - reach * sds["hac"][i]),
+                    float(theta[i] + reach * sds["hac"][i]),
+                ),
+            )
+            for i, q in enumerate(quantities)
+        }

@@ -11,7 +11,7 @@ from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
 from .closed_loop import no_control_law, signals_before, simulate
-from .covariance import delta_method, iid_covariance
+from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
 from .forms import DirectForm, Equations, Form, InverseForm
@@ -46,6 +46,8 @@ def identify(
     record: Record,
     prefilter: Prefilter | None = None,
     methods: Sequence[str] | None = None,
+    *,
+    lags: int | None = None,
 ) -> Identification:
     """Identify an axis from a record.
 
@@ -58,6 +60,8 @@ def identify(
     methods : sequence of str, optional
         Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
+    lags : int, optional
+        Of the autocorrelation-consistent covariance; chosen from the data by default.
 
     Raises
     ------
@@ -74,7 +78,7 @@ def identify(
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
     if not isinstance(record, Record):
         raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
-    study = _Study(generated, record, prefilter)
+    study = _Study(generated, record, prefilter, lags)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
     failed: dict[str, str] = {}
@@ -108,8 +112,15 @@ class _LoopDataError(DataError):
 class _Study:
     """One axis, one record, one prefilter."""
 
-    def __init__(self, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> None:
+    def __init__(
+        self, axis: GeneratedAxis, record: Record, prefilter: Prefilter, lags: int | None
+    ) -> None:
         self.axis, self.record, self.prefilter = axis, record, prefilter
+        self.covariances: dict[str, Covariance] = {
+            "iid": Published(),
+            "robust": Robust(),
+            "hac": Hac(lags),
+        }
         if axis.hidden:
             raise EstimationError(
                 f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
@@ -162,7 +173,7 @@ class _Study:
                     measured.left - measured.known, regressor, instruments
                 )
                 following, jacobian = form.physical(solution.theta)
-            deviation = np.sqrt(np.diag(delta_method(iid_covariance(solution), jacobian)))
+            deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
             allowed = _STILL * deviation + _ROUNDING * np.abs(following)
             still = bool(np.all(np.abs(following - physical) <= allowed))
             physical = following
@@ -207,23 +218,23 @@ class _Study:
 
     def _result(self, method: str, form: Form, measured: Equations, fit: "_Fit") -> Estimate:
         solution, y, simulated = fit.solution, measured.left, fit.simulated
-        covariance = iid_covariance(solution)
         physical, jacobian = form.physical(solution.theta)
-        mapped = delta_method(covariance, jacobian)
-        if not (np.any(y) and np.all(np.isfinite(y)) and np.all(np.isfinite(mapped))):
-            raise EstimationError(
-                f"{method}: the regression is not finite, or the {form.left} is zero in every row; "
-                "check the signals' size and the known terms of the equation of motion."
-            )
+        if not (np.any(y) and np.all(np.isfinite(solution.residuals))):
+            raise self._not_finite(method, form)
+        covariances = {name: c.matrix(solution) for name, c in self.covariances.items()}
+        mapped = {name: delta_method(c, jacobian) for name, c in covariances.items()}
+        if not np.all(np.isfinite([*mapped.values()])):
+            raise self._not_finite(method, form)
         direct = isinstance(form, DirectForm)
         return Estimate(
             method=method,
             quantities=self.axis.parameters,
             physical=physical,
-            covariance=mapped,
+            covariances=mapped,
+            jacobian=jacobian,
             ddm_quantities=form.quantities if direct else (),
             theta_ddm=solution.theta if direct else np.empty(0),
-            ddm_covariance=covariance if direct else np.empty((0, 0)),
+            ddm_covariances=covariances if direct else {},
             y=y,
             X=measured.regressor,
             rows=self.prefilter.rows(len(self.record), self.record.period),
@@ -235,12 +246,19 @@ class _Study:
             else relative_error_percent(y - simulated, y),
             condition_number=condition_number(measured.regressor),
             iterates=fit.iterates,
-            covariance_name="i.i.d., residual variance with n - 1 degrees of freedom",
+            covariance_names={name: c.describe(solution) for name, c in self.covariances.items()},
             remarks=(
                 *self._remarks(measured, simulated),
                 *fit.remarks,
                 *_outside_bounds(self.axis, physical),
             ),
+        )
+
+    @staticmethod
+    def _not_finite(method: str, form: Form) -> EstimationError:
+        return EstimationError(
+            f"{method}: the regression is not finite, or the {form.left} is zero in every row; "
+            "check the signals' size and the known terms of the equation of motion."
         )
 
     def _remarks(self, measured: Equations, simulated: Array | None) -> list[str]:

@@ -51,11 +51,14 @@ class Solution:
         ``y - X theta``.
     inverse_factor : (k, k) array
         G with ``G G' = (W'W)^-1``, W the regressor (LS) or the instruments (IV).
+    influence : (n, k) array
+        A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS) or ``Z (X'Z)^-1`` (IV).
     """
 
     theta: Array
     residuals: Array
     inverse_factor: Array
+    influence: Array
 
 
 def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Factored:
@@ -102,7 +105,12 @@ def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Fa
 def least_squares(y: Array, X: Factored) -> Solution:
     """``argmin ||y - X theta||``, y of shape (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
-    return Solution(theta=theta, residuals=y - X.columns @ theta, inverse_factor=X.inverse)
+    return Solution(
+        theta=theta,
+        residuals=y - X.columns @ theta,
+        inverse_factor=X.inverse,
+        influence=X.basis @ X.inverse.T,
+    )
 
 
 def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
@@ -120,7 +128,12 @@ def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
     projected = Z.basis.T @ (X.columns / X.scale)
     _check_rank(projected, len(y), X.scale, X.names, "the instruments together with the record")
     theta = np.linalg.solve(projected, Z.basis.T @ y) / X.scale
-    return Solution(theta=theta, residuals=y - X.columns @ theta, inverse_factor=Z.inverse)
+    return Solution(
+        theta=theta,
+        residuals=y - X.columns @ theta,
+        inverse_factor=Z.inverse,
+        influence=np.linalg.solve(projected, Z.basis.T).T / X.scale,
+    )
 
 
 def condition_number(X: Array) -> float:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from axisid.codegen import GeneratedAxis
 from axisid.modeling import ROLES, Axis, UsageError
 
 from .arrays import Array
@@ -20,7 +21,7 @@ _NEEDED = ("position",)
 
 def read_record(
     path: str | Path,
-    axis: Axis | None = None,
+    axis: Axis | GeneratedAxis | None = None,
     *,
     columns: Mapping[str, str] | None = None,
     sample_period: float | None = None,
@@ -31,7 +32,7 @@ def read_record(
     ----------
     path : str or Path
         ``.csv``, ``.txt`` or ``.tsv`` with one header row; ``.mat`` up to v7.2.
-    axis : Axis, optional
+    axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs.
     columns : mapping of str to str, optional
         Column names by role, over those of the axis. A role that neither names is looked for
@@ -56,6 +57,8 @@ def read_record(
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
+    if isinstance(axis, GeneratedAxis):
+        axis = axis.axis
     table = _read_mat(file, content) if file.suffix.lower() == ".mat" else _read_text(file, content)
     chosen = _choose(file, table, axis, dict(columns or {}))
     values = {role: table[column] for role, column in chosen.items()}

@@ -7,9 +7,10 @@ from typing import Any
 from axisid.codegen import GeneratedAxis
 
 from .estimate import Estimate
+from .law_check import LawCheck, check_law
 from .prefilter import Prefilter
 from .record import Record
-from .serialised import estimate_dict, prefilter_dict, record_dict
+from .serialised import estimate_dict, law_check_dict, prefilter_dict, record_dict
 from .summary import summary_text
 
 
@@ -41,6 +42,11 @@ class Identification:
     def __getitem__(self, method: str) -> Estimate:
         return self.estimates[method]
 
+    @property
+    def law_check(self) -> LawCheck | str:
+        """The control law against the record, or why it cannot be checked."""
+        return check_law(self.axis, self.record, self.prefilter)
+
     def summary(self) -> str:
         """The estimates side by side as text, with numbered notes."""
         return summary_text(
@@ -49,6 +55,7 @@ class Identification:
             self.prefilter,
             tuple(self.estimates.values()),
             {**self.skipped, **self.failed},
+            self.law_check,
         )
 
     def __str__(self) -> str:
@@ -62,6 +69,7 @@ class Identification:
             "record": record_dict(self.record),
             "prefilter": prefilter_dict(self.prefilter, self.record.period),
             "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
+            "law_check": law_check_dict(self.law_check),
             "skipped": dict(self.skipped),
             "failed": dict(self.failed),
         }

@@ -8,6 +8,7 @@ from axisid.codegen import Quantity
 
 from .arrays import Array
 from .estimate import Estimate, Value
+from .law_check import LawCheck
 from .prefilter import Prefilter
 from .record import Record
 
@@ -36,6 +37,20 @@ def prefilter_dict(prefilter: Prefilter, period: float) -> dict[str, Any]:
     }
 
 
+def law_check_dict(check: LawCheck | str) -> dict[str, Any]:
+    """The control law's check; `passed` is null where it could not be made."""
+    if isinstance(check, str):
+        return {"passed": None, "meaning": f"not evaluated: {check}"}
+    return {
+        "passed": check.passed,
+        "factors": dict(check.factors),
+        "residual_percent": check.residual_percent,
+        "fitted_residual_percent": check.fitted_residual_percent,
+        "delay": check.delay,
+        "meaning": check.meaning,
+    }
+
+
 def estimate_dict(estimate: Estimate) -> dict[str, Any]:
     """One estimate; numbers that are not finite become null."""
     direct = bool(estimate.ddm_quantities)
@@ -48,8 +63,12 @@ def estimate_dict(estimate: Estimate) -> dict[str, Any]:
         }
         or None,
         "covariance": estimate.covariance.tolist(),
+        "covariance_robust": estimate.covariances["robust"].tolist(),
+        "covariance_hac": estimate.covariances["hac"].tolist(),
         "theta_ddm_covariance": estimate.ddm_covariance.tolist() if direct else None,
-        "covariance_name": estimate.covariance_name,
+        "theta_ddm_covariance_hac": estimate.ddm_covariances["hac"].tolist() if direct else None,
+        "correlation": estimate.correlation.tolist(),
+        "covariance_names": dict(estimate.covariance_names),
         "equation_error_percent": estimate.equation_error_percent,
         "simulation_error_percent": estimate.simulation_error_percent,
         "rows": len(estimate.y),
@@ -75,6 +94,9 @@ def _value(value: Value) -> dict[str, Any]:
         "relative_sd_percent": value.relative_sd_percent
         if math.isfinite(value.relative_sd_percent)
         else None,
+        "sd_robust": value.sd_robust,
+        "sd_hac": value.sd_hac,
+        "interval_95": list(value.interval),
     }
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from axisid.codegen import GeneratedAxis
 
 from .estimate import Estimate, Value
+from .law_check import LawCheck
 from .prefilter import Prefilter
 from .record import Record
 
@@ -21,6 +22,7 @@ def summary_text(
     prefilter: Prefilter,
     estimates: Sequence[Estimate],
     missing: Mapping[str, str],
+    law_check: LawCheck | str,
 ) -> str:
     """Heading, one table for each model form, and numbered notes."""
     blocks = [_heading(axis, record, prefilter)]
@@ -28,7 +30,7 @@ def summary_text(
         of_form = [e for e in estimates if e.method.startswith(form)]
         if of_form:
             blocks.append(_estimates_table(of_form))
-    notes = [*_notes(estimates, prefilter), *_left_out(missing)]
+    notes = [*_notes(estimates, prefilter), _law_note(law_check), *_left_out(missing)]
     blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -47,14 +49,19 @@ def text_table(header: Row, rows: Iterable[Row]) -> str:
     return "\n".join([text(lines[0]), rule, *map(text, lines[1:])])
 
 
-def number_with_sd(value: Value) -> tuple[str, str, str]:
-    """Value, standard deviation and relative deviation, with digits as the deviation warrants."""
+def number_with_sd(value: Value) -> tuple[str, str, str, str]:
+    """Value, deviation, relative deviation and i.i.d. deviation, digits as they warrant."""
     places = 4
     if 0 < value.sd < math.inf:
         places = min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
-    relative = value.relative_sd_percent
+    relative = value.relative_sd_hac_percent
     percent = f"{relative:.2f} %" if relative < 1e4 else ">9999 %"
-    return f"{value.value:.{places}f}", f"{value.sd:.{places}f}", percent
+    return (
+        f"{value.value:.{places}f}",
+        f"{value.sd_hac:.{places}f}",
+        percent,
+        f"{value.sd:.{places}f}",
+    )
 
 
 def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
@@ -82,7 +89,7 @@ def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
 def _estimates_table(estimates: Sequence[Estimate]) -> str:
     header = ["", "unit"]
     for estimate in estimates:
-        header += [estimate.method.upper(), "sd", "rel. sd"]
+        header += [estimate.method.upper(), "sd [1]", "rel. sd", "i.i.d. [2]"]
     first = estimates[0]
     rows = _value_rows(
         [e.parameters for e in estimates], {q.name: q.name for q in first.quantities}
@@ -121,12 +128,17 @@ def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str
 
 
 def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
-    return [label, unit, *(c for cell in cells for c in (cell, "", ""))]
+    return [label, unit, *(c for cell in cells for c in (cell, "", "", ""))]
 
 
 def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
     methods = [e.method for e in estimates]
-    notes = [f"sd: {estimates[0].covariance_name}."]
+    names = [e.covariance_names for e in estimates]
+    notes = [
+        f"sd: {'; '.join(dict.fromkeys(n['hac'] for n in names))}. Residuals of filtered data are "
+        "autocorrelated.",
+        f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
+    ]
     if any(method.startswith("ddm") for method in methods):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
@@ -149,6 +161,13 @@ def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
         for remark in estimate.remarks:
             shared.setdefault(remark, []).append(estimate.method)
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+
+
+def _law_note(check: LawCheck | str) -> str:
+    if isinstance(check, str):
+        return f"control law: not checked, since {_sentence(check)}"
+    verdict = "" if check.passed else " IV and simulation errors cannot be believed until it is."
+    return f"control law: {_sentence(check.meaning)}{verdict}"
 
 
 def _left_out(missing: Mapping[str, str]) -> list[str]:

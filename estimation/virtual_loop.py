@@ -238,3 +238,31 @@ class VirtualLoop:
         motion = {self._q: q, self._dq: dq}
         end = self._plant_step(**motion, direction=direction, step=span)
         return float(end[0][0]), float(end[1][0]), float(end[2][0]), float(end[3][0])
+
+
+def run_law(axis: GeneratedAxis, reference: Array, position: Array, velocity: Array) -> Array:
+    """The control law's terms along recorded signals, (N, terms), when they are applied.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    reference, position, velocity : (N,) array
+        What the law measured.
+    """
+    law, terms = (_Buffered(axis.functions[name]) for name in ("control_law", "control_terms"))
+    declared = axis.axis.control
+    delay = 0 if declared is None else declared.delay
+    start = axis.functions["control_start"](reference[0], position[0])
+    law.arguments["state"][:] = start.full().ravel()
+    rows = np.empty((len(reference), len(terms.results[0])))
+    for k in range(len(reference)):
+        terms.arguments["state"][:] = law.arguments["state"]
+        measured = {
+            "reference": reference[k],
+            "measured_position": position[k],
+            "measured_velocity": velocity[k],
+        }
+        rows[k] = terms(**measured)[0]
+        law.arguments["state"][:] = law(**measured)[1]
+    return np.concatenate([np.repeat(rows[:1], delay, axis=0), rows[: len(rows) - delay]])

@@ -1,4 +1,4 @@
-"""Sampled control laws.
+"""Control laws, sampled or continuous.
 
 A drive samples: once a period the law reads the reference and the measured position and holds its
 control until the next sample. What it remembers between samples (for a velocity filter, an
@@ -81,7 +81,9 @@ class ControlLaw:
     continuous : bool
         Evaluate the law inside the plant's derivative, the reference running straight from sample
         to sample, in place of holding its output: an analogue controller, or the paper's (6) and
-        (7) as they are written. It has no memory, no delay and no period in it.
+        (7) as they are written. It has no memory, no delay and no period in it. It should be smooth
+        within a sample: an edge of saturation costs accuracy there, and an axis that sticks is
+        asked at the sample's end whether it has left rest.
     """
 
     name: str
@@ -118,6 +120,21 @@ class ControlLaw:
     def delay_line(self) -> tuple[str, ...]:
         """Names of the controls that are computed but not applied yet, the newest first."""
         return tuple(f"delayed{i + 1}" for i in range(self.delay))
+
+    @property
+    def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+        """The output as a sum of products: gains, and the signal that they multiply.
+
+        A law that is no polynomial in its gains is one term with the factor 1.
+        """
+        gains = {gain(name) for name in self.gains}
+        sums: dict[sympy.Expr, sympy.Expr] = {}
+        for term in sympy.Add.make_args(sympy.expand(self.output)):
+            signal, factor = term.as_independent(*gains, as_Add=False)
+            if signal.free_symbols & gains or not factor.is_polynomial(*gains):
+                return ((sympy.S.One, self.output),)
+            sums[factor] = sums.get(factor, sympy.S.Zero) + signal
+        return tuple(sums.items())
 
     def _check_timing(self) -> None:
         if not (isinstance(self.delay, int) and 0 <= self.delay <= _LONGEST_DELAY):

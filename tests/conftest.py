@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,8 +17,7 @@ from axisid.estimation import Record
 ROOT = Path(__file__).resolve().parents[1]
 
 # Libraries compiled by tests stay among themselves; all workers share the folder.
-CACHE = Path(tempfile.gettempdir()) / f"axisid-tests-{os.getuid()}"
-os.environ.setdefault("AXISID_CACHE", str(CACHE))
+os.environ.setdefault("AXISID_CACHE", str(ROOT / ".pytest_cache" / "native"))
 
 settings.register_profile("axisid", deadline=None, derandomize=True)
 settings.load_profile("axisid")

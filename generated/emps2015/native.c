@@ -7,211 +7,263 @@
 #include <math.h>
 #include <stddef.h>
 
-static inline double minimum(double a, double b) { return a < b ? a : b; }
-static inline double maximum(double a, double b) { return a > b ? a : b; }
 static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
 static inline double less(double a, double b) { return (double)(a < b); }
-static inline double at_most(double a, double b) { return (double)(a <= b); }
-static inline double equal(double a, double b) { return (double)(a == b); }
-static inline double negated(double a) { return (double)(a == 0.0); }
-static inline double both(double a, double b) { return (double)(a != 0.0 && b != 0.0); }
-static inline double either(double a, double b) { return (double)(a != 0.0 || b != 0.0); }
 static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 
 /* Force that the motion needs. 5 operations. */
 static inline void inverse_dynamics(
-    double q_, double dq_, double ddq_, double direction_, const double *parameters, double *tau)
+    double q_,
+    double dq_,
+    double ddq_,
+    double direction_,
+    const double *parameters_,
+    double *tau_out)
 {
     (void)q_;
-    const double M_ = parameters[0];
-    const double Fv_ = parameters[1];
-    const double Fc_ = parameters[2];
-    tau[0] = Fc_ * direction_ + Fv_ * dq_ + M_ * ddq_;
+    const double M_ = parameters_[0];
+    const double Fv_ = parameters_[1];
+    const double Fc_ = parameters_[2];
+    tau_out[0] = Fc_ * direction_ + Fv_ * dq_ + M_ * ddq_;
 }
 
 /* tau = row . parameters + known. 0 operations. */
 static inline void idm_regressor(
-    double q_, double dq_, double ddq_, double direction_, double *row, double *known)
+    double q_,
+    double dq_,
+    double ddq_,
+    double direction_,
+    double *row_out,
+    double *known_out)
 {
     (void)q_;
-    row[0] = ddq_;
-    row[1] = dq_;
-    row[2] = direction_;
-    known[0] = 0.0;
+    row_out[0] = ddq_;
+    row_out[1] = dq_;
+    row_out[2] = direction_;
+    known_out[0] = 0.0;
 }
 
 /* Acceleration that the force causes. 5 operations. */
 static inline void direct_dynamics(
-    double q_, double dq_, double tau_, double direction_, const double *parameters, double *ddq)
+    double q_,
+    double dq_,
+    double tau_,
+    double direction_,
+    const double *parameters_,
+    double *ddq_out)
 {
     (void)q_;
-    const double M_ = parameters[0];
-    const double Fv_ = parameters[1];
-    const double Fc_ = parameters[2];
-    ddq[0] = (tau_ - Fc_ * direction_ - Fv_ * dq_) / M_;
+    const double M_ = parameters_[0];
+    const double Fv_ = parameters_[1];
+    const double Fc_ = parameters_[2];
+    ddq_out[0] = (tau_ - Fc_ * direction_ - Fv_ * dq_) / M_;
 }
 
 /* ddq = row . ddm_parameters + known. 2 operations. */
 static inline void ddm_regressor(
-    double q_, double dq_, double tau_, double direction_, double *row, double *known)
+    double q_,
+    double dq_,
+    double tau_,
+    double direction_,
+    double *row_out,
+    double *known_out)
 {
     (void)q_;
-    row[0] = tau_;
-    row[1] = -dq_;
-    row[2] = -direction_;
-    known[0] = 0.0;
+    row_out[0] = tau_;
+    row_out[1] = -dq_;
+    row_out[2] = -direction_;
+    known_out[0] = 0.0;
 }
 
 /* Control that the drive applies, within its limit. 8 operations. */
 static inline void control_law(
-    double reference_, double measured_position_, double measured_velocity_, const double *state, double *control, double *next_state)
+    double reference_,
+    double measured_position_,
+    double measured_velocity_,
+    const double *state_,
+    double *control_out,
+    double *next_state_out)
 {
-    (void)state;
+    (void)state_;
     const double _0 = 243.45 * (160.18 * (reference_ - measured_position_) - measured_velocity_);
     const double _1 = select(less(10.0, _0), 10.0, _0);
-    control[0] = select(less(_1, -10.0), -10.0, _1);
-    (void)next_state;
+    control_out[0] = select(less(_1, -10.0), -10.0, _1);
+    (void)next_state_out;
 }
 
 /* What the drive remembers of an axis at rest. 0 operations. */
 static inline void control_start(
-    double reference_, double measured_position_, double *state)
+    double reference_,
+    double measured_position_,
+    double *state_out)
 {
     (void)reference_;
     (void)measured_position_;
-    (void)state;
+    (void)state_out;
 }
 
-/* Acceleration and force under what is held since the last sample. 5 operations. */
+/* Acceleration and force under what is held since the last sample. 6 operations. */
 static inline void held_acceleration(
-    double q_, double dq_, const double *held, double direction_, const double *parameters, double *ddq, double *tau)
+    double q_,
+    double dq_,
+    const double *held_,
+    double direction_,
+    const double *parameters_,
+    double *ddq_out,
+    double *tau_out)
 {
     (void)q_;
-    const double tau_ = held[0];
-    const double M_ = parameters[0];
-    const double Fv_ = parameters[1];
-    const double Fc_ = parameters[2];
-    ddq[0] = (tau_ - Fc_ * direction_ - Fv_ * dq_) / M_;
-    tau[0] = tau_;
+    const double tau_ = held_[0];
+    const double M_ = parameters_[0];
+    const double Fv_ = parameters_[1];
+    const double Fc_ = parameters_[2];
+    ddq_out[0] = (tau_ - Fc_ * direction_ - Fv_ * dq_) * (1.0 / M_);
+    tau_out[0] = tau_;
 }
 
-/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 34 operations. */
+/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 35 operations. */
 static inline void plant_step(
-    double q_, double dq_, const double *held, double direction_, const double *parameters, double step_, double *q_next, double *dq_next, double *first_slope, double *last_slope)
+    double q_,
+    double dq_,
+    const double *held_,
+    double direction_,
+    const double *parameters_,
+    double step_,
+    double *q_next_out,
+    double *dq_next_out,
+    double *first_slope_out,
+    double *last_slope_out)
 {
-    const double tau_ = held[0];
-    const double M_ = parameters[0];
-    const double Fv_ = parameters[1];
-    const double Fc_ = parameters[2];
+    const double tau_ = held_[0];
+    const double M_ = parameters_[0];
+    const double Fv_ = parameters_[1];
+    const double Fc_ = parameters_[2];
     const double _0 = 0.5 * step_;
     const double _1 = tau_ - Fc_ * direction_;
-    const double _2 = (_1 - Fv_ * dq_) / M_;
-    const double _3 = dq_ + _0 * _2;
-    const double _4 = (_1 - Fv_ * _3) / M_;
-    const double _5 = dq_ + _0 * _4;
-    const double _6 = (_1 - Fv_ * _5) / M_;
-    const double _7 = dq_ + step_ * _6;
-    const double _8 = (_1 - Fv_ * _7) / M_;
-    const double _9 = 0.16666666666666666 * step_;
-    q_next[0] = q_ + _9 * (dq_ + _7 + 2.0 * (_3 + _5));
-    dq_next[0] = dq_ + _9 * (_2 + _8 + 2.0 * (_4 + _6));
-    first_slope[0] = _2;
-    last_slope[0] = _8;
+    const double _2 = 1.0 / M_;
+    const double _3 = (_1 - Fv_ * dq_) * _2;
+    const double _4 = dq_ + _0 * _3;
+    const double _5 = (_1 - Fv_ * _4) * _2;
+    const double _6 = dq_ + _0 * _5;
+    const double _7 = (_1 - Fv_ * _6) * _2;
+    const double _8 = dq_ + step_ * _7;
+    const double _9 = (_1 - Fv_ * _8) * _2;
+    const double _10 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _10 * (dq_ + _8 + 2.0 * (_4 + _6));
+    dq_next_out[0] = dq_ + _10 * (_3 + _9 + 2.0 * (_5 + _7));
+    first_slope_out[0] = _3;
+    last_slope_out[0] = _9;
 }
 
-/* One sample: measure, control, move for `step` seconds in one friction mode. 44 operations. */
+/* One sample: measure, control, move for `step` seconds in one friction mode. 45 operations. */
 static inline void closed_loop_step(
-    double q_, double dq_, const double *state, double reference_, double reference_rate_, double measurement_error_, double direction_, const double *parameters, double step_, double *q_next, double *dq_next, double *next_state, double *ddq, double *tau, double *control, double *last_slope)
+    double q_,
+    double dq_,
+    const double *state_,
+    double reference_,
+    double reference_rate_,
+    double measurement_error_,
+    double direction_,
+    const double *parameters_,
+    double step_,
+    double *q_next_out,
+    double *dq_next_out,
+    double *next_state_out,
+    double *ddq_out,
+    double *tau_out,
+    double *control_out,
+    double *last_slope_out)
 {
-    (void)state;
+    (void)state_;
     (void)reference_rate_;
-    const double M_ = parameters[0];
-    const double Fv_ = parameters[1];
-    const double Fc_ = parameters[2];
+    const double M_ = parameters_[0];
+    const double Fv_ = parameters_[1];
+    const double Fc_ = parameters_[2];
     const double _0 = 243.45 * (160.18 * (reference_ - (q_ + measurement_error_)) - dq_);
     const double _1 = select(less(10.0, _0), 10.0, _0);
     const double _2 = select(less(_1, -10.0), -10.0, _1);
     const double _3 = 35.15 * _2;
     const double _4 = 0.5 * step_;
     const double _5 = _3 - Fc_ * direction_;
-    const double _6 = (_5 - Fv_ * dq_) / M_;
-    const double _7 = dq_ + _4 * _6;
-    const double _8 = (_5 - Fv_ * _7) / M_;
-    const double _9 = dq_ + _4 * _8;
-    const double _10 = (_5 - Fv_ * _9) / M_;
-    const double _11 = dq_ + step_ * _10;
-    const double _12 = (_5 - Fv_ * _11) / M_;
-    const double _13 = 0.16666666666666666 * step_;
-    q_next[0] = q_ + _13 * (dq_ + _11 + 2.0 * (_7 + _9));
-    dq_next[0] = dq_ + _13 * (_6 + _12 + 2.0 * (_8 + _10));
-    (void)next_state;
-    ddq[0] = _6;
-    tau[0] = _3;
-    control[0] = _2;
-    last_slope[0] = _12;
+    const double _6 = 1.0 / M_;
+    const double _7 = (_5 - Fv_ * dq_) * _6;
+    const double _8 = dq_ + _4 * _7;
+    const double _9 = (_5 - Fv_ * _8) * _6;
+    const double _10 = dq_ + _4 * _9;
+    const double _11 = (_5 - Fv_ * _10) * _6;
+    const double _12 = dq_ + step_ * _11;
+    const double _13 = (_5 - Fv_ * _12) * _6;
+    const double _14 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _14 * (dq_ + _12 + 2.0 * (_8 + _10));
+    dq_next_out[0] = dq_ + _14 * (_7 + _13 + 2.0 * (_9 + _11));
+    (void)next_state_out;
+    ddq_out[0] = _7;
+    tau_out[0] = _3;
+    control_out[0] = _2;
+    last_slope_out[0] = _13;
 }
 
 void inverse_dynamics_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *ddq, const double *direction, const double *parameters, double *tau)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *ddq_, const double *direction_, const double *parameters_, double *tau_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        inverse_dynamics(q[k], dq[k], ddq[k], direction[k], parameters, tau + k * 1);
+        inverse_dynamics(q_[k], dq_[k], ddq_[k], direction_[k], parameters_, tau_out + k * 1);
 }
 
 void idm_regressor_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *ddq, const double *direction, double *row, double *known)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *ddq_, const double *direction_, double *row_out, double *known_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        idm_regressor(q[k], dq[k], ddq[k], direction[k], row + k * 3, known + k * 1);
+        idm_regressor(q_[k], dq_[k], ddq_[k], direction_[k], row_out + k * 3, known_out + k * 1);
 }
 
 void direct_dynamics_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *tau, const double *direction, const double *parameters, double *ddq)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *tau_, const double *direction_, const double *parameters_, double *ddq_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        direct_dynamics(q[k], dq[k], tau[k], direction[k], parameters, ddq + k * 1);
+        direct_dynamics(q_[k], dq_[k], tau_[k], direction_[k], parameters_, ddq_out + k * 1);
 }
 
 void ddm_regressor_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *tau, const double *direction, double *row, double *known)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *tau_, const double *direction_, double *row_out, double *known_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        ddm_regressor(q[k], dq[k], tau[k], direction[k], row + k * 3, known + k * 1);
+        ddm_regressor(q_[k], dq_[k], tau_[k], direction_[k], row_out + k * 3, known_out + k * 1);
 }
 
 void control_law_rows(
-    ptrdiff_t samples, const double *reference, const double *measured_position, const double *measured_velocity, const double *state, double *control, double *next_state)
+    ptrdiff_t samples, const double *reference_, const double *measured_position_, const double *measured_velocity_, const double *state_, double *control_out, double *next_state_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        control_law(reference[k], measured_position[k], measured_velocity[k], state, control + k * 1, next_state + k * 0);
+        control_law(reference_[k], measured_position_[k], measured_velocity_[k], state_, control_out + k * 1, next_state_out + k * 0);
 }
 
 void control_start_rows(
-    ptrdiff_t samples, const double *reference, const double *measured_position, double *state)
+    ptrdiff_t samples, const double *reference_, const double *measured_position_, double *state_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        control_start(reference[k], measured_position[k], state + k * 0);
+        control_start(reference_[k], measured_position_[k], state_out + k * 0);
 }
 
 void held_acceleration_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *held, const double *direction, const double *parameters, double *ddq, double *tau)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *parameters_, double *ddq_out, double *tau_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        held_acceleration(q[k], dq[k], held, direction[k], parameters, ddq + k * 1, tau + k * 1);
+        held_acceleration(q_[k], dq_[k], held_, direction_[k], parameters_, ddq_out + k * 1, tau_out + k * 1);
 }
 
 void plant_step_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *held, const double *direction, const double *parameters, const double *step, double *q_next, double *dq_next, double *first_slope, double *last_slope)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *parameters_, const double *step_, double *q_next_out, double *dq_next_out, double *first_slope_out, double *last_slope_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        plant_step(q[k], dq[k], held, direction[k], parameters, step[k], q_next + k * 1, dq_next + k * 1, first_slope + k * 1, last_slope + k * 1);
+        plant_step(q_[k], dq_[k], held_, direction_[k], parameters_, step_[k], q_next_out + k * 1, dq_next_out + k * 1, first_slope_out + k * 1, last_slope_out + k * 1);
 }
 
 void closed_loop_step_rows(
-    ptrdiff_t samples, const double *q, const double *dq, const double *state, const double *reference, const double *reference_rate, const double *measurement_error, const double *direction, const double *parameters, const double *step, double *q_next, double *dq_next, double *next_state, double *ddq, double *tau, double *control, double *last_slope)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *state_, const double *reference_, const double *reference_rate_, const double *measurement_error_, const double *direction_, const double *parameters_, const double *step_, double *q_next_out, double *dq_next_out, double *next_state_out, double *ddq_out, double *tau_out, double *control_out, double *last_slope_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        closed_loop_step(q[k], dq[k], state, reference[k], reference_rate[k], measurement_error[k], direction[k], parameters, step[k], q_next + k * 1, dq_next + k * 1, next_state + k * 0, ddq + k * 1, tau + k * 1, control + k * 1, last_slope + k * 1);
+        closed_loop_step(q_[k], dq_[k], state_, reference_[k], reference_rate_[k], measurement_error_[k], direction_[k], parameters_, step_[k], q_next_out + k * 1, dq_next_out + k * 1, next_state_out + k * 0, ddq_out + k * 1, tau_out + k * 1, control_out + k * 1, last_slope_out + k * 1);
 }
 
 #define PARAMETERS 3
@@ -367,6 +419,14 @@ static int advance(double *q, double *dq, double *direction, double *held, const
     return CHATTER;
 }
 
+/* 1 if a step in a mode has reached zero velocity, or may have crossed it twice. */
+static inline double turns(double dq1, double first, double last, double mode)
+{
+    const double reaches = dq1 * mode > 0.0 ? 0.0 : 1.0;
+    const double bends = first * mode < 0.0 ? (last * mode > 0.0 ? 1.0 : 0.0) : 0.0;
+    return reaches + bends;
+}
+
 /* One lane through one sample. */
 struct lane {
     double q, dq;                     /* at the sample, then at the next */
@@ -409,6 +469,23 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     return DONE;
 }
 
+/* Move on through the later substeps of a sample; whether one of them changes the mode. */
+static inline double later_substeps(double *q, double *dq, double force, double reference,
+                                    double rate, double error, double mode, const double *p,
+                                    double step, ptrdiff_t substeps)
+{
+    double held[3] = {CONTINUOUS ? reference : force, rate, error}, changes = 0.0;
+    for (ptrdiff_t i = 1; i < substeps; ++i) {
+        double q1, dq1, first, last;
+        pass(held, step);
+        plant_step(*q, *dq, held, mode, p, step, &q1, &dq1, &first, &last);
+        changes += turns(dq1, first, last, mode);
+        *q = q1;
+        *dq = dq1;
+    }
+    return changes;
+}
+
 /* Where results go: one row a sample, `stride` values apart; what is null is not wanted. */
 struct outputs {
     double *position, *velocity, *acceleration, *force, *control, *direction, *before;
@@ -428,6 +505,10 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
              double *control, double *direction, double *before, ptrdiff_t *stopped)
 {
     struct lane lane = {.q = start};
+    const double step = period / (double)substeps;
+    double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
+    for (int j = 0; j < PARAMETERS; ++j)
+        p[j] = parameters[j];
     double q = start, dq = 0.0, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
     control_start(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution), memory);
     for (ptrdiff_t k = 0; k < samples; ++k) {
@@ -441,11 +522,14 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(position, k, q);
         put(velocity, k, dq);
         put(before, k, k ? end : mode);
-        closed_loop_step(q, dq, memory, r, rate, error, mode, parameters, period, &q1, &dq1, next,
-                         &ddq, &tau, &u, &last);
+        closed_loop_step(q, dq, memory, r, rate, error, mode, p, step, &q1, &dq1, next, &ddq, &tau,
+                         &u, &last);
         end = mode;
-        if (mode == 0.0 || !(dq1 * mode >= 0.0) || (ddq * mode < 0.0 && last * mode > 0.0) ||
-            substeps > 1) {
+        double changes = turns(dq1, ddq, last, mode);
+        if (changes == 0.0 && substeps > 1)
+            changes = later_substeps(&q1, &dq1, tau, r, rate, error, mode, parameters, step,
+                                     substeps);
+        if (!(changes == 0.0)) {
             lane.q = q;
             lane.dq = dq;
             for (int i = 0; i < MEMORY; ++i)
@@ -479,11 +563,11 @@ struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
     double reference[LANES], rate[LANES], error[LANES], mode[LANES], end[LANES];
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
-    double ddq[LANES], tau[LANES], u[LANES], slow[LANES];
+    double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
 };
 
 /* The common case for all lanes at once; `slow` says which lanes it does not serve. */
-static void step_block(struct block *b, double period, double allowed)
+static void step_block(struct block *b, double step, ptrdiff_t substeps)
 {
     for (int l = 0; l < LANES; ++l) {
         double p[PARAMETERS], memory[AT_LEAST_1_MEMORY] = {0.0}, next[AT_LEAST_1_MEMORY];
@@ -494,7 +578,7 @@ static void step_block(struct block *b, double period, double allowed)
         for (int j = 0; j < MEMORY; ++j)
             memory[j] = b->memory[j][l];
         closed_loop_step(b->q[l], b->dq[l], memory, b->reference[l], b->rate[l], b->error[l], mode,
-                         p, period, &q1, &dq1, next, &ddq, &tau, &u, &last);
+                         p, step, &q1, &dq1, next, &ddq, &tau, &u, &last);
         b->q1[l] = q1;
         b->dq1[l] = dq1;
         b->ddq[l] = ddq;
@@ -503,18 +587,30 @@ static void step_block(struct block *b, double period, double allowed)
         b->mode[l] = mode;
         for (int j = 0; j < MEMORY; ++j)
             b->next[j][l] = next[j];
-        const double turns = dq1 * mode > 0.0 ? 0.0 : 1.0;
-        const double bends = ddq * mode < 0.0 ? (last * mode > 0.0 ? 1.0 : 0.0) : 0.0;
-        const double away = fabs(b->q[l] - b->reference[l]) <= allowed ? 0.0 : 1.0;
-        b->slow[l] = turns + bends + away;
+        const double away = fabs(b->q[l] - b->reference[l]) <= b->allowed[l] ? 0.0 : 1.0;
+        b->slow[l] = turns(dq1, ddq, last, mode) + away;
+        b->now[l] = b->reference[l];
     }
+    for (ptrdiff_t i = 1; i < substeps; ++i)
+        for (int l = 0; l < LANES; ++l) {
+            double p[PARAMETERS], q1, dq1, first, last;
+            double held[3] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l]};
+            pass(held, step);
+            b->now[l] = held[0];
+            for (int j = 0; j < PARAMETERS; ++j)
+                p[j] = b->parameters[j][l];
+            plant_step(b->q1[l], b->dq1[l], held, b->mode[l], p, step, &q1, &dq1, &first, &last);
+            b->q1[l] = q1;
+            b->dq1[l] = dq1;
+            b->slow[l] += turns(dq1, first, last, b->mode[l]);
+        }
 }
 
-static int finish_lane(struct block *b, int l, double period, double allowed, ptrdiff_t substeps)
+static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps)
 {
     double p[PARAMETERS];
     struct lane lane = {.q = b->q[l], .dq = b->dq[l]};
-    if (!(fabs(lane.q - b->reference[l]) <= allowed))
+    if (!(fabs(lane.q - b->reference[l]) <= b->allowed[l]))
         return isfinite(lane.q) ? OUT_OF_RANGE : NOT_FINITE;
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = b->parameters[j][l];
@@ -544,8 +640,8 @@ static void put_block(double *values, ptrdiff_t at, const double *lanes, ptrdiff
 static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *reference,
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
-                           const double *start, double period, double resolution, double allowed,
-                           ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
+                           const double *start, const double *allowed, double period,
+                           double resolution, ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
 {
     struct block b = {0};
     double dead[LANES] = {0.0};
@@ -555,6 +651,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         for (int j = 0; j < PARAMETERS; ++j)
             b.parameters[j][l] = parameters[from * PARAMETERS + j];
         b.q[l] = start[from];
+        b.allowed[l] = allowed[from];
         control_start(reference[from * reference_lane],
                       b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
                       memory);
@@ -579,17 +676,17 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                 b.error[l] = encoder(
                     b.q[l], noise ? noise[k * noise_time + from * noise_lane] : 0.0, resolution);
         }
-        step_block(&b, period, allowed);
+        step_block(&b, period / (double)substeps, substeps);
         put_block(out.before, at, k ? b.end : b.mode, count);
         for (int l = 0; l < LANES; ++l) {
             b.end[l] = b.mode[l];
-            b.slow[l] = dead[l] > 0.0 ? 0.0 : b.slow[l] + (double)(substeps > 1);
+            b.slow[l] = dead[l] > 0.0 ? 0.0 : b.slow[l];
             any += b.slow[l];
         }
         if (any > 0.0)
             for (int l = 0; l < count; ++l)
                 if (b.slow[l] > 0.0) {
-                    status[l] = finish_lane(&b, l, period, allowed, substeps);
+                    status[l] = finish_lane(&b, l, period, substeps);
                     if (status[l] != DONE) {
                         dead[l] = 1.0;
                         stopped[l] = k;
@@ -618,7 +715,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                     ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
-                    const double *start, double period, double resolution, double allowed,
+                    const double *start, const double *allowed, double period, double resolution,
                     ptrdiff_t substeps, double *position, double *velocity, double *acceleration,
                     double *force, double *control, double *direction, double *before,
                     ptrdiff_t stride, int *status, ptrdiff_t *stopped)
@@ -633,6 +730,7 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
         simulate_block(samples, left < LANES ? left : LANES, reference + first * reference_lane,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
                        noise_time, noise_lane, parameters + first * PARAMETERS, start + first,
-                       period, resolution, allowed, substeps, out, status + first, stopped + first);
+                       allowed + first, period, resolution, substeps, out, status + first,
+                       stopped + first);
     }
 }

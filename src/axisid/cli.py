@@ -19,6 +19,7 @@ from axisid import __version__
 
 if TYPE_CHECKING:
     from axisid.estimation import Identification, Prefilter
+    from axisid.modeling import Axis
 
 _INTERRUPTED = 130
 _METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -41,9 +42,11 @@ def main() -> NoReturn:
             stream.reconfigure(errors="replace")
     try:
         with warnings.catch_warnings():
+            warnings.simplefilter("default", RuntimeWarning)
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             code = cli.main(prog_name="axisid", standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.ClickException as error:
         code = _fail(error.format_message(), error.exit_code)
     except (click.Abort, KeyboardInterrupt):
@@ -181,20 +184,14 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     of the library or Python files that declare an axis.
     """
     from axisid.codegen import check_files, expected_files, stage_times, write_files
-    from axisid.modeling import LIBRARY, UsageError, load_axis
 
-    declared = [load_axis(name) for name in axes or LIBRARY]
-    for name, axis in zip(axes, declared, strict=False):
-        if axis.name in LIBRARY and name not in LIBRARY:
-            raise UsageError(
-                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
-                "library; rename the axis."
-            )
+    declared = _declared(axes)
     if verbose:
         for axis in declared:
             stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in stage_times(axis))
             click.echo(f"{axis.name}: {stages}")
     files = expected_files(declared)
+    _check_targets({(output / path).resolve() for path in files}, axes)
     if not check:
         written = write_files(output, files)
         for path in written:
@@ -215,6 +212,28 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
         )
         sys.exit(1)
     click.echo(f"{len(files)} files are current.")
+
+
+def _declared(axes: tuple[str, ...]) -> "list[Axis]":
+    """The axes to generate; the library's folders belong to the library's axes."""
+    from axisid.modeling import LIBRARY, UsageError, load_axis
+
+    declared = [load_axis(name) for name in axes or LIBRARY]
+    for name, axis in zip(axes, declared, strict=False):
+        if axis.name in LIBRARY and name not in LIBRARY:
+            raise UsageError(
+                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
+                "library; rename the axis."
+            )
+    return declared
+
+
+def _check_targets(targets: set[Path], axes: tuple[str, ...]) -> None:
+    """Refuse to write over a declaration."""
+    from axisid.modeling import UsageError
+
+    if taken := targets & {_file_of(name).resolve() for name in axes}:
+        raise UsageError(f"{taken.pop()} declares an axis and would be overwritten; rename it.")
 
 
 @cli.command(epilog="Example: axisid paper --output results")
@@ -267,12 +286,18 @@ def _check_json(json_file: str | None, *inputs: str | None) -> None:
         problem = "it is no file; name one"
     elif not os.path.isdir(path.parent):
         problem = "the folder does not exist; make it first"
-    elif any(given and path.resolve() == Path(given).resolve() for given in inputs):
+    elif path.resolve() in {_file_of(given).resolve() for given in inputs if given}:
         problem = "it is an input of this run; name another file"
     else:
         problem = ""
     if problem:
         raise click.BadParameter(f"{json_file!r}: {problem}", param_hint="--json")
+
+
+def _file_of(argument: str) -> Path:
+    """The file that an argument names, without the variable of an axis file."""
+    head, found, _ = argument.partition(".py:")
+    return Path(f"{head}.py" if found else argument)
 
 
 def _report(result: "Identification", json_file: str | None) -> None:

@@ -57,7 +57,9 @@ def test_json_keeps_its_contract(run: Run) -> None:
     for estimate in result["estimates"]:
         assert set(estimate["parameters"]) == {"M", "Fv", "Fc"}
         for value in estimate["parameters"].values():
-            assert set(value) == {"value", "unit", "sd", "relative_sd_percent"}
+            assert {"value", "unit", "sd", "relative_sd_percent"} <= set(value)
+            low, high = value["interval_95"]
+            assert low < value["value"] < high
         assert np.shape(estimate["covariance"]) == (3, 3)
         deviations = np.sqrt(np.diag(estimate["covariance"]))
         assert deviations == pytest.approx([v["sd"] for v in estimate["parameters"].values()])
@@ -355,6 +357,10 @@ def test_json_never_replaces_an_input_or_what_is_no_file(
     assert code == 2
     assert "it is an input of this run" in err
     assert record.read_bytes() == before
+    axis = tmp_path / "mine.py"
+    axis.write_text("from axisid import load_axis\naxis = load_axis('emps2015')\n")
+    for named in (axis, f"{axis}:axis"):
+        assert run("identify", named, record, "--json", axis)[0] == 2
     for place in ("", tmp_path):
         assert run("identify", "emps2015", "--json", place)[0] == 2
     pipe = tmp_path / "pipe"
@@ -454,3 +460,13 @@ def test_native_code_can_be_switched_off_and_gives_the_same(run: Run) -> None:
     virtual = json.loads(run(*options, "--no-native")[1])["estimates"][0]["parameters"]
     for name, value in native.items():
         assert value["value"] == pytest.approx(virtual[name]["value"], rel=1e-9)
+
+
+def test_closed_standard_output_is_no_fault() -> None:
+    command = f"{sys.executable} -m axisid --version >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stderr) == (0, "")
+    command = f"{sys.executable} -m axisid identify emps2015 --json - >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert done.returncode == 2
+    assert "standard output is closed" in done.stderr

@@ -12,8 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
-from axisid import LIBRARY, build, derive, load_axis
+from axisid import (
+    LIBRARY,
+    Coordinate,
+    UsageError,
+    build,
+    cascade_pd,
+    coulomb,
+    derive,
+    load_axis,
+    newton,
+)
 from axisid.codegen import GeneratedAxis, axis_artefacts
 from axisid.codegen.compiler import FLAGS, NativeUnavailableError, find_compiler
 from axisid.codegen.library_cache import cached_library, compiled_library
@@ -295,12 +306,81 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
 
 def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     axis = fresh()
-    wrong = TEXTS["emps"].replace("row[1] = dq_;", "row[1] = 1.0000001 * dq_;")
+    wrong = TEXTS["emps"].replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")
     assert wrong != TEXTS["emps"]
     native = Native(wrong, axis.functions)
     assert native.library() is None
     assert native.refusal == "the compiled idm_regressor computes wrong values"
     assert not list(cache.glob("*.so"))
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("put(position, k, q);", "put(position, k, q + 1e-6);"),
+        ("put(control, k, u);", "put(control, k, 1.01 * u);"),
+        ("b->dq1[l] = dq1;", "b->dq1[l] = 0.999 * dq1;"),
+    ],
+)
+def test_time_loop_that_computes_wrong_values_is_refused(
+    cache: Path, right: str, wrong: str
+) -> None:
+    axis = fresh()
+    assert right in TEXTS["emps"]
+    native = Native(TEXTS["emps"].replace(right, wrong), axis.functions)
+    assert native.library() is None
+    assert native.refusal == "the compiled time loop computes wrong values"
+
+
+def test_rows_refuse_wrong_arguments_before_they_reach_memory() -> None:
+    axis = fresh(load_axis("emps2015"))
+    assert axis.native.library() is not None
+    q = np.zeros(5)
+    for arguments in ((q, q), (q, q, q, q, np.ones(2)), (q, q, q[:3], q, np.ones(3))):
+        with pytest.raises(UsageError, match="direct_dynamics"):
+            axis.rows("direct_dynamics", *arguments)
+
+
+@pytest.mark.parametrize(
+    "name", ["INFINITY", "HUGE_VAL", "k", "samples", "NAN", "NULL", "ptrdiff_t", "M_PI", "errno"]
+)
+def test_names_that_c_knows_are_harmless(name: str, cache: Path) -> None:
+    x, m = Coordinate(name), Parameter(f"{name}_1", "kg", nominal=1.0)
+    law = cascade_pd(kp=10.0, kv=10.0, period=1e-3)
+    axis = newton(
+        "strange",
+        coordinate=x,
+        parameters=(m, Parameter("stdin", "N")),
+        inertia=m,
+        resistance=(coulomb(Parameter("stdin", "N"), x),),
+        drive=Drive(gain=1.0),
+        control=law,
+    )
+    built = build(axis)
+    assert built.native.library() is not None, built.native.refusal
+
+
+def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path) -> None:
+    x, c = Coordinate("x"), Parameter("c", "N")
+    m = Parameter("m", "kg", nominal=1.0)
+    axis = newton(
+        "clipped",
+        coordinate=x,
+        parameters=(m, c),
+        inertia=m,
+        resistance=(
+            c * sympy.Min(5, sympy.sqrt(x.symbol - 1)) + sympy.Max(3, sympy.log(x.symbol)),
+        ),
+        drive=Drive(gain=1.0),
+        control=cascade_pd(kp=10.0, kv=10.0, period=1e-3),
+    )
+    built = build(axis)
+    library = built.native.library()
+    assert library is not None, built.native.refusal
+    native = library.rows("idm_regressor", ([0.5], [0.0], [0.0], [0.0]))
+    virtual = build(axis, native=False).rows("idm_regressor", 0.5, 0.0, 0.0, 0.0)
+    for a, b in zip(native, virtual, strict=True):
+        assert np.array_equal(a, b)
 
 
 def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -315,3 +395,67 @@ def test_stages_are_timed(run: Callable[..., tuple[int, str, str]], tmp_path: Pa
     assert code == 0
     for stage in ("derive", "lower and print", "build for the virtual machine", "compile", "load"):
         assert f"{stage} " in out.splitlines()[0]
+
+
+def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:
+    emps, other = (compiled_library(TEXTS[name], accept) for name in ("emps", "emps2015"))
+    emps.write_bytes(other.read_bytes())
+    emps.with_suffix(".sha256").write_text(other.with_suffix(".sha256").read_text())
+    assert cached_library(TEXTS["emps"]) is None
+
+
+def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
+    from axisid.codegen.library_cache import _digest
+
+    path = compiled_library(TEXTS["emps"], accept)
+    path.write_bytes(b"junk")
+    path.with_suffix(".sha256").write_text(_digest(path, path.name))
+    assert cached_library(TEXTS["emps"]) == path
+    axis = fresh()
+    assert axis.rows("idm_regressor", 0.0, 1.0, 2.0, 1.0)[0].tolist() == [[2.0, 1.0, 1.0, 1.0]]
+    library = axis.native.library()
+    assert library is not None
+    assert library.simulate
+
+
+@pytest.mark.parametrize("seconds", ["abc", "", "nan", "-1", "1e300"])
+def test_senseless_time_limits_are_ignored(
+    cache: Path, seconds: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AXISID_COMPILE_SECONDS", seconds)
+    assert fresh().native.library() is not None
+
+
+def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
+    cache: Path, tmp_path: Path
+) -> None:
+    script = tmp_path / "cc"
+    script.write_text(f'#!/bin/sh\nsleep 60 &\nexec {find_compiler().command[0]} "$@"\n')
+    script.chmod(0o755)
+    begin = time.monotonic()
+    out, err = in_process(CC=str(script)).communicate(timeout=50)
+    assert out.strip().endswith(".so"), err
+    assert time.monotonic() - begin < 30
+
+
+def test_relative_cache_and_compiler_paths_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("AXISID_CACHE", ".")
+    (tmp_path / "my cc").symlink_to(find_compiler().command[0])
+    monkeypatch.setenv("CC", "'./my cc' -g0")
+    tmp_path.chmod(0o700)
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path.parent == tmp_path
+
+
+def test_no_home_means_a_folder_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless(_: str) -> Path:
+        raise RuntimeError("could not determine the home directory")
+
+    monkeypatch.delenv("AXISID_CACHE")
+    monkeypatch.setattr("axisid.codegen.library_cache.user_cache_path", homeless)
+    assert cached_library(TEXTS["emps"]) is None
+    assert fresh().native.library() is not None

@@ -63,7 +63,7 @@ AXES = MappingProxyType(
             control=ControlLaw(
                 name="PID with a delay of two samples",
                 period=1e-3,
-                gains={"kp": 60.0, "kv": 150.0, "ki": 0.01},
+                gains={"kp": 60.0, "kv": 150.0, "ki": 1e-5},
                 output=gain("kv")
                 * (
                     gain("kp") * (REFERENCE - MEASURED_POSITION)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid import EstimationError, Prefilter, delta_method
-from axisid.estimation import iid_covariance
+from axisid.estimation import Classical, Published
 from axisid.estimation.linear import (
     condition_number,
     factor,
@@ -36,8 +36,8 @@ def test_covariance_is_the_textbook_formula(rng: np.random.Generator) -> None:
     solution = least_squares(y, factor(X, NAMES))
     rss = float(np.sum((y - X @ solution.theta) ** 2))
     inverse = np.linalg.inv(X.T @ X)
-    assert iid_covariance(solution) == pytest.approx(rss / 59 * inverse, rel=1e-9)
-    assert iid_covariance(solution, "n-k") == pytest.approx(rss / 57 * inverse, rel=1e-9)
+    assert Published().matrix(solution) == pytest.approx(rss / 59 * inverse, rel=1e-9)
+    assert Classical().matrix(solution) == pytest.approx(rss / 57 * inverse, rel=1e-9)
 
 
 def test_instrumental_variables_are_the_textbook_formula(rng: np.random.Generator) -> None:
@@ -47,7 +47,9 @@ def test_instrumental_variables_are_the_textbook_formula(rng: np.random.Generato
     assert solution.theta == pytest.approx(np.linalg.solve(Z.T @ X, Z.T @ y), rel=1e-8)
     assert Z.T @ solution.residuals == pytest.approx(np.zeros(3), abs=1e-6 * np.abs(Z).max())
     variance = solution.residuals @ solution.residuals / 59
-    assert iid_covariance(solution) == pytest.approx(variance * np.linalg.inv(Z.T @ Z), rel=1e-8)
+    assert Published().matrix(solution) == pytest.approx(
+        variance * np.linalg.inv(Z.T @ Z), rel=1e-8
+    )
 
 
 def test_instruments_equal_to_the_regressor_give_least_squares(rng: np.random.Generator) -> None:

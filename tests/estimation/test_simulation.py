@@ -1,5 +1,6 @@
 """The loop for every kind of friction, load and law, against independent solutions."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +21,8 @@ from axisid import (
     Parameter,
     UsageError,
     build,
+    cascade_pd,
+    coulomb,
     derive,
     load_axis,
     newton,
@@ -400,14 +403,103 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
         simulate(axis, theta, reference, PERIOD)
 
 
-def test_stiff_damping_is_resolved_by_itself() -> None:
-    """At h Fv/M = 4 one step a sample would be unstable."""
+def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
+    """A light axis with one stiff term ``p * term``."""
+    x = Coordinate("x")
+    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value)
+    return build(
+        newton(
+            "stiff",
+            coordinate=x,
+            parameters=(m, p),
+            inertia=m,
+            resistance=(p * term(x),),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("term", "value", "allowed"),
+    [
+        (lambda x: x.velocity, 4000.0, 1e-9),
+        (lambda x: sympy.Max(0, x.symbol - 0.03), 1e6, 1e-6),
+        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, 1e-8),
+        (
+            lambda x: sympy.sign(x.velocity) * sympy.exp(-sympy.Abs(x.velocity) / 1e-3),
+            5.0,
+            1e-6,
+        ),
+    ],
+    ids=["damping", "end stop", "quadratic drag", "Stribeck"],
+)
+def test_stiff_terms_are_resolved_by_themselves(
+    term: Callable[[Coordinate], sympy.Expr], value: float, allowed: float
+) -> None:
+    axis = stiff(term, value)
+    reference = 0.05 * np.sin(2 * np.pi * 2 * np.arange(600) * PERIOD)
+    chosen = simulate(axis, axis.nominal, reference, PERIOD).position
+    exact = simulate(axis, axis.nominal, reference, PERIOD, substeps=1000).position
+    assert np.abs(chosen - exact).max() < allowed
+
+
+def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
     axis = BUILT["offset"]
-    theta = np.array([1.0, 4000.0, 20.0, 0.0])
+    nominal = axis.nominal
+    theta = np.array(
+        [nominal, [1.0, 4000.0, 20.0, 0.0], np.full(4, np.nan), [0.0, 1, 1, 1], [-100.0, 1, 1, 1]]
+    )
     reference = motion_of(axis)
-    loop = simulate(axis, theta, reference, PERIOD)
-    position, _ = closed_loop(ExactAxis(*theta), reference, 160.18, 243.45, 35.15, PERIOD)
-    assert np.abs(loop.position - position).max() < 1e-7
+    batch = simulate_batch(axis, theta, reference, PERIOD)
+    assert set(batch.failures) == {2, 3, 4}
+    assert all("no positive inertia" in message for message in batch.failures.values())
+    assert np.all(np.isnan(batch["position"][:, 2:]))
+    for lane in (0, 1):
+        single = simulate(axis, theta[lane], reference, PERIOD)
+        assert np.array_equal(batch["position"][:, lane], single.position)
+
+
+def test_lanes_run_away_by_their_own_reference() -> None:
+    axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)))
+    small = 1e-6 * np.sin(np.arange(200) / 9.0)
+    references = np.column_stack([small, 1e6 * small])
+    theta = np.tile([100.0, 200.0, 0.0, 0.0], (2, 1))  # no friction holds it
+    batch = simulate_batch(axis, theta, references, PERIOD)
+    for lane in range(2):
+        with pytest.raises(EstimationError) as alone:
+            simulate(axis, theta[lane], references[:, lane], PERIOD)
+        assert batch.failures[lane] == str(alone.value)
+
+
+def test_fields_of_packed_records_are_read_right() -> None:
+    axis = BUILT["offset"]
+    log = np.zeros(300, dtype=[("n", "<i4"), ("r", "<f8", (2,)), ("s", "<f8")])
+    log["r"] = motion_of(axis)[:300, None]
+    log["s"] = motion_of(axis)[:300]
+    theta = np.tile(axis.nominal, (2, 1))
+    plain = simulate_batch(axis, theta, np.array(log["r"]), PERIOD)["position"]
+    assert np.array_equal(simulate_batch(axis, theta, log["r"], PERIOD)["position"], plain)
+    assert np.array_equal(simulate_batch(axis, theta, log["s"], PERIOD)["position"], plain)
+    assert np.array_equal(simulate(axis, axis.nominal, log["s"], PERIOD).position, plain[:, 0])
+
+
+def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
+    x = Coordinate("x")
+    m, c = Parameter("m", "kg", nominal=1.0), Parameter("c", "N")
+    law = ControlLaw(name="push", period=PERIOD, output=sympy.Symbol("reference", real=True))
+    axis = newton(
+        "pushed",
+        coordinate=x,
+        parameters=(m, c),
+        inertia=m,
+        resistance=(coulomb(c, x),),
+        drive=Drive(gain=1.0),
+        control=law,
+    )
+    loop = simulate(axis, [1.0, 2.0], np.array([0.0, 2.0, 2.0, -2.0, 0.0]), PERIOD, start=0.0)
+    assert np.all(loop.mode == 0)
+    assert np.all(loop.position == 0)
 
 
 @pytest.mark.parametrize(
@@ -423,6 +515,8 @@ def test_stiff_damping_is_resolved_by_itself() -> None:
         ({"position_noise": [0.0, np.nan, 0.0]}, "give as many, finite"),
         ({"resolution": -1.0}, "resolution is -1.0"),
         ({"substeps": -2}, "substeps are -2"),
+        ({"substeps": 2.5}, "substeps are 2.5"),
+        ({"substeps": 10**19}, "substeps are 1000"),
     ],
 )
 def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) -> None:

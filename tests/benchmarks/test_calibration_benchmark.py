@@ -1,0 +1,22 @@
+"""A small seeded version of the calibration study, and its contract."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = [sys.executable, "benchmarks/calibration.py", "--json", "-", "--runs", "300"]
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say(root: Path) -> None:
+    done = subprocess.run(PROGRAM, cwd=root, capture_output=True, text=True, check=True)
+    figures = json.loads(done.stdout)
+    assert figures.pop("runs") == 300
+    assert set(figures) == {"white_iid", "white_hac", "coloured_iid", "coloured_hac"}
+    # 300 runs tell a share to about 1.3 % (one standard deviation).
+    for share in figures["white_hac"].values():
+        assert 0.91 <= share <= 0.98
+    for share in figures["coloured_hac"].values():
+        assert share >= 0.88
+    for share in figures["coloured_iid"].values():
+        assert share <= 0.75

@@ -1,0 +1,128 @@
+"""The control law against the record: what passes, and which fault the factors look like."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    ControlLaw,
+    Prefilter,
+    Record,
+    build,
+    cascade_pd,
+    identify,
+    load_axis,
+    twin_record,
+)
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import LawCheck, check_law
+from tests.estimation.axes import AXES
+
+PREFILTER = Prefilter()
+
+
+def test_emps_law_reproduces_the_record_to_a_quarter_percent(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    check = check_law(emps, emps_record, PREFILTER)
+    assert isinstance(check, LawCheck)
+    assert check.passed
+    assert check.residual_percent == pytest.approx(0.24, abs=0.005)
+    assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
+
+
+def test_plain_backward_difference_is_told_from_the_drives_own_filter(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    """3.3 % for the plain difference: worse by far, though within what instruments bear."""
+    from axisid import MEASURED_POSITION, PERIOD, REFERENCE, Memory, gain
+
+    last = Memory("last", MEASURED_POSITION, MEASURED_POSITION)
+    velocity = (MEASURED_POSITION - last.symbol) / PERIOD
+    law = ControlLaw(
+        name="plain",
+        period=1e-3,
+        gains={"kp": 160.18, "kv": 243.45},
+        output=gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity),
+        memory=(last,),
+    )
+    check = check_law(build(replace(emps.axis, control=law)), emps_record, PREFILTER)
+    assert isinstance(check, LawCheck)
+    assert check.residual_percent == pytest.approx(3.3, abs=0.2)
+
+
+FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
+    "sign": (lambda r: replace(r, control=-r.control), "its sign is flipped"),  # type: ignore[operator]
+    "unit of the control": (
+        lambda r: replace(r, control=1e-3 * r.control),  # type: ignore[operator]
+        "one unit stands for another",
+    ),
+    "unit of the positions": (
+        lambda r: replace(r, position=1e3 * r.position, reference=1e3 * r.reference),  # type: ignore[operator]
+        "one unit stands for another",
+    ),
+    "converter": (lambda r: replace(r, control=0.8 * r.control), "every gain is off by one"),  # type: ignore[operator]
+    "delay": (
+        lambda r: replace(r, control=np.roll(r.control, 2)),
+        "follows by 2 samples more; declare delay=2",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_the_record_are_recognised(
+    emps: GeneratedAxis, emps_record: Record, fault: str
+) -> None:
+    spoil, message = FAULTS[fault]
+    check = check_law(emps, spoil(emps_record), PREFILTER)
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+    assert message in check.meaning
+
+
+def test_wrong_gain_is_named_by_its_product(emps: GeneratedAxis, emps_record: Record) -> None:
+    assert emps.axis.control is not None
+    halved = replace(emps.axis.control, gains={"kp": 80.09, "kv": 243.45})
+    check = check_law(build(replace(emps.axis, control=halved)), emps_record, PREFILTER)
+    assert isinstance(check, LawCheck)
+    assert check.factors["kp*kv"] == pytest.approx(2.0, rel=0.01)
+    assert "check the gains, the velocity filter and the period" in check.meaning
+
+
+def test_wrong_law_is_said_beside_the_estimates() -> None:
+    axis = load_axis("emps2015")
+    record = twin_record(axis)
+    right = identify(axis, record)
+    assert "control law: the declared law reproduces" in " ".join(right.summary().split())
+    assert right.to_dict()["law_check"]["passed"] is True
+    wrong = identify(replace(axis, control=cascade_pd(kp=80.0, kv=243.45, period=1e-3)), record)
+    assert "cannot be believed until it is" in " ".join(wrong.summary().split())
+    assert wrong.to_dict()["law_check"]["passed"] is False
+
+
+def test_memory_and_delay_run_along_the_record() -> None:
+    """A law with an integral and a delay of two samples, checked on its own simulation."""
+    from axisid import simulate
+
+    axis = build(AXES["delayed"])
+    reference = 2e-3 * (1 - np.cos(np.arange(3000) * 6e-3))
+    loop = simulate(axis, axis.nominal, reference, 1e-3)
+    record = Record(
+        time=loop.time, position=loop.position, reference=reference, control=loop.control
+    )
+    check = check_law(axis, record, Prefilter(cutoff=200.0))
+    assert isinstance(check, LawCheck)
+    assert check.passed, check.meaning
+
+
+def test_what_cannot_be_checked_says_why(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    bare = build(replace(emps2015.axis, control=None))
+    assert check_law(bare, record, PREFILTER) == "the axis declares no control law"
+    without = replace(record, reference=None)
+    assert check_law(emps2015, without, PREFILTER) == "the record has no reference or no control"
+    result = identify(emps2015, without)
+    assert result.to_dict()["law_check"]["passed"] is None
+    assert "control law: not checked" in result.summary()
