@@ -13,6 +13,7 @@ from .generated_axis import stage_times as stage_times
 from .native import SIGNALS as SIGNALS
 from .native import STATUSES as STATUSES
 from .native import LoopSettings as LoopSettings
+from .native import by_sample as by_sample
 from .store import Finding as Finding
 from .store import check_files as check_files
 from .store import expected_files as expected_files

@@ -33,5 +33,9 @@ from .results import Identification as Identification
 from .signals import Signals as Signals
 from .signals import drive_force as drive_force
 from .summary import text_table as text_table
+from .sweep import Sweep as Sweep
+from .sweep import default_cutoffs as default_cutoffs
+from .sweep import sweep as sweep
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
+from .verdict import Check as Check

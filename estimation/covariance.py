@@ -125,9 +125,11 @@ class Hac(Covariance):
 
     def chosen_lags(self, solution: Solution) -> int:
         """The lags that are used: those given, or the plug-in rule's."""
-        most = len(solution.residuals) - 1
+        n = len(solution.residuals)
         if self.lags is not None:
-            return int(min(self.lags, most))
+            return int(min(self.lags, n - 1))
+        # Where neighbours cancel, the rule knows no bound; [Schwert1989]_ gives a common one.
+        most = min(12 * (n / 100) ** 0.25, n - 1)
         # Units of the parameters must not weigh the scores; the rule has one weight for each.
         scores = _scores(solution)
         size = np.sqrt(np.sum(scores**2, axis=0))

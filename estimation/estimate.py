@@ -91,6 +91,8 @@ class Estimate:
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
         Regressor.
+    Z : (n, k) array or None
+        Instruments of the last solution; None for least squares.
     rows : (n,) array
         Sample number of each row.
     residuals : (n,) array
@@ -121,6 +123,7 @@ class Estimate:
     ddm_covariances: Mapping[str, Array]
     y: Array
     X: Array
+    Z: Array | None
     rows: Array
     residuals: Array
     simulated: Array | None

@@ -148,14 +148,15 @@ class _Study:
         try:
             known, Z = self._simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
-            return _Fit(solution, (), None, (f"no simulation error, since {error}",))
-        return _Fit(solution, (), Z @ solution.theta + known, ())
+            return _Fit(solution, None, (), None, (f"no simulation error, since {error}",))
+        return _Fit(solution, None, (), Z @ solution.theta + known, ())
 
     def _iterate(self, method: str, form: Form, measured: Equations, regressor: Factored) -> "_Fit":
         """Instruments from the loop simulated with the last estimate, until it stands still."""
         iterates: list[Iterate] = []
         physical, still = self.axis.nominal, False
         solution: Solution | None = None
+        instruments: Factored | None = None
         while len(iterates) <= _MOST_ITERATIONS:
             with _naming(f"{method}, iterate {len(iterates)}"):
                 known, Z = self._simulated(form, physical)
@@ -166,8 +167,8 @@ class _Study:
                 iterates.append(
                     Iterate(physical=physical, theta=theta, simulation_error_percent=error)
                 )
-                if solution is not None and still:
-                    return _Fit(solution, tuple(iterates), simulated, ())
+                if solution is not None and instruments is not None and still:
+                    return _Fit(solution, instruments.columns, tuple(iterates), simulated, ())
                 instruments = factor(Z, regressor.names, "the simulated loop")
                 solution = instrumental_variables(
                     measured.left - measured.known, regressor, instruments
@@ -237,6 +238,7 @@ class _Study:
             ddm_covariances=covariances if direct else {},
             y=y,
             X=measured.regressor,
+            Z=fit.instruments,
             rows=self.prefilter.rows(len(self.record), self.record.period),
             residuals=solution.residuals,
             simulated=simulated,
@@ -291,6 +293,7 @@ class _Fit:
     """A solution with the loop simulated from it."""
 
     solution: Solution
+    instruments: Array | None
     iterates: tuple[Iterate, ...]
     simulated: Array | None
     remarks: tuple[str, ...]

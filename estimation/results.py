@@ -1,7 +1,7 @@
 """The result object: estimates with what they were made from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from axisid.codegen import GeneratedAxis
@@ -12,6 +12,7 @@ from .prefilter import Prefilter
 from .record import Record
 from .serialised import estimate_dict, law_check_dict, prefilter_dict, record_dict
 from .summary import summary_text
+from .verdict import Check, verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +48,11 @@ class Identification:
         """The control law against the record, or why it cannot be checked."""
         return check_law(self.axis, self.record, self.prefilter)
 
+    @property
+    def verdict(self) -> tuple[Check, ...]:
+        """What was checked, against what, and what it means."""
+        return verdict(self.axis, self.prefilter, self.estimates, self.law_check)
+
     def summary(self) -> str:
         """The estimates side by side as text, with numbered notes."""
         return summary_text(
@@ -55,7 +61,7 @@ class Identification:
             self.prefilter,
             tuple(self.estimates.values()),
             {**self.skipped, **self.failed},
-            self.law_check,
+            self.verdict,
         )
 
     def __str__(self) -> str:
@@ -63,13 +69,17 @@ class Identification:
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists."""
+        law = self.law_check
         return {
             "axis": self.axis.axis.name,
             "signature": self.axis.signature,
             "record": record_dict(self.record),
             "prefilter": prefilter_dict(self.prefilter, self.record.period),
             "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
-            "law_check": law_check_dict(self.law_check),
+            "law_check": law_check_dict(law),
+            "verdict": [
+                asdict(check) for check in verdict(self.axis, self.prefilter, self.estimates, law)
+            ],
             "skipped": dict(self.skipped),
             "failed": dict(self.failed),
         }

@@ -1,15 +1,16 @@
 """Results as a table of plain text."""
 
 import math
+import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen import GeneratedAxis
 
 from .estimate import Estimate, Value
-from .law_check import LawCheck
 from .prefilter import Prefilter
 from .record import Record
+from .verdict import Check
 
 Row = Sequence[str]
 
@@ -22,7 +23,7 @@ def summary_text(
     prefilter: Prefilter,
     estimates: Sequence[Estimate],
     missing: Mapping[str, str],
-    law_check: LawCheck | str,
+    checks: Sequence[Check],
 ) -> str:
     """Heading, one table for each model form, and numbered notes."""
     blocks = [_heading(axis, record, prefilter)]
@@ -30,7 +31,8 @@ def summary_text(
         of_form = [e for e in estimates if e.method.startswith(form)]
         if of_form:
             blocks.append(_estimates_table(of_form))
-    notes = [*_notes(estimates, prefilter), _law_note(law_check), *_left_out(missing)]
+    blocks.append(_verdict(checks))
+    notes = [*_notes(estimates), *_left_out(missing)]
     blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -131,12 +133,13 @@ def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
     return [label, unit, *(c for cell in cells for c in (cell, "", "", ""))]
 
 
-def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
+def _notes(estimates: Sequence[Estimate]) -> list[str]:
     methods = [e.method for e in estimates]
     names = [e.covariance_names for e in estimates]
+    lags = dict.fromkeys(match for n in names for match in re.findall(r"(\d+) lags", n["hac"]))
+    hac = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", names[0]["hac"])
     notes = [
-        f"sd: {'; '.join(dict.fromkeys(n['hac'] for n in names))}. Residuals of filtered data are "
-        "autocorrelated.",
+        f"sd: {hac}. Residuals of filtered data are autocorrelated.",
         f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
     ]
     if any(method.startswith("ddm") for method in methods):
@@ -151,11 +154,6 @@ def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
             "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
             "is a self-test, not a second opinion."
         )
-    if prefilter.hold == "raw":
-        notes.append(
-            "hold raw pairs the acceleration at a sample with the force held after it, half a "
-            "sample late; this biases friction, viscous friction most. Compare with hold zoh."
-        )
     shared: dict[str, list[str]] = {}
     for estimate in estimates:
         for remark in estimate.remarks:
@@ -163,11 +161,25 @@ def _notes(estimates: Sequence[Estimate], prefilter: Prefilter) -> list[str]:
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
-def _law_note(check: LawCheck | str) -> str:
-    if isinstance(check, str):
-        return f"control law: not checked, since {_sentence(check)}"
-    verdict = "" if check.passed else " IV and simulation errors cannot be believed until it is."
-    return f"control law: {_sentence(check.meaning)}{verdict}"
+def _verdict(checks: Sequence[Check]) -> str:
+    """What passed in one line, and a sentence for each check that did not."""
+    passed = [check.name for check in checks if check.status == "pass"]
+    lines = [_wrapped("pass   ", ", ".join(passed))] if passed else []
+    failed = [check for check in checks if check.status == "fail"]
+    lines += [_wrapped("FAIL   ", f"{check.name}: {check.meaning}") for check in failed]
+    skipped = [check for check in checks if check.status == "not evaluated"]
+    lines += [_wrapped("-      ", f"{c.name}: not evaluated, {c.meaning}") for c in skipped]
+    return "\n".join(lines)
+
+
+def _wrapped(head: str, text: str) -> str:
+    return textwrap.fill(
+        text,
+        _WIDTH,
+        initial_indent=head,
+        subsequent_indent=" " * len(head),
+        break_on_hyphens=False,
+    )
 
 
 def _left_out(missing: Mapping[str, str]) -> list[str]:
@@ -182,7 +194,4 @@ def _sentence(text: str) -> str:
 
 
 def _numbered(number: int, note: str) -> str:
-    head = f"[{number}] "
-    return textwrap.fill(
-        note, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head), break_on_hyphens=False
-    )
+    return _wrapped(f"[{number}] ", note)

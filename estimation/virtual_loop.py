@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings
+from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings, by_sample
 
 from .arrays import Array
 
@@ -250,19 +250,15 @@ def run_law(axis: GeneratedAxis, reference: Array, position: Array, velocity: Ar
     reference, position, velocity : (N,) array
         What the law measured.
     """
-    law, terms = (_Buffered(axis.functions[name]) for name in ("control_law", "control_terms"))
     declared = axis.axis.control
     delay = 0 if declared is None else declared.delay
-    start = axis.functions["control_start"](reference[0], position[0])
-    law.arguments["state"][:] = start.full().ravel()
-    rows = np.empty((len(reference), len(terms.results[0])))
-    for k in range(len(reference)):
-        terms.arguments["state"][:] = law.arguments["state"]
-        measured = {
-            "reference": reference[k],
-            "measured_position": position[k],
-            "measured_velocity": velocity[k],
-        }
-        rows[k] = terms(**measured)[0]
-        law.arguments["state"][:] = law(**measured)[1]
+    law, terms = axis.functions["control_law"], axis.functions["control_terms"]
+    start = axis.functions["control_start"](reference[0], position[0]).full()
+    signals = [values[None, :] for values in (reference, position, velocity)]
+    states = np.zeros((len(start), len(reference)))
+    if len(start):
+        # The state comes first in and first out, so that the function can be run along the samples.
+        along = law.slice("law", [3, 0, 1, 2], [1]).mapaccum(len(reference))
+        states = np.hstack([start, along(start, *signals).full()[:, :-1]])
+    rows = by_sample(terms.call([*signals, states])[0].full(), len(reference))
     return np.concatenate([np.repeat(rows[:1], delay, axis=0), rows[: len(rows) - delay]])

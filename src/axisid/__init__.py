@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from axisid.estimation import Prefilter as Prefilter
     from axisid.estimation import Record as Record
     from axisid.estimation import Simulation as Simulation
+    from axisid.estimation import Sweep as Sweep
     from axisid.estimation import delta_method as delta_method
     from axisid.estimation import identify as identify
     from axisid.estimation import read_record as read_record
     from axisid.estimation import simulate as simulate
     from axisid.estimation import simulate_batch as simulate_batch
+    from axisid.estimation import sweep as sweep
     from axisid.estimation import twin_record as twin_record
     from axisid.modeling import LIBRARY as LIBRARY
     from axisid.modeling import MEASURED_POSITION as MEASURED_POSITION
@@ -68,7 +70,8 @@ _STAGES = {
     "axisid.codegen": "GeneratedAxis build",
     "axisid.estimation": (
         "BatchSimulation DataError Estimate EstimationError Identification METHODS Prefilter "
-        "Record Simulation delta_method identify read_record simulate simulate_batch twin_record"
+        "Record Simulation Sweep delta_method identify read_record simulate simulate_batch sweep "
+        "twin_record"
     ),
 }
 _HOME = {name: stage for stage, names in _STAGES.items() for name in names.split()}

@@ -18,7 +18,10 @@ import click
 from axisid import __version__
 
 if TYPE_CHECKING:
-    from axisid.estimation import Identification, Prefilter
+    from collections.abc import Callable
+
+    from axisid.codegen import GeneratedAxis
+    from axisid.estimation import Identification, Prefilter, Record
     from axisid.modeling import Axis
 
 _INTERRUPTED = 130
@@ -141,27 +144,12 @@ def identify(
     .csv with a header row or a .mat file; values are SI.
     """
     prefilter = _prefilter(settings)
-    roles = _roles(columns)
     _check_json(json_file, record, axis)
-    if sample_period is not None and not (math.isfinite(sample_period) and sample_period > 0):
-        raise click.BadParameter(
-            f"{sample_period!r} is no period; give a positive number of seconds",
-            param_hint="--sample-period",
-        )
 
-    from axisid.codegen import build
+    generated, data = _axis_and_record(axis, record, sample_period, columns, no_native=no_native)
+
     from axisid.estimation import identify as run
-    from axisid.estimation import read_record, twin_record
-    from axisid.modeling import UsageError, load_axis
 
-    declared = load_axis(axis)
-    generated = build(declared, native=not no_native)
-    if record is None:
-        if sample_period is not None or columns:
-            raise UsageError("--sample-period and --columns describe a record; name its file.")
-        data = twin_record(generated)
-    else:
-        data = read_record(record, declared, columns=roles, sample_period=sample_period)
     result = run(generated, data, prefilter, None if method == "all" else [method])
     _report(result, json_file)
 
@@ -214,6 +202,68 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     click.echo(f"{len(files)} files are current.")
 
 
+@cli.command(epilog="Example: axisid sweep emps DATA_EMPS.mat --hold zoh --figure sweep.png")
+@click.argument("axis")
+@click.argument("record", required=False)
+@click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
+@click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
+@click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
+@click.option("--order", type=int, metavar="N", help="Of the Butterworth filter.  [default: 4]")
+@click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
+@click.option("--sample-period", type=float, metavar="S", help="As in identify.")
+@click.option("--columns", metavar="ROLE=NAME,...", help="As in identify.")
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@click.option(
+    "--json", "json_file", metavar="FILE", help="Write the results as JSON; - for stdout."
+)
+@click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+def sweep(
+    axis: str,
+    record: str | None,
+    lowest: float | None,
+    highest: float | None,
+    points: int,
+    sample_period: float | None,
+    columns: str | None,
+    no_native: bool,
+    json_file: str | None,
+    figure: str | None,
+    **settings: Any,
+) -> None:
+    """Identify AXIS from RECORD (or its twin) at many cut-offs, and recommend one.
+
+    Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
+    cut-off.
+    """
+    _check_json(json_file, record, axis)
+    _check_json(figure, record, axis, json_file)
+    generated, data = _axis_and_record(axis, record, sample_period, columns, no_native=no_native)
+
+    from axisid.estimation import default_cutoffs
+    from axisid.estimation import sweep as run
+
+    cutoffs = default_cutoffs(1 / data.period, lowest, highest, points)
+    result = run(generated, data, cutoffs, _prefilter(settings))
+    if json_file is not None:
+        _put_json(json_file, result.to_dict())
+    if figure is not None:
+        from axisid.figures import sweep_figure
+
+        _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+    if json_file != "-":
+        click.echo(result.summary(), nl=False)
+
+
+def _drawn(draw: "Callable[[], None]", figure: str) -> None:
+    """Draw a figure; a place or format that does not serve is the user's to mend."""
+    from axisid.modeling import UsageError
+
+    try:
+        draw()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{figure} cannot be drawn: {error}.") from error
+
+
 def _declared(axes: tuple[str, ...]) -> "list[Axis]":
     """The axes to generate; the library's folders belong to the library's axes."""
     from axisid.modeling import LIBRARY, UsageError, load_axis
@@ -254,6 +304,34 @@ def paper(output: Path | None) -> None:
     if output is not None:
         for path in write_study(study, output):
             click.echo(f"wrote {path}")
+
+
+def _axis_and_record(
+    axis: str,
+    record: str | None,
+    sample_period: float | None,
+    columns: str | None,
+    *,
+    no_native: bool,
+) -> "tuple[GeneratedAxis, Record]":
+    """The axis that was named, and its record or its twin's."""
+    roles = _roles(columns)
+    if sample_period is not None and not (math.isfinite(sample_period) and sample_period > 0):
+        raise click.BadParameter(
+            f"{sample_period!r} is no period; give a positive number of seconds",
+            param_hint="--sample-period",
+        )
+
+    from axisid.codegen import build
+    from axisid.estimation import read_record, twin_record
+    from axisid.modeling import UsageError, load_axis
+
+    generated = build(load_axis(axis), native=not no_native)
+    if record is not None:
+        return generated, read_record(record, generated, columns=roles, sample_period=sample_period)
+    if sample_period is not None or columns:
+        raise UsageError("--sample-period and --columns describe a record; name its file.")
+    return generated, twin_record(generated)
 
 
 def _prefilter(settings: dict[str, Any]) -> "Prefilter":
@@ -302,13 +380,12 @@ def _file_of(argument: str) -> Path:
 
 def _report(result: "Identification", json_file: str | None) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
+    if json_file is not None:
+        _put_json(json_file, result.to_dict())
     if json_file == "-":
-        click.echo(_json(result))
         for method, reason in result.skipped.items():
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
-        if json_file is not None:
-            _write(Path(json_file), _json(result) + "\n")
         click.echo(result.summary(), nl=False)
     if result.failed:
         from axisid.estimation import EstimationError
@@ -316,8 +393,13 @@ def _report(result: "Identification", json_file: str | None) -> None:
         raise EstimationError("; ".join(result.failed.values()))
 
 
-def _json(result: "Identification") -> str:
-    return json.dumps(result.to_dict(), indent=2, allow_nan=False)
+def _put_json(file: str, result: dict[str, Any]) -> None:
+    """Write a result as JSON into a file, or to standard output for ``-``."""
+    text = json.dumps(result, indent=2, allow_nan=False)
+    if file == "-":
+        click.echo(text)
+    else:
+        _write(Path(file), text + "\n")
 
 
 def _write(path: Path, text: str) -> None:

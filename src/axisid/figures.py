@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from axisid.estimation import Estimate
+from axisid.estimation import Estimate, Sweep
 
 _MEASURED, _RECONSTRUCTED, _ERROR = "#8a8f98", "#0b6bcb", "#c2410c"
 
@@ -52,6 +52,52 @@ def force_figure(
     lower.legend(loc="upper right", frameon=False)
     lower.set_xlabel("time [s]")
     upper.set_title(f"{title}: equation error {estimate.equation_error_percent:.1f} %", loc="left")
+    _save(figure, path)
+
+
+def sweep_figure(result: Sweep, path: Path) -> None:
+    """Draw every parameter over the cut-off: least squares and instruments, with 95 % bands.
+
+    Parameters
+    ----------
+    result : Sweep
+    path : Path
+        Written whole or not at all; the suffix chooses the format.
+    """
+    quantities = result.results[0].axis.parameters
+    styles = {
+        "idm-ls": (_ERROR, "IDM-LS"),
+        "idm-iv": (_RECONSTRUCTED, "IDM-IV"),
+        "ddm-ls": (_MEASURED, "DDM-LS"),
+    }
+    figure = Figure(figsize=(8.0, 1.2 + 1.9 * len(quantities)), layout="constrained")
+    rows = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, quantity in zip(rows, quantities, strict=True):
+        for method, (color, label) in styles.items():
+            points = [
+                (cutoff, estimate.parameters[quantity.name])
+                for cutoff, estimate in zip(result.cutoffs, result.estimates(method), strict=True)
+                if estimate is not None
+            ]
+            if not points:
+                continue
+            cutoffs = [cutoff for cutoff, _ in points]
+            low, high = zip(*(value.interval for _, value in points), strict=True)
+            axes.fill_between(cutoffs, low, high, color=color, alpha=0.15, linewidth=0)
+            values = [value.value for _, value in points]
+            axes.plot(cutoffs, values, "o-", color=color, markersize=3, linewidth=1.2, label=label)
+        axes.axvline(result.recommended, color="#6b7280", linewidth=0.8, linestyle="--")
+        axes.set_ylabel(f"{quantity.name} [{quantity.unit}]")
+        axes.grid(visible=True, color="#e3e5e8", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+    rows[0].legend(loc="best", ncols=3, frameon=False)
+    rows[0].set_title(f"recommended cut-off {result.recommended:g} Hz (dashed)", loc="left")
+    rows[-1].set_xscale("log")
+    first, last = result.cutoffs[0], result.cutoffs[-1]
+    ticks = [m * 10.0**e for e in range(-2, 6) for m in (1, 2, 5) if first <= m * 10.0**e <= last]
+    rows[-1].set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    rows[-1].set_xticks([], minor=True)
+    rows[-1].set_xlabel("cut-off [Hz]")
     _save(figure, path)
 
 

@@ -1,6 +1,7 @@
 """Compiled code: the same numbers as the virtual machine, whatever happens around its building."""
 
 import os
+import shlex
 import signal
 import stat
 import subprocess
@@ -186,7 +187,7 @@ def test_two_processes_building_at_once_share_one_library(cache: Path) -> None:
 
 def slow_compiler(tmp_path: Path, seconds: float) -> Path:
     script = tmp_path / "slow-cc"
-    real = find_compiler().command[0]
+    real = shlex.join(find_compiler().command)
     script.write_text(f'#!/bin/sh\nsleep {seconds}\nexec {real} "$@"\n')
     script.chmod(0o755)
     return script
@@ -430,7 +431,7 @@ def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
     cache: Path, tmp_path: Path
 ) -> None:
     script = tmp_path / "cc"
-    script.write_text(f'#!/bin/sh\nsleep 60 &\nexec {find_compiler().command[0]} "$@"\n')
+    script.write_text(f'#!/bin/sh\nsleep 60 &\nexec {shlex.join(find_compiler().command)} "$@"\n')
     script.chmod(0o755)
     begin = time.monotonic()
     out, err = in_process(CC=str(script)).communicate(timeout=50)
@@ -443,7 +444,9 @@ def test_relative_cache_and_compiler_paths_work(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("AXISID_CACHE", ".")
-    (tmp_path / "my cc").symlink_to(find_compiler().command[0])
+    wrapper = tmp_path / "my cc"
+    wrapper.write_text(f'#!/bin/sh\nexec {shlex.join(find_compiler().command)} "$@"\n')
+    wrapper.chmod(0o755)
     monkeypatch.setenv("CC", "'./my cc' -g0")
     tmp_path.chmod(0o700)
     library = fresh().native.library()

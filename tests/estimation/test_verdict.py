@@ -1,0 +1,110 @@
+"""The verdict on the paper's twin, the real record and on results that lack something."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Prefilter, Record, identify, load_axis, twin_record
+from axisid.codegen import GeneratedAxis
+from axisid.paper import APPROPRIATE, INAPPROPRIATE
+
+NAMES = [
+    "control law",
+    "instrument strength",
+    "least squares against instruments",
+    "self-test",
+    "excitation",
+    "precision",
+    "simulation",
+    "independent residuals",
+    "alignment",
+]
+
+
+def statuses(result: Identification) -> dict[str, str]:
+    return {check.name: check.status for check in result.verdict}
+
+
+def test_every_check_says_what_it_means_and_where_its_threshold_is_from(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    checks = identify(emps2015, twin).verdict
+    assert [check.name for check in checks] == NAMES
+    for check in checks:
+        assert check.meaning
+        assert check.source
+
+
+def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    fine, coarse = (identify(emps2015, twin, f) for f in (APPROPRIATE, INAPPROPRIATE))
+    assert statuses(fine)["least squares against instruments"] == "pass"
+    assert statuses(coarse)["least squares against instruments"] == "fail"
+    check = next(c for c in coarse.verdict if c.name == "least squares against instruments")
+    assert check.meaning.startswith("least squares is biased on M:")
+    assert check.figure is not None
+    assert check.figure > 20
+    for result in (fine, coarse):
+        for name in ("control law", "instrument strength", "self-test", "excitation", "simulation"):
+            assert statuses(result)[name] == "pass", name
+
+
+def test_real_record_passes_but_for_autocorrelation_and_raw_alignment(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    raw = statuses(identify(emps, emps_record, Prefilter(drop=(49, 0))))
+    assert {name for name, status in raw.items() if status != "pass"} == {
+        "independent residuals",
+        "alignment",
+    }
+    assert statuses(identify(emps, emps_record, Prefilter(hold="zoh")))["alignment"] == "pass"
+
+
+def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record) -> None:
+    only = statuses(identify(emps2015, twin, methods="idm-ls"))
+    for name in ("instrument strength", "least squares against instruments", "self-test"):
+        assert only[name] == "not evaluated"
+    without = statuses(identify(emps2015, replace(twin, reference=None)))
+    assert without["control law"] == "not evaluated"
+    assert without["simulation"] == "not evaluated"
+
+
+def test_motion_that_does_not_excite_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    """A slow creep in one direction: hardly any acceleration, one speed."""
+    n = 4000
+    rng = np.random.default_rng(8)
+    t = np.arange(n) * 1e-3
+    position = 0.05 * t + 1e-5 * np.sin(2 * np.pi * t)
+    control = (24.8 + 236.9 * 0.05 + rng.normal(size=n)) / 35.15
+    record = Record(time=t, position=position, control=control)
+    result = identify(emps2015, record)
+    assert statuses(result)["excitation"] == "fail"
+    assert statuses(result)["precision"] == "fail"
+
+
+def test_verdict_is_in_the_summary_and_in_json(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin)
+    assert "\npass   control law, " in result.summary()
+    assert "\nFAIL   alignment: " in result.summary()
+    listed = result.to_dict()["verdict"]
+    assert [check["name"] for check in listed] == NAMES
+    assert set(listed[0]) == {
+        "name",
+        "status",
+        "meaning",
+        "figure",
+        "threshold",
+        "p_value",
+        "source",
+    }
+
+
+@pytest.mark.parametrize("name", ["emps", "emps2015"])
+def test_lags_stay_a_small_part_of_the_rows(name: str) -> None:
+    """Where neighbours cancel, the plug-in rule alone would take half of them."""
+    axis = load_axis(name)
+    for estimate in identify(axis, twin_record(axis)).estimates.values():
+        lags = int(estimate.covariance_names["hac"].split(" lags")[0].split()[-1])
+        assert lags <= 12 * (len(estimate.y) / 100) ** 0.25
