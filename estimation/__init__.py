@@ -4,6 +4,8 @@
 functions.
 """
 
+from .alignment import Alignment as Alignment
+from .alignment import profile_alignment as profile_alignment
 from .closed_loop import BatchSimulation as BatchSimulation
 from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before

@@ -51,7 +51,7 @@ class Identification:
     @property
     def verdict(self) -> tuple[Check, ...]:
         """What was checked, against what, and what it means."""
-        return verdict(self.axis, self.prefilter, self.estimates, self.law_check)
+        return verdict(self.axis, self.record, self.prefilter, self.estimates, self.law_check)
 
     def summary(self) -> str:
         """The estimates side by side as text, with numbered notes."""
@@ -78,7 +78,8 @@ class Identification:
             "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
             "law_check": law_check_dict(law),
             "verdict": [
-                asdict(check) for check in verdict(self.axis, self.prefilter, self.estimates, law)
+                asdict(check)
+                for check in verdict(self.axis, self.record, self.prefilter, self.estimates, law)
             ],
             "skipped": dict(self.skipped),
             "failed": dict(self.failed),

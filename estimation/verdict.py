@@ -12,11 +12,14 @@ import numpy as np
 
 from axisid.codegen import GeneratedAxis
 
+from .alignment import profile_alignment
 from .covariance import Hac
 from .diagnostics import endogeneity, instrument_strength, residual_tests
+from .errors import DataError, EstimationError
 from .estimate import Estimate
 from .law_check import GOOD_RESIDUAL, LawCheck
 from .prefilter import Prefilter
+from .record import Record
 
 _STRONG_F = 10.0
 _MOST_CONDITION = 100.0
@@ -25,6 +28,7 @@ _COVERED = 3.0  # deviations
 _SIGNIFICANT = 0.05
 _SELF_TEST = 1e-6
 _FOLLOWING = 100.0  # percent
+_ALIGNED = 0.25  # samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +61,7 @@ class Check:
 
 def verdict(
     axis: GeneratedAxis,
+    record: Record,
     prefilter: Prefilter,
     estimates: Mapping[str, Estimate],
     law: LawCheck | str,
@@ -65,16 +70,17 @@ def verdict(
     ls, iv = estimates.get("idm-ls"), estimates.get("idm-iv")
     direct = estimates.get("ddm-iv")
     shown = iv or direct or ls or next(iter(estimates.values()))
+    compared = _ls_against_iv(ls, iv)
     return (
         _control_law(law),
         _strength(iv or direct),
-        _ls_against_iv(ls, iv),
+        compared,
         _self_test(iv, direct),
         _excitation(shown),
         _precision(axis, shown),
         _following(shown),
         _autocorrelation(shown),
-        _alignment(prefilter),
+        _alignment(axis, record, prefilter, compared),
     )
 
 
@@ -224,14 +230,30 @@ def _autocorrelation(estimate: Estimate) -> Check:
     )
 
 
-def _alignment(prefilter: Prefilter) -> Check:
-    aligned = prefilter.hold == "zoh"
+def _alignment(axis: GeneratedAxis, record: Record, prefilter: Prefilter, compared: Check) -> Check:
+    if compared.status == "fail":
+        return _missing("alignment", "noise biases least squares, by which the delay is measured")
+    try:
+        profile = profile_alignment(axis, record, prefilter)
+    except (DataError, EstimationError) as error:
+        return _missing("alignment", str(error))
+    used = 0.5 if prefilter.hold == "zoh" else 0.0
+    apart = profile.best - used
+    moved = ", ".join(
+        f"{p.name} by {slope:+.2g} {p.unit}"
+        for p, slope in zip(axis.parameters, profile.sensitivity, strict=True)
+    )
+    fits = (
+        f"the force fits the motion best {profile.best:.2f} samples earlier than it is recorded; "
+        f"hold {prefilter.hold} takes it {used:g} samples earlier"
+    )
+    aligned = abs(apart) <= _ALIGNED
     return Check(
         name="alignment",
         status="pass" if aligned else "fail",
-        source="the drive holds its force over a sample",
-        meaning="force and motion are paired at the same instants"
-        if aligned
-        else "force is paired half a sample late (hold raw), which biases friction; compare with "
-        "hold zoh",
+        figure=apart,
+        threshold=_ALIGNED,
+        source="samples between the delay of least equation error and the one that is used; a "
+        "drive that holds its force is half a sample late",
+        meaning=fits if aligned else f"{fits}. A sample of delay moves {moved}",
     )

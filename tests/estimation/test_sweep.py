@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, sweep, twin_record
+from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, sweep
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import default_cutoffs
 from axisid.estimation.sweep import matching_decimation
@@ -110,4 +110,3 @@ def test_bad_options_exit_2(
 def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
     result = sweep(emps, emps_record, (40.0, 150.0), Prefilter(hold="zoh"))
     assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)
-    assert twin_record(emps) is not None

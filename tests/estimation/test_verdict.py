@@ -62,6 +62,12 @@ def test_real_record_passes_but_for_autocorrelation_and_raw_alignment(
     assert statuses(identify(emps, emps_record, Prefilter(hold="zoh")))["alignment"] == "pass"
 
 
+def test_delay_is_not_measured_where_noise_biases_least_squares(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert statuses(identify(emps2015, twin, INAPPROPRIATE))["alignment"] == "not evaluated"
+
+
 def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record) -> None:
     only = statuses(identify(emps2015, twin, methods="idm-ls"))
     for name in ("instrument strength", "least squares against instruments", "self-test"):

@@ -1,0 +1,51 @@
+"""The delay between force and motion, on twins whose delay is known and on the real record."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, identify, twin_record
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import profile_alignment
+
+FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
+
+
+def test_held_force_of_a_noise_free_twin_is_half_a_sample_late(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert profile_alignment(emps2015, record, FINE).best == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("early", [-1, 1, 2])
+def test_whole_samples_of_delay_are_found(emps2015: GeneratedAxis, early: int) -> None:
+    """A control that is written down early has to be taken from earlier rows."""
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    shifted = replace(record, control=np.roll(record.control, -early))
+    best = profile_alignment(emps2015, shifted, FINE).best
+    assert best == pytest.approx(0.5 + early, abs=0.05)
+
+
+def test_real_record_moves_viscous_friction_by_four_and_a_half_per_half_sample(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    profile = profile_alignment(emps, emps_record, Prefilter(cutoff=100.0, drop=(49, 0)))
+    assert 0.1 < profile.best < 0.5
+    assert profile.sensitivity[1] / 2 == pytest.approx(4.4, abs=0.2)
+
+
+def test_profile_holds_the_estimates_of_both_holds(emps2015: GeneratedAxis, twin: Record) -> None:
+    profile = profile_alignment(emps2015, twin, Prefilter())
+    for hold, delay in (("raw", 0.0), ("zoh", 0.5)):
+        estimate = identify(emps2015, twin, Prefilter(hold=hold), ["idm-ls"])["idm-ls"]  # type: ignore[arg-type]
+        i = int(np.flatnonzero(profile.delays == delay)[0])
+        assert profile.physical[i] == pytest.approx(estimate.physical, rel=1e-9)
+        assert profile.errors_percent[i] == pytest.approx(estimate.equation_error_percent, rel=1e-9)
+
+
+def test_alignment_does_not_depend_on_the_prefilters_hold(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    raw, zoh = (profile_alignment(emps2015, twin, Prefilter(hold=h)).best for h in ("raw", "zoh"))  # type: ignore[arg-type]
+    assert raw == zoh
