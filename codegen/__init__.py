@@ -4,18 +4,19 @@
 and the same text is what runs.
 """
 
+from .arguments import by_sample as by_sample
 from .artefacts import axis_artefacts as axis_artefacts
 from .generated_axis import GeneratedAxis as GeneratedAxis
 from .generated_axis import Quantity as Quantity
 from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
 from .generated_axis import stage_times as stage_times
-from .native import SIGNALS as SIGNALS
-from .native import STATUSES as STATUSES
-from .native import LoopSettings as LoopSettings
-from .native import by_sample as by_sample
+from .loop_settings import SIGNALS as SIGNALS
+from .loop_settings import STATUSES as STATUSES
+from .loop_settings import LoopSettings as LoopSettings
 from .store import Finding as Finding
 from .store import check_files as check_files
 from .store import expected_files as expected_files
 from .store import replace_file as replace_file
 from .store import write_files as write_files
+from .virtual_loop import VirtualLoop as VirtualLoop

@@ -104,7 +104,12 @@ def find_compiler() -> Compiler:
     """
     asked = os.environ.get("CC")
     for name in [asked] if asked else ["cc", "gcc", "clang"]:
-        words = shlex.split(name or "")
+        try:
+            words = shlex.split(name)
+        except ValueError as error:
+            raise NativeUnavailableError(
+                f"the compiler CC={name!r} cannot be read: {error}"
+            ) from error
         found = shutil.which(words[0]) if words else None
         if found is not None:
             path = Path(found).absolute()

@@ -20,10 +20,11 @@ from axisid.modeling import (
     describe_direction,
 )
 
+from .arguments import VECTORS, by_sample, checked_arguments
 from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
 from .compiler import NativeUnavailableError
 from .execute import execute
-from .native import VECTORS, Native, by_sample, checked_arguments
+from .native import Native
 
 Array = NDArray[np.float64]
 

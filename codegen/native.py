@@ -10,53 +10,21 @@ import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.modeling import UsageError
-
+from .arguments import checked_arguments
 from .compiler import NativeUnavailableError, find_compiler
 from .library_cache import build_library, cached_library, compiled_library
+from .loop_settings import BLOCK, SIGNALS, LoopSettings
+from .self_test import check_library
 
 Array = NDArray[np.float64]
 
-#: Signals of a simulation, in the order of the C functions' results.
-SIGNALS = ("position", "velocity", "acceleration", "force", "control", "direction", "before")
-#: What a simulation ended with, by the status that the C functions return.
-STATUSES = ("done", "out of range", "not finite", "chatter")
-
-#: Arguments that are vectors; every other one is a scalar.
-VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held"})
-
-_LANES = 32  # of a block in loop.c
 _SIZE, _REAL = ctypes.c_ssize_t, ctypes.c_double
-_TEST_SAMPLES, _TEST_TOLERANCE = 32, 1e-12
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoopSettings:
-    """What a simulation needs beside its signals.
-
-    Attributes
-    ----------
-    period : float
-        Sampling period, s.
-    resolution : float
-        Of the encoder, in the coordinate's unit; 0 for none.
-    allowed : float or (B,) array
-        Distance from the reference at which a simulation ends as out of range; by lane for a batch.
-    substeps : int
-        Runge-Kutta steps in a sample.
-    """
-
-    period: float
-    resolution: float
-    allowed: Any
-    substeps: int
 
 
 class NativeLibrary:
@@ -73,6 +41,8 @@ class NativeLibrary:
     def __init__(self, path: Path, functions: Mapping[str, Any]) -> None:
         self.path = path
         self._library = ctypes.CDLL(str(path))
+        if not hasattr(self._library, "direct_dynamics_rows"):
+            raise OSError(f"{path} is not the library of an axis")
         self._functions = functions
 
     def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
@@ -153,8 +123,8 @@ class NativeLibrary:
         signals = {name: np.empty((samples, lanes)) for name in SIGNALS if name in wanted}
         status = np.zeros(lanes, dtype=np.int32)
         stopped = np.zeros(lanes, dtype=np.int64)
-        blocks = -(-lanes // _LANES)
-        edges = [_LANES * (blocks * i // threads) for i in range(threads)] + [lanes]
+        blocks = -(-lanes // BLOCK)
+        edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
 
         def run(part: int) -> None:
             first, last = edges[part], edges[part + 1]
@@ -256,76 +226,9 @@ class Native:
     def _check(self, path: Path) -> None:
         """Compare a fresh library with the virtual machine at random points."""
         try:
-            self._compare(NativeLibrary(path, self._functions))
+            check_library(NativeLibrary(path, self._functions), self._functions, self._text)
         except (OSError, AttributeError) as error:
             raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
-
-    def _compare(self, library: NativeLibrary) -> None:
-        rng = np.random.default_rng(0)
-        for name, function in self._functions.items():
-            if f"void {name}_rows(" not in self._text:
-                continue
-            arguments = [
-                rng.uniform(
-                    0.5,
-                    1.5,
-                    (function.size1_in(i), _TEST_SAMPLES if _is_scalar(function, i) else 1),
-                )
-                for i in range(function.n_in())
-            ]
-            if "step" in function.name_in():  # a long step would magnify rounding without bound
-                arguments[function.index_in("step")] *= 1e-3
-            expected = [
-                by_sample(out.full(), _TEST_SAMPLES)
-                for i, out in enumerate(function.call(arguments))
-            ]
-            for got, wanted in zip(library.rows(name, arguments), expected, strict=True):
-                if not np.allclose(
-                    got, wanted, rtol=_TEST_TOLERANCE, atol=_TEST_TOLERANCE, equal_nan=True
-                ):
-                    raise NativeUnavailableError(f"the compiled {name} computes wrong values")
-        self._check_loop(library)
-
-    def _check_loop(self, library: NativeLibrary) -> None:
-        """Compare one lane of a batch, and a sample of a simulation, with what they are made of."""
-        if "void simulate_batch(" not in self._text:
-            return
-        step = self._functions["closed_loop_step"]
-        parameters = np.full(step.size1_in("parameters"), 1.0)
-        reference = 1e-3 * np.arange(1.0, _TEST_SAMPLES + 1)
-        settings = LoopSettings(period=1e-3, resolution=0.0, allowed=np.inf, substeps=1)
-        status, _, one = library.simulate(reference, None, parameters, 0.0, settings)
-        lanes = _LANES + 1
-        many = LoopSettings(period=1e-3, resolution=0.0, allowed=np.full(lanes, np.inf), substeps=1)
-        statuses, _, batch = library.simulate_batch(
-            reference, None, np.tile(parameters, (lanes, 1)), np.zeros(lanes), many, SIGNALS, 1
-        )
-        start = self._functions["control_start"](reference[0], 0.0)
-        first = step(0.0, 0.0, start, reference[0], 0.0, 0.0, 0.0, parameters, 1e-3)
-        expected = {"position": 0.0, "velocity": 0.0, "force": first[4], "control": first[5]}
-        same = bool(np.all(statuses == status)) and (
-            status != 0
-            or (
-                all(
-                    np.allclose(batch[name], one[name][:, None], rtol=1e-9, atol=1e-12)
-                    for name in SIGNALS
-                )
-                and all(np.isclose(one[n][0], float(v), rtol=1e-12) for n, v in expected.items())
-            )
-        )
-        if not same:
-            raise NativeUnavailableError("the compiled time loop computes wrong values")
-
-
-def by_sample(values: Array, samples: int) -> Array:
-    """CasADi puts the results of many samples side by side; here each gets a row."""
-    height, width = values.shape[0], values.shape[1] // samples
-    columns = values.reshape(height, samples, width).swapaxes(0, 1)
-    return columns.reshape(samples, height * width)
-
-
-def _is_scalar(function: Any, index: int) -> bool:
-    return function.name_in(index) not in VECTORS
 
 
 def _address(array: Array | NDArray[Any] | None) -> ctypes.c_void_p | None:
@@ -340,28 +243,3 @@ def _strided(signal: Array | None, first: int) -> tuple[Any, ctypes.c_ssize_t, c
     if signal.ndim == 1:
         return _address(signal), over_time, _SIZE(0)
     return _address(signal[:, first:]), over_time, _SIZE(signal.strides[1] // signal.itemsize)
-
-
-def checked_arguments(
-    name: str, function: Any, arguments: Sequence[ArrayLike]
-) -> tuple[list[Array], int]:
-    """Arguments of a function at many samples, each of its length, and how many samples.
-
-    Raises
-    ------
-    UsageError
-        There are too few or too many, or one has another length.
-    """
-    if len(arguments) != function.n_in():
-        raise UsageError(f"{name} takes {function.n_in()} arguments, not {len(arguments)}.")
-    given = [np.ascontiguousarray(a, dtype=float).ravel() for a in arguments]
-    samples = max((len(a) for i, a in enumerate(given) if _is_scalar(function, i)), default=1)
-    for i, array in enumerate(given):
-        wanted = samples if _is_scalar(function, i) else function.size1_in(i)
-        if _is_scalar(function, i) and len(array) == 1 != wanted:
-            given[i] = np.full(wanted, array[0])
-        elif len(array) != wanted:
-            raise UsageError(
-                f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}."
-            )
-    return given, samples

@@ -6,11 +6,11 @@ functions.
 
 from .alignment import Alignment as Alignment
 from .alignment import profile_alignment as profile_alignment
-from .closed_loop import BatchSimulation as BatchSimulation
+from .batch import BatchSimulation as BatchSimulation
+from .batch import simulate_batch as simulate_batch
 from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
-from .closed_loop import simulate_batch as simulate_batch
 from .covariance import Classical as Classical
 from .covariance import Covariance as Covariance
 from .covariance import Hac as Hac

@@ -110,8 +110,9 @@ class Hac(Covariance):
     corrected: bool = True
 
     def __post_init__(self) -> None:
-        if self.lags is not None and self.lags < 0:
-            raise UsageError(f"the lags are {self.lags!r}; give 0 or more, or none to choose them.")
+        whole = isinstance(self.lags, (int, np.integer))
+        if self.lags is not None and not (whole and self.lags >= 0):
+            raise UsageError(f"the lags are {self.lags!r}; give a whole number, or None to choose.")
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""

@@ -11,8 +11,6 @@ from axisid.codegen import Quantity
 from .arrays import Array
 from .covariance import correlation
 
-#: The covariances that every estimate has, by name.
-COVARIANCES = ("iid", "robust", "hac")
 _LEVEL = 0.95
 
 
@@ -80,7 +78,8 @@ class Estimate:
         Physical parameters, length p.
     physical : (p,) array
     covariances : dict of str to (p, p) array
-        Of `physical`, by the names of `COVARIANCES`; by the delta method for a direct model.
+        Of `physical`, by name: ``iid``, ``robust`` and ``hac``; by the delta method for a
+        direct model.
     jacobian : (p, k) array
         Of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity

@@ -10,7 +10,7 @@ from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
-from .closed_loop import no_control_law, signals_before, simulate
+from .closed_loop import signals_before, simulate
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
@@ -23,6 +23,7 @@ from .linear import (
     instrumental_variables,
     least_squares,
 )
+from .loop_setup import no_control_law
 from .prefilter import Prefilter
 from .record import Record
 from .results import Identification

@@ -46,7 +46,7 @@ class Identification:
     @property
     def law_check(self) -> LawCheck | str:
         """The control law against the record, or why it cannot be checked."""
-        return check_law(self.axis, self.record, self.prefilter)
+        return check_law(self.axis, self.record)
 
     @property
     def verdict(self) -> tuple[Check, ...]:

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import sympy
 
+_EXTREME = 100  # decimal exponent
+
 Direction = dict[sympy.Symbol, sympy.Expr]
 
 
@@ -25,13 +27,16 @@ def hidden_directions(
         Each maps parameters to the weights of a change that no motion shows.
     """
     basis: dict[sympy.Expr, int] = {}
+    scales: list[sympy.Expr] = []
     entries: dict[tuple[int, int], sympy.Expr] = {}
     for j, column in enumerate(columns):
         for term in sympy.Add.make_args(sympy.expand(column)):
             weight, function = term.as_independent(*term.free_symbols, as_Add=False)
             if weight != 0:
                 row = basis.setdefault(function, len(basis))
-                exact = sympy.nsimplify(weight, rational=True)
+                if row == len(scales):
+                    scales.append(_power_of_ten(weight))
+                exact = sympy.nsimplify(weight * scales[row], rational=True)
                 entries[row, j] = entries.get((row, j), sympy.S.Zero) + exact
     matrix = sympy.Matrix(
         max(len(basis), 1), len(columns), lambda i, j: entries.get((i, j), sympy.S.Zero)
@@ -40,6 +45,16 @@ def hidden_directions(
         {p: weight for p, weight in zip(parameters, vector, strict=True) if weight != 0}
         for vector in matrix.nullspace()
     )
+
+
+def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
+    """What brings an extreme weight near 1; 1 for any other.
+
+    Scaling a row does not change the null space, and a number such as exp(-1e4), which expanding a
+    Gaussian gives, would be a fraction of thousands of digits.
+    """
+    exponent = int(sympy.floor(sympy.log(sympy.Abs(sympy.N(weight)), 10)))
+    return sympy.Integer(10) ** -exponent if abs(exponent) > _EXTREME else sympy.S.One
 
 
 def describe_direction(direction: Direction) -> str:

@@ -521,7 +521,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             return isfinite(q) ? OUT_OF_RANGE : NOT_FINITE;
         put(position, k, q);
         put(velocity, k, dq);
-        put(before, k, k ? end : mode);
+        put(before, k, end);
         closed_loop_step(q, dq, memory, r, rate, error, mode, p, step, &q1, &dq1, next, &ddq, &tau,
                          &u, &last);
         end = mode;
@@ -548,13 +548,13 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(force, k, tau);
         put(control, k, u);
         put(direction, k, mode);
+        if (k == 0) /* nothing was held before */
+            put(before, k, mode);
         q = q1;
         dq = dq1;
         for (int i = 0; i < MEMORY; ++i)
             memory[i] = next[i];
     }
-    if (before)
-        before[0] = direction ? direction[0] : before[0];
     return DONE;
 }
 

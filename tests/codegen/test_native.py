@@ -1,5 +1,6 @@
 """Compiled code: the same numbers as the virtual machine, whatever happens around its building."""
 
+import hashlib
 import os
 import shlex
 import signal
@@ -226,6 +227,7 @@ def test_hanging_compiler_is_ended_and_the_virtual_machine_serves(
     ("compiler", "reason"),
     [
         ("absent-cc", "CC='absent-cc' is not found"),
+        ("cc '", "cannot be read: No closing quotation"),
         ("false", "failed: exit code 1"),
         ("true", "failed: exit code 0"),
     ],
@@ -305,6 +307,23 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
     assert library.path != path
 
 
+def test_library_of_something_else_under_the_right_name_is_built_again(cache: Path) -> None:
+    path = compiled_library(TEXTS["emps"], accept)
+    source = cache / "other.c"
+    source.write_text("int other(void) { return 1; }")
+    subprocess.run(
+        [*find_compiler().command, "-shared", "-fPIC", str(source), "-o", str(path)], check=True
+    )
+    digest = hashlib.sha256(path.name.encode() + path.read_bytes()).hexdigest()
+    path.with_suffix(".sha256").write_text(digest)
+    assert cached_library(TEXTS["emps"]) == path
+    assert np.all(np.isfinite(fresh().rows("direct_dynamics", 0.0, 0.0, 1.0, 1.0, np.ones(4))[0]))
+    fresh().native.library()  # this process has the other one under the name; the next does not
+    out, err = in_process().communicate(timeout=120)
+    assert out.strip() == path.name, err
+    assert path.with_suffix(".sha256").read_text() != digest
+
+
 def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     axis = fresh()
     wrong = TEXTS["emps"].replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")
@@ -321,6 +340,18 @@ def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
         ("put(position, k, q);", "put(position, k, q + 1e-6);"),
         ("put(control, k, u);", "put(control, k, 1.01 * u);"),
         ("b->dq1[l] = dq1;", "b->dq1[l] = 0.999 * dq1;"),
+        ("noise ? noise[k] : 0.0", "noise ? noise[0] : 0.0"),
+        ("floor(measured / resolution + 0.5)", "floor(measured / resolution)"),
+        ("parameters[from * PARAMETERS + j]", "parameters[j]"),
+        ("reference + first * reference_lane", "reference"),
+        ("allowed[from]", "allowed[0]"),
+        ("start[from]", "start[0]"),
+        ("stopped[l] = k;", "stopped[l] = 0;"),
+        ("mode = lane.direction;", "mode = lane.end;"),
+        (
+            "plant_step(*q, *dq, held, mode, p, step,",
+            "plant_step(*q, *dq, held, mode, p, 0.5 * step,",
+        ),
     ],
 )
 def test_time_loop_that_computes_wrong_values_is_refused(

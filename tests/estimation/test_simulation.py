@@ -1,6 +1,5 @@
 """The loop for every kind of friction, load and law, against independent solutions."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +20,6 @@ from axisid import (
     Parameter,
     UsageError,
     build,
-    cascade_pd,
     coulomb,
     derive,
     load_axis,
@@ -31,8 +29,8 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis, LoopSettings, axis_artefacts
 from axisid.codegen.native import Native
+from axisid.codegen.virtual_loop import VirtualLoop
 from axisid.estimation import signals_before
-from axisid.estimation.virtual_loop import VirtualLoop
 from tests.estimation.axes import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop
 from tests.estimation.test_closed_loop import MOTIONS, sine
@@ -156,7 +154,7 @@ def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_dop853_with_events
     axis = BUILT["open_pendulum"]
     theta = np.array([0.0626, 1.0, 0.2])
     forces = pendulum_forces()
-    loop = simulate(axis, theta, forces, 5e-3, start=0.3, substeps=5)
+    loop = simulate(axis, theta, forces, 5e-3, start=0.3)
     expected = pendulum_events(theta, forces, 5e-3, 0.3)
     assert (loop.mode == 0).sum() > 50
     assert (np.diff(np.sign(loop.velocity)) != 0).sum() > 6
@@ -390,58 +388,17 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
     guarded = Native(text.replace("MOST_EVENTS = 20", "MOST_EVENTS = 1"), axis.functions)
     settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
+    monkeypatch.setattr("axisid.codegen.virtual_loop._MOST_EVENTS", 1)
     library = guarded.library()
     assert library is not None
     reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
     status, stopped, _ = library.simulate(reference, None, theta, 0.0, settings_)
-    monkeypatch.setattr("axisid.estimation.virtual_loop._MOST_EVENTS", 1)
-    loop = VirtualLoop(axis, theta, settings_)
+    loop = VirtualLoop(axis.functions, theta, settings_)
     again, where, _ = loop.run(reference, None, 0.0)
     assert (status, stopped) == (again, where) == (3, stopped)
     monkeypatch.setattr("axisid.codegen.native.NativeLibrary.simulate", lambda *_: (3, 7, {}))
     with pytest.raises(EstimationError, match="changes the friction direction without end at sa"):
         simulate(axis, theta, reference, PERIOD)
-
-
-def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
-    """A light axis with one stiff term ``p * term``."""
-    x = Coordinate("x")
-    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value)
-    return build(
-        newton(
-            "stiff",
-            coordinate=x,
-            parameters=(m, p),
-            inertia=m,
-            resistance=(p * term(x),),
-            drive=Drive(gain=1.0),
-            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
-        )
-    )
-
-
-@pytest.mark.parametrize(
-    ("term", "value", "allowed"),
-    [
-        (lambda x: x.velocity, 4000.0, 1e-9),
-        (lambda x: sympy.Max(0, x.symbol - 0.03), 1e6, 1e-6),
-        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, 1e-8),
-        (
-            lambda x: sympy.sign(x.velocity) * sympy.exp(-sympy.Abs(x.velocity) / 1e-3),
-            5.0,
-            1e-6,
-        ),
-    ],
-    ids=["damping", "end stop", "quadratic drag", "Stribeck"],
-)
-def test_stiff_terms_are_resolved_by_themselves(
-    term: Callable[[Coordinate], sympy.Expr], value: float, allowed: float
-) -> None:
-    axis = stiff(term, value)
-    reference = 0.05 * np.sin(2 * np.pi * 2 * np.arange(600) * PERIOD)
-    chosen = simulate(axis, axis.nominal, reference, PERIOD).position
-    exact = simulate(axis, axis.nominal, reference, PERIOD, substeps=1000).position
-    assert np.abs(chosen - exact).max() < allowed
 
 
 def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
@@ -538,6 +495,9 @@ def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) ->
         ({"position_noise": np.zeros((5, 3))}, "noise has the shape"),
         ({"signals": ("speed",)}, "there is no signal speed"),
         ({"start": [0.0]}, "one position a lane"),
+        ({"parameters": np.ones((0, 4))}, "at least one lane"),
+        ({"signals": "position"}, "list of names"),
+        ({"signals": ("before",)}, "direction_before"),
     ],
 )
 def test_bad_batches_are_explained(change: dict[str, Any], message: str) -> None:

@@ -278,3 +278,28 @@ def test_force_not_linear_in_acceleration_is_refused() -> None:
 def test_other_jumps_with_velocity_are_refused() -> None:
     with pytest.raises(ModelError, match=r"sign\(dq - 1\) jumps with the velocity"):
         derive(axis(Fc * sympy.sign(q.velocity - 1), parameters=(M, Fc)))
+
+
+def test_narrow_gaussian_is_a_column_like_any_other() -> None:
+    """Expanded, it has a weight of exp(-1e4), which no exact fraction of normal size holds."""
+    x = Coordinate("x")
+    m, p, r = Parameter("m", "kg"), Parameter("p", "N"), Parameter("r", "N")
+    bump = sympy.exp(-(((x.symbol - 0.0215) / 2e-4) ** 2))
+    single = newton(
+        "bump",
+        coordinate=x,
+        parameters=(m, p),
+        inertia=m,
+        resistance=(p * bump,),
+        drive=Drive(gain=1.0),
+    )
+    assert not derive(single).hidden
+    double = newton(
+        "bump",
+        coordinate=x,
+        parameters=(m, p, r),
+        inertia=m,
+        resistance=(p * bump, r * bump),
+        drive=Drive(gain=1.0),
+    )
+    assert [describe_direction(h) for h in derive(double).hidden] == ["p -1, r +1"]

@@ -1,16 +1,18 @@
-"""The closed loop over time in the CasADi virtual machine: `codegen/loop.c` in Python.
+"""The closed loop over time in the CasADi virtual machine: `loop.c` in Python.
 
 It serves where there is no compiler, and as the native loop's independent check. The two follow the
 same steps, so that their results agree to rounding.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from axisid.codegen import SIGNALS, STATUSES, GeneratedAxis, LoopSettings, by_sample
+from .loop_settings import SIGNALS, STATUSES, LoopSettings
 
-from .arrays import Array
+Array = NDArray[np.float64]
 
 _MOST_EVENTS = 20  # in a sample; more is chatter (Zeno)
 _MOST_REFINEMENTS = 60
@@ -49,11 +51,12 @@ class _Buffered:
 
 
 class VirtualLoop:
-    """The closed loop of one axis with one parameter set."""
+    """The closed loop of one axis, by its functions, with one parameter set."""
 
-    def __init__(self, axis: GeneratedAxis, parameters: Array, settings: LoopSettings) -> None:
-        functions, coordinate = axis.functions, axis.axis.coordinate
-        self._q, self._dq = coordinate.name, str(coordinate.velocity)
+    def __init__(
+        self, functions: Mapping[str, Any], parameters: Array, settings: LoopSettings
+    ) -> None:
+        self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
         self._law_start = functions["control_start"]
         self._loop_step = _Buffered(functions["closed_loop_step"])
@@ -62,9 +65,8 @@ class VirtualLoop:
         for function in (self._loop_step, self._plant_step, self._acceleration):
             function.arguments["parameters"][:] = parameters
         self._loop_step.arguments["step"][0] = settings.period
-        law = axis.axis.control
-        self._continuous = law is not None and law.continuous
-        self._held = np.zeros(3 if self._continuous else 1)
+        self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
+        self._continuous = len(self._held) > 1
 
     def run(
         self, reference: Array, noise: Array | None, start: float
@@ -91,7 +93,8 @@ class VirtualLoop:
             q, dq, end = moved
             for name, value in zip(SIGNALS[2:6], row, strict=True):
                 signals[name][k] = value
-        signals["before"][0] = signals["direction"][0]
+            if k == 0:  # nothing was held before
+                signals["before"][0] = signals["direction"][0]
         return _DONE, samples - 1, signals
 
     def _encoder(self, q: float, noise: float) -> float:
@@ -238,27 +241,3 @@ class VirtualLoop:
         motion = {self._q: q, self._dq: dq}
         end = self._plant_step(**motion, direction=direction, step=span)
         return float(end[0][0]), float(end[1][0]), float(end[2][0]), float(end[3][0])
-
-
-def run_law(axis: GeneratedAxis, reference: Array, position: Array, velocity: Array) -> Array:
-    """The control law's terms along recorded signals, (N, terms), when they are applied.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    reference, position, velocity : (N,) array
-        What the law measured.
-    """
-    declared = axis.axis.control
-    delay = 0 if declared is None else declared.delay
-    law, terms = axis.functions["control_law"], axis.functions["control_terms"]
-    start = axis.functions["control_start"](reference[0], position[0]).full()
-    signals = [values[None, :] for values in (reference, position, velocity)]
-    states = np.zeros((len(start), len(reference)))
-    if len(start):
-        # The state comes first in and first out, so that the function can be run along the samples.
-        along = law.slice("law", [3, 0, 1, 2], [1]).mapaccum(len(reference))
-        states = np.hstack([start, along(start, *signals).full()[:, :-1]])
-    rows = by_sample(terms.call([*signals, states])[0].full(), len(reference))
-    return np.concatenate([np.repeat(rows[:1], delay, axis=0), rows[: len(rows) - delay]])

@@ -1,0 +1,34 @@
+"""What the time loop takes and gives, whether native or in the virtual machine."""
+
+from dataclasses import dataclass
+from typing import Any
+
+#: Signals of a simulation, in the order of the C functions' results.
+SIGNALS = ("position", "velocity", "acceleration", "force", "control", "direction", "before")
+#: What a simulation ended with, by the status that the C functions return.
+STATUSES = ("done", "out of range", "not finite", "chatter")
+
+#: Lanes of a block in loop.c.
+BLOCK = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopSettings:
+    """What a simulation needs beside its signals.
+
+    Attributes
+    ----------
+    period : float
+        Sampling period, s.
+    resolution : float
+        Of the encoder, in the coordinate's unit; 0 for none.
+    allowed : float or (B,) array
+        Distance from the reference at which a simulation ends as out of range; by lane for a batch.
+    substeps : int
+        Runge-Kutta steps in a sample.
+    """
+
+    period: float
+    resolution: float
+    allowed: Any
+    substeps: int

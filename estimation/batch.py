@@ -1,0 +1,300 @@
+"""Many closed loops side by side, across processors."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from axisid.codegen import SIGNALS, GeneratedAxis, LoopSettings, VirtualLoop, as_generated
+from axisid.modeling import Axis, UsageError
+
+from .arrays import Array
+from .loop_setup import (
+    VISITED,
+    allowed_distance,
+    check_loop,
+    failure,
+    has_inertia,
+    no_inertia,
+    substeps_along,
+    substeps_at_start,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatchSimulation:
+    """Many simulations side by side.
+
+    Attributes
+    ----------
+    signals : dict of str to (N, B) array
+        The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
+        a simulation ended early.
+    failures : dict of int to str
+        Why and where, by lane, for those that ended early.
+    """
+
+    signals: dict[str, Array]
+    failures: dict[int, str]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.signals[name]
+
+
+def simulate_batch(
+    axis: Axis | GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    *,
+    start: ArrayLike | None = None,
+    position_noise: ArrayLike | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
+    signals: Sequence[str] = SIGNALS[:5],
+    threads: int | None = None,
+) -> BatchSimulation:
+    """Simulate many parameter sets, references or noises side by side.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        With a control law.
+    parameters : (B, p) array_like
+        One row a lane.
+    reference : (N,) or (N, B) array_like
+        Shared, or one column a lane.
+    period : float
+        Sampling period, s.
+    start : (B,) array_like, optional
+        First positions; the first references by default.
+    position_noise : (N, B) array_like, optional
+    resolution, substeps
+        As in `simulate`.
+    signals : sequence of str
+        What is wanted: each takes N x B floats. Names as in `Simulation`.
+    threads : int, optional
+        As many as there are processors by default.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    UsageError
+        An argument has the wrong shape or value.
+
+    Notes
+    -----
+    A lane that fails does not end the others; see `BatchSimulation.failures`.
+    """
+    axis = as_generated(axis)
+    theta = np.ascontiguousarray(parameters, dtype=float)
+    ref = _aligned(reference)
+    check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
+    lanes = len(theta)
+    if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
+        raise UsageError(
+            f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
+            "and (N,) or (N, B)."
+        )
+    if not lanes:
+        raise UsageError("no parameter set was given; give at least one lane.")
+    first = _starts(start, ref, lanes)
+    wanted = _wanted(signals)
+    looked_at = () if axis.uniform or substeps is not None else VISITED
+    away = np.abs(first - ref[0])
+    spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
+    batch = _Batch(
+        axis=axis,
+        parameters=theta,
+        reference=ref,
+        noise=_lane_noise(position_noise, (len(ref), lanes)),
+        start=first,
+        period=period,
+        resolution=resolution,
+        allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
+        wanted=list(dict.fromkeys([*wanted, *looked_at])),
+        threads=threads,
+    )
+    out, failures = batch.run(substeps)
+    return BatchSimulation(
+        signals=dict(zip(signals, (out[name] for name in wanted), strict=True)),
+        failures=dict(sorted(failures.items())),
+    )
+
+
+def _starts(start: ArrayLike | None, reference: Array, lanes: int) -> Array:
+    first = np.broadcast_to(reference[0], lanes) if start is None else np.asarray(start, float)
+    if first.shape != (lanes,):
+        raise UsageError(f"the start has the shape {first.shape}; give one position a lane.")
+    return np.ascontiguousarray(first)
+
+
+def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    if noise is None:
+        return None
+    lanes = _aligned(noise)
+    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
+        raise UsageError(f"the noise has the shape {lanes.shape}; give {shape}, all finite.")
+    return lanes
+
+
+def _wanted(signals: Sequence[str]) -> list[str]:
+    """The generated code's names of the signals."""
+    known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+    if isinstance(signals, str):
+        raise UsageError(f"the signals are the text {signals!r}; give a list of names.")
+    if unknown := set(signals) - set(known):
+        raise UsageError(
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."
+        )
+    return [known[name] for name in signals]
+
+
+def _aligned(values: ArrayLike) -> Array:
+    """The array itself, unless its floats do not lie on whole multiples of their size."""
+    array = np.require(values, dtype=float, requirements=["A"])
+    whole = all(stride % array.itemsize == 0 for stride in array.strides)
+    return array if whole else array.copy()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Batch:
+    """What the groups of lanes of a batch share."""
+
+    axis: GeneratedAxis
+    parameters: Array
+    reference: Array
+    noise: Array | None
+    start: Array
+    period: float
+    resolution: float
+    allowed: Array
+    wanted: Sequence[str]
+    threads: int | None
+
+    def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
+        """Simulate every lane; returns the signals, (N, B) each, and the failures."""
+        lanes = len(self.parameters)
+        sound = has_inertia(self.axis, self.parameters, self.start)
+        failures = {
+            int(lane): no_inertia(self.axis, self.parameters[lane])
+            for lane in np.flatnonzero(~sound)
+        }
+        counts = np.full(lanes, substeps or 1)
+        if substeps is None and sound.any():
+            counts[sound] = substeps_at_start(
+                self.axis, self.parameters[sound], self.start[sound], self.period
+            )
+        out: dict[str, Array] = {}
+        pending = np.flatnonzero(sound)
+        while pending.size:
+            # Lanes that ask for more steps in a sample run apart, and do not slow the others.
+            groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
+            for group in groups:
+                self._run_into(out, group, int(counts[group[0]]), failures)
+            if substeps is not None or self.axis.uniform:
+                break
+            needed = np.array([self._needed(out, int(lane)) for lane in pending])
+            more = needed > counts[pending]
+            counts[pending] = np.maximum(needed, counts[pending])
+            pending = pending[more]
+        return out or self._nothing(), failures
+
+    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
+        position = out["position"][:, lane]
+        ended = np.isnan(position)
+        until = int(ended.argmax()) if ended.any() else len(position)
+        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in VISITED}
+        return substeps_along(self.axis, self.parameters[lane], visited, self.period)
+
+    def _nothing(self) -> dict[str, Array]:
+        shape = (len(self.reference), len(self.parameters))
+        return {name: np.full(shape, np.nan) for name in self.wanted}
+
+    def _run_into(
+        self,
+        out: dict[str, Array],
+        group: NDArray[np.intp],
+        substeps: int,
+        failures: dict[int, str],
+    ) -> None:
+        """Simulate a group of lanes into the signals of all."""
+        for lane in group:
+            failures.pop(int(lane), None)
+        if not out and len(group) == len(self.parameters):
+            out.update(self._lanes(None, substeps, failures))
+            return
+        if not out:
+            out.update(self._nothing())
+        for name, values in self._lanes(group, substeps, failures).items():
+            out[name][:, group] = values
+
+    def _lanes(
+        self, group: NDArray[np.intp] | None, substeps: int, failures: dict[int, str]
+    ) -> dict[str, Array]:
+        """Simulate a group of lanes, or all; what fails is added to `failures`."""
+        every = group is None
+        chosen = np.arange(len(self.parameters)) if group is None else group
+        settings = LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=self.allowed if every else np.ascontiguousarray(self.allowed[chosen]),
+            substeps=substeps,
+        )
+        arguments = (
+            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
+            self.noise if every or self.noise is None else self.noise[:, chosen],
+            self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
+            self.start if every else np.ascontiguousarray(self.start[chosen]),
+            settings,
+            self.wanted,
+        )
+        library = self.axis.native.library()
+        if library is None:
+            self.axis.native.warn_once()
+            status, stopped, out = _virtual_batch(self.axis, *arguments)
+        else:
+            count = _processors() if self.threads is None else max(1, self.threads)
+            status, stopped, out = library.simulate_batch(*arguments, count)
+        for i in np.flatnonzero(status):
+            lane, sample = int(chosen[i]), int(stopped[i])
+            for signal in out.values():
+                signal[sample:, i] = np.nan
+            failures[lane] = failure(
+                self.axis, self.parameters[lane], int(status[i]), sample, self.period
+            )
+        return out
+
+
+def _virtual_batch(
+    axis: GeneratedAxis,
+    reference: Array,
+    noise: Array | None,
+    parameters: Array,
+    start: Array,
+    settings: LoopSettings,
+    wanted: Sequence[str],
+) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
+    """Lane by lane in the virtual machine."""
+    lanes = len(parameters)
+    out = {name: np.empty((len(reference), lanes)) for name in wanted}
+    status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
+    for lane in range(lanes):
+        own = replace(settings, allowed=float(settings.allowed[lane]))
+        status[lane], stopped[lane], signals = VirtualLoop(
+            axis.functions, parameters[lane], own
+        ).run(
+            reference if reference.ndim == 1 else reference[:, lane],
+            None if noise is None else noise[:, lane],
+            float(start[lane]),
+        )
+        for name in wanted:
+            out[name][:, lane] = signals[name]
+    return status, stopped, out
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

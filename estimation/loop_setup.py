@@ -1,0 +1,200 @@
+"""What a simulation checks and settles before it starts, and says when it ends early."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen import STATUSES, GeneratedAxis
+from axisid.modeling import ModelError, UsageError
+
+from .arrays import Array
+
+_PROBE = 1e-6  # of position and velocity, for the plant's rates
+_RESOLVED = 0.05  # rate times step at which a Runge-Kutta step is accurate
+MOST_SUBSTEPS = 1024
+#: The signals that `substeps_along` looks at.
+VISITED = ("position", "velocity", "force", "direction")
+_RUNAWAY = 100.0  # of the reference's span
+
+
+def no_control_law(name: str) -> ModelError:
+    """The error of an axis whose loop cannot be closed."""
+    return ModelError(
+        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
+        "with control=..., or use idm-ls or ddm-ls."
+    )
+
+
+def check_loop(
+    axis: GeneratedAxis,
+    shape: tuple[int, ...],
+    reference: Array,
+    period: float,
+    resolution: float,
+    substeps: int | None,
+) -> None:
+    """Refuse what no simulation can start from; `shape` is that of one parameter set."""
+    law = axis.axis.control
+    if law is None:
+        raise no_control_law(axis.axis.name)
+    if shape != (len(axis.parameters),):
+        raise UsageError(
+            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
+            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given."
+        )
+    if not len(reference) or not np.all(np.isfinite(reference)):
+        raise UsageError("the reference is empty or not finite; give finite positions.")
+    if not (math.isfinite(period) and period > 0):
+        raise UsageError(f"the period is {period!r} s; give a positive number.")
+    if not resolution >= 0 or (resolution and law.continuous):
+        raise UsageError(
+            f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
+            "takes no samples."
+        )
+    whole = isinstance(substeps, (int, np.integer))
+    if substeps is not None and not (whole and 1 <= substeps <= MOST_SUBSTEPS):
+        raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
+
+
+def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,)."""
+    dynamics = axis.functions["direct_dynamics"]
+    push, rest = (
+        dynamics.call([position[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
+        for tau in (1.0, 0.0)
+    )
+    with np.errstate(invalid="ignore"):
+        return np.asarray((push - rest > 0) & np.isfinite(push - rest))
+
+
+def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of a parameter set without inertia."""
+    return (
+        f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
+        "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
+        "signs of force and position in the record."
+    )
+
+
+def substeps_at_start(
+    axis: GeneratedAxis, parameters: Array, start: Array, period: float
+) -> NDArray[np.int64]:
+    """Runge-Kutta steps in a sample that resolve each lane's rates where it starts, (B,).
+
+    The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
+    they are the same everywhere; for others see `substeps_along`.
+    """
+    if axis.uniform and len(start) == 1:
+        held = _held(axis, start)[:, 0]
+        q, dq = start[0] + np.array([0, 0, _PROBE]), np.array([0, _PROBE, 0])
+        (rows,) = axis.rows("held_acceleration", q, dq, held, 1.0, parameters[0])[:1]
+        here, faster, further = rows[0], rows[1], rows[2]
+        return _steps(axis, faster - here, further - here, period)
+    lanes = len(start)
+    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    rates = _probed(axis, q, np.zeros(2 * lanes), s, np.tile(parameters, (2, 1)), None)
+    by_speed, by_position = (each.reshape(2, lanes) for each in rates)
+    steps = np.stack([_steps(axis, by_speed[i], by_position[i], period) for i in (0, 1)])
+    return np.asarray(steps.max(axis=0))
+
+
+def substeps_along(
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array], period: float
+) -> int:
+    """Steps in a sample that resolve the rates wherever a simulation went.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    visited : dict of str to (n,) array
+        Position, velocity, force and direction. Where the velocity changes its sign between two
+        samples, the axis at rest is looked at too, in both directions.
+    period : float
+    """
+    q, dq, force = visited["position"], visited["velocity"], visited["force"]
+    if not len(q):
+        return 1
+    turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
+    s = np.where(visited["direction"] < 0, -1.0, 1.0)
+    rates = _probed(
+        axis,
+        np.concatenate([q, q[turns], q[turns]]),
+        np.concatenate([dq, np.zeros(2 * len(turns))]),
+        np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns))]),
+        parameters,
+        np.concatenate([force, force[turns], force[turns]]),
+    )
+    return int(_steps(axis, *rates, period).max())
+
+
+def _probed(
+    axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
+) -> tuple[Array, Array]:
+    """How the acceleration changes with the velocity and with the position, (n,) each."""
+    positions = np.concatenate([q, q, q + _PROBE])
+    speeds = np.concatenate([dq, dq + _PROBE, dq])
+    directions = np.tile(s, 3)
+    with np.errstate(all="ignore"):
+        if force is not None and not _is_continuous(axis):
+            arguments = (positions, speeds, np.tile(force, 3), directions, parameters)
+            accelerations = axis.rows("direct_dynamics", *arguments)[0][:, 0]
+        else:
+            columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
+            at = [positions[None, :], speeds[None, :], _held(axis, positions), directions[None, :]]
+            held_acceleration = axis.functions["held_acceleration"]
+            accelerations = held_acceleration.call([*at, columns])[0].full()[0]
+        here, faster, further = accelerations.reshape(3, -1)
+        return faster - here, further - here
+
+
+def _held(axis: GeneratedAxis, position: Array) -> Array:
+    """No force, or the reference of a continuous law at the positions, (size, n)."""
+    held = np.zeros((axis.functions["held_acceleration"].size1_in("held"), len(position)))
+    if _is_continuous(axis):
+        held[0] = position
+    return held
+
+
+def _is_continuous(axis: GeneratedAxis) -> bool:
+    law = axis.axis.control
+    return law is not None and law.continuous
+
+
+def _steps(
+    axis: GeneratedAxis, by_speed: Array, by_position: Array, period: float
+) -> NDArray[np.int64]:
+    """Steps from how the acceleration changes over a probe: powers of 2, (n,) each.
+
+    Powers of 2, so that many lanes fall into few groups.
+    """
+    resolved = _RESOLVED if axis.uniform else _RESOLVED / 2
+    with np.errstate(all="ignore"):
+        damping, stiffness = np.abs(by_speed) / _PROBE, np.abs(by_position) / _PROBE
+        rates = np.maximum(damping, np.sqrt(stiffness))
+        wanted = np.where(np.isfinite(rates), rates, 0.0) * period / resolved
+        powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
+    return np.asarray(2**powers, dtype=np.int64)
+
+
+def allowed_distance(span: float, away: float) -> float:
+    """Distance from the reference beyond which the loop has run away."""
+    return _RUNAWAY * max(float(span), float(away)) or math.inf
+
+
+def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float) -> str:
+    """What happened, where, with which parameters, and what to do."""
+    where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
+    what = f"the simulated closed loop of axis {axis.axis.name!r}"
+    if STATUSES[status] == "chatter":
+        return (
+            f"{what} changes the friction direction without end {where}; check the friction in the "
+            "equation of motion."
+        )
+    how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
+    return (
+        f"{what} diverges: the position {how} {where}. Check the control law's gains and period, "
+        "the drive gain and the nominal values."
+    )

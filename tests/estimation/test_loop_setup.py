@@ -1,0 +1,98 @@
+"""The steps that a simulation chooses by itself."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import Coordinate, Drive, Parameter, build, cascade_pd, newton, simulate, simulate_batch
+from axisid.codegen import GeneratedAxis
+
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(600)
+SINE = 0.05 * np.sin(2 * np.pi * 2 * TIME)
+STEP = np.where(TIME < 0.1, 0.0, 0.04)  # the loop overshoots it
+REST = np.zeros(600)
+
+
+def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
+    """A light axis with one stiff term ``p * term``."""
+    x = Coordinate("x")
+    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value)
+    return build(
+        newton(
+            "stiff",
+            coordinate=x,
+            parameters=(m, p),
+            inertia=m,
+            resistance=(p * term(x),),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("term", "value", "reference", "start", "allowed"),
+    [
+        (lambda x: x.velocity, 4000.0, SINE, 0.0, 1e-9),
+        (lambda x: sympy.Max(0, x.symbol - 0.03), 1e6, SINE, 0.0, 1e-6),
+        (lambda x: sympy.Max(0, x.symbol - 0.0402), 1e7, STEP, 0.0, 1e-6),
+        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, SINE, 0.0, 1e-8),
+        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, REST, 0.05, 1e-8),
+        (lambda x: sympy.tanh(x.velocity / 1e-4), 5.0, SINE, 0.0, 1e-9),
+        (lambda x: sympy.cos(2 * sympy.pi * x.symbol / 0.003125), 50.0, SINE, 0.0, 1e-9),
+        (
+            lambda x: sympy.sign(x.velocity) * sympy.exp(-sympy.Abs(x.velocity) / 1e-3),
+            5.0,
+            SINE,
+            0.0,
+            1e-9,
+        ),
+    ],
+    ids=[
+        "damping",
+        "end stop",
+        "end stop met by the overshoot only",
+        "quadratic drag",
+        "quadratic drag, released away from a constant reference",
+        "smoothed friction",
+        "cogging finer than a grid",
+        "Stribeck",
+    ],
+)
+def test_stiff_terms_are_resolved_by_themselves(
+    term: Callable[[Coordinate], sympy.Expr],
+    value: float,
+    reference: np.ndarray,
+    start: float,
+    allowed: float,
+) -> None:
+    axis = stiff(term, value)
+    chosen = simulate(axis, axis.nominal, reference, PERIOD, start=start).position
+    exact = simulate(axis, axis.nominal, reference, PERIOD, start=start, substeps=1024).position
+    assert np.abs(chosen - exact).max() < allowed
+
+
+def test_lane_takes_the_steps_it_takes_alone_whatever_the_other_references() -> None:
+    axis = stiff(lambda x: x.velocity * sympy.Abs(x.velocity), 400.0)
+    references = np.column_stack([0.1 * SINE, SINE, STEP, REST, 5 * STEP])
+    theta = np.tile(axis.nominal, (5, 1)) * np.array([1.0, 1.1, 0.9, 1.0, 1.3])[:, None]
+    batch = simulate_batch(axis, theta, references, PERIOD, signals=["position", "control"])
+    assert set(batch.signals) == {"position", "control"}
+    for lane in range(5):
+        alone = simulate(axis, theta[lane], np.ascontiguousarray(references[:, lane]), PERIOD)
+        assert np.array_equal(batch["position"][:, lane], alone.position)
+        assert np.array_equal(batch["control"][:, lane], alone.control)
+
+
+def test_steps_that_were_too_few_to_survive_are_taken_anew() -> None:
+    """With one step a sample the drag throws the axis out of range at once."""
+    axis = stiff(lambda x: x.velocity**3, 1e10)
+    theta = np.vstack([axis.nominal, [1.0, 0.0]])
+    few = simulate_batch(axis, theta, SINE, PERIOD, substeps=1)
+    assert set(few.failures) == {0}
+    enough = simulate_batch(axis, theta, SINE, PERIOD)
+    assert not enough.failures
+    assert np.all(np.isfinite(enough["position"]))
