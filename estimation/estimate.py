@@ -1,5 +1,7 @@
 """What an estimator returns."""
 
+import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -7,11 +9,14 @@ import numpy as np
 from scipy.special import stdtrit
 
 from axisid.codegen import Quantity
+from axisid.modeling import FunctionLike, parameter_function
 
 from .arrays import Array
-from .covariance import correlation
+from .covariance import correlation, curvature_ratio
+from .errors import EstimationError
 
 _LEVEL = 0.95
+_CURVED = 0.1  # of a standard deviation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,24 +174,72 @@ class Estimate:
         """Parameters of the direct model by name; empty for an inverse model."""
         return self._values(self.ddm_quantities, self.theta_ddm, self.ddm_covariances)
 
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the physical parameters, with its unit and interval.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            Such as ``"M/Fv"``, a time constant in s. Text may use + - * / ** and sqrt, abs, exp,
+            log, sin, cos, tan, atan, pi.
+
+        Returns
+        -------
+        Value
+            By the delta method, under every covariance.
+
+        Raises
+        ------
+        UsageError
+            The function cannot be read, or its units do not fit.
+        EstimationError
+            It has no finite value at the estimate.
+
+        Warns
+        -----
+        RuntimeWarning
+            The function bends within the uncertainty, so that the delta method is not enough.
+        """
+        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        value, slopes, bends = read.at([float(x) for x in self.physical])
+        gradient, hessian = np.array(slopes), np.array(bends)
+        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
+            raise EstimationError(
+                f"{function} is not a finite real number with finite derivatives at the estimate; "
+                f"its value is {value:g}."
+            )
+        curvature = curvature_ratio(self.covariances["hac"], gradient, hessian)
+        if curvature > _CURVED:
+            warnings.warn(
+                f"{function} bends within the uncertainty: the second-order part of its standard "
+                f"deviation is {curvature:.2g} of the first; draw from the parameters' covariance "
+                "instead",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        variances = {
+            name: max(0.0, float(gradient @ c @ gradient)) for name, c in self.covariances.items()
+        }
+        return _value(value, str(read.unit), variances, self.dof)
+
     def _values(
         self, quantities: tuple[Quantity, ...], theta: Array, covariances: Mapping[str, Array]
     ) -> dict[str, Value]:
-        if not quantities:
-            return {}
-        sds = {name: np.sqrt(np.diag(c)) for name, c in covariances.items()}
-        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2))
-        return {
-            q.name: Value(
-                value=float(theta[i]),
-                unit=q.unit,
-                sd=float(sds["iid"][i]),
-                sd_robust=float(sds["robust"][i]),
-                sd_hac=float(sds["hac"][i]),
-                interval=(
-                    float(theta[i] - reach * sds["hac"][i]),
-                    float(theta[i] + reach * sds["hac"][i]),
-                ),
-            )
-            for i, q in enumerate(quantities)
-        }
+        values = {}
+        for i, q in enumerate(quantities):
+            variances = {name: float(c[i, i]) for name, c in covariances.items()}
+            values[q.name] = _value(float(theta[i]), q.unit, variances, self.dof)
+        return values
+
+
+def _value(value: float, unit: str, variances: Mapping[str, float], dof: int) -> Value:
+    sds = {name: math.sqrt(variance) for name, variance in variances.items()}
+    reach = float(stdtrit(dof, (1 + _LEVEL) / 2)) * sds["hac"]
+    return Value(
+        value=value,
+        unit=unit,
+        sd=sds["iid"],
+        sd_robust=sds["robust"],
+        sd_hac=sds["hac"],
+        interval=(value - reach, value + reach),
+    )

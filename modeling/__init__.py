@@ -35,10 +35,13 @@ from .loading import load_axis as load_axis
 from .model import AxisModel as AxisModel
 from .model import derive as derive
 from .newton import newton as newton
+from .parameter_function import FunctionLike as FunctionLike
+from .parameter_function import parameter_function as parameter_function
 from .parameter_map import ParameterMap as ParameterMap
 from .symbols import DIRECTION as DIRECTION
 from .symbols import FORCE as FORCE
 from .symbols import Coordinate as Coordinate
 from .symbols import Parameter as Parameter
+from .symbols import Symbolic as Symbolic
 from .units import Unit as Unit
 from .units import parse_unit as parse_unit

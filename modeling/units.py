@@ -7,11 +7,12 @@ counts as a number.
 
 import re
 from dataclasses import dataclass
+from fractions import Fraction
 
 from .errors import ModelError
 
 _BASE = ("kg", "m", "s", "A")
-_Exponents = tuple[int, int, int, int]
+_Exponents = tuple[Fraction | int, Fraction | int, Fraction | int, Fraction | int]
 
 _SYMBOLS: dict[str, _Exponents] = {
     "1": (0, 0, 0, 0),
@@ -37,7 +38,7 @@ class Unit:
     ----------
     text : str
         As the user wrote it, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
-    exponents : tuple of int
+    exponents : tuple of int or Fraction
         Of kilogram, metre, second, ampere.
     """
 
@@ -52,6 +53,9 @@ class Unit:
 
     def __truediv__(self, other: "Unit") -> "Unit":
         return _canonical(_combine(self.exponents, other.exponents, -1))
+
+    def __pow__(self, power: Fraction | int) -> "Unit":
+        return self if power == 1 else _canonical(_combine((0, 0, 0, 0), self.exponents, power))
 
     def same_dimension(self, other: "Unit") -> bool:
         """Whether both measure the same kind of quantity."""
@@ -117,7 +121,7 @@ def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
     return _combine((0, 0, 0, 0), base, power), tokens
 
 
-def _combine(left: _Exponents, right: _Exponents, power: int) -> _Exponents:
+def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
     a, b, c, d = (x + power * y for x, y in zip(left, right, strict=True))
     return (a, b, c, d)
 
@@ -125,7 +129,7 @@ def _combine(left: _Exponents, right: _Exponents, power: int) -> _Exponents:
 def _canonical(exponents: _Exponents) -> Unit:
     def text(sign: int) -> str:
         return " ".join(
-            base if abs(power) == 1 else f"{base}^{abs(power)}"
+            base if abs(power) == 1 else f"{base}^{_exponent(power * sign)}"
             for base, power in zip(_BASE, exponents, strict=True)
             if power * sign > 0
         )
@@ -134,6 +138,10 @@ def _canonical(exponents: _Exponents) -> Unit:
     if not below:
         return Unit(above, exponents)
     return Unit(f"{above}/({below})" if " " in below else f"{above}/{below}", exponents)
+
+
+def _exponent(power: Fraction | int) -> str:
+    return str(power) if Fraction(power).denominator == 1 else f"({power})"
 
 
 def _malformed(text: str, where: str) -> ModelError:
