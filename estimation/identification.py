@@ -10,7 +10,7 @@ from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
-from .closed_loop import signals_before, simulate
+from .closed_loop import Simulation, signals_before, simulate
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
@@ -134,7 +134,7 @@ class _Study:
         model, estimator = method.split("-")
         form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
         if estimator == "iv":
-            self._reference()
+            loop_reference(self.axis, self.record)
         measured = form.equations(self._measured).reduced(self.prefilter, self.record.period)
         regressor = factor(measured.regressor, [q.expression or q.name for q in form.quantities])
         if estimator == "ls":
@@ -186,37 +186,12 @@ class _Study:
         )
 
     def _simulated(self, form: Form, physical: Array) -> tuple[Array, Array]:
-        """Known part and regressor of the simulated loop, reduced like the measured ones.
-
-        With `zoh`, the rows just before and just after a sample are averaged, as the measured
-        force is.
-        """
-        start = float(self.record.position[0])
-        period = self.record.period
-        loop = simulate(self.axis, physical, self._reference(), period, start=start)
-        equations = form.equations(loop.signals)
-        if self.prefilter.hold == "zoh":
-            before = signals_before(self.axis, physical, loop)
-            equations = equations.mean(form.equations(before))
-        return equations.reduced_right(self.prefilter, period)
-
-    def _reference(self) -> Array:
-        """Reference of a loop that was both declared and recorded; anything less is refused."""
-        axis, record = self.axis.axis, self.record
-        if axis.control is None:
-            raise no_control_law(axis.name)
-        if record.reference is None:
-            raise _LoopDataError(
-                f"{record.provenance.source} has no reference column, from which the closed loop "
-                "is simulated; name it with --columns reference=NAME, or use idm-ls or ddm-ls."
-            )
-        if abs(record.period / axis.control.period - 1) > _PERIOD_TOLERANCE:
-            raise _LoopDataError(
-                f"the record is sampled every {record.period:g} s, the control law of axis "
-                f"{axis.name!r} every {axis.control.period:g} s; instruments need a record at the "
-                "law's period. Declare the drive's period, or use idm-ls or ddm-ls."
-            )
-        return record.reference
+        """Known part and regressor of the loop simulated with an estimate, reduced."""
+        reference, period = loop_reference(self.axis, self.record), self.record.period
+        loop = simulate(
+            self.axis, physical, reference, period, start=float(self.record.position[0])
+        )
+        return simulated_right(form, loop, physical, self.prefilter, period)
 
     def _result(self, method: str, form: Form, measured: Equations, fit: "_Fit") -> Estimate:
         solution, y, simulated = fit.solution, measured.left, fit.simulated
@@ -287,6 +262,46 @@ class _Study:
                 "in the simulation error; begin the record at rest, or drop more at the start"
             )
         return remarks
+
+
+def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
+    """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record has no reference, or another period than the law.
+    """
+    law = axis.axis.control
+    if law is None:
+        raise no_control_law(axis.axis.name)
+    if record.reference is None:
+        raise _LoopDataError(
+            f"{record.provenance.source} has no reference column, from which the closed loop "
+            "is simulated; name it with --columns reference=NAME, or use idm-ls or ddm-ls."
+        )
+    if abs(record.period / law.period - 1) > _PERIOD_TOLERANCE:
+        raise _LoopDataError(
+            f"the record is sampled every {record.period:g} s, the control law of axis "
+            f"{axis.axis.name!r} every {law.period:g} s; instruments need a record at the "
+            "law's period. Declare the drive's period, or use idm-ls or ddm-ls."
+        )
+    return record.reference
+
+
+def simulated_right(
+    form: Form, loop: Simulation, physical: Array, prefilter: Prefilter, period: float
+) -> tuple[Array, Array]:
+    """Known part and regressor of a simulated loop, reduced like the measured ones.
+
+    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
+    """
+    equations = form.equations(loop.signals)
+    if prefilter.hold == "zoh":
+        equations = equations.mean(form.equations(signals_before(form.axis, physical, loop)))
+    return equations.reduced_right(prefilter, period)
 
 
 @dataclass(frozen=True, slots=True)

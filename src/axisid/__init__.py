@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from axisid.estimation import simulate_batch as simulate_batch
     from axisid.estimation import sweep as sweep
     from axisid.estimation import twin_record as twin_record
+    from axisid.estimation import validate as validate
     from axisid.modeling import LIBRARY as LIBRARY
     from axisid.modeling import MEASURED_POSITION as MEASURED_POSITION
     from axisid.modeling import MEASURED_VELOCITY as MEASURED_VELOCITY
@@ -71,7 +72,7 @@ _STAGES = {
     "axisid.estimation": (
         "BatchSimulation DataError Estimate EstimationError Identification METHODS Prefilter "
         "Record Simulation Sweep delta_method identify read_record simulate simulate_batch sweep "
-        "twin_record"
+        "twin_record validate"
     ),
 }
 _HOME = {name: stage for stage, names in _STAGES.items() for name in names.split()}

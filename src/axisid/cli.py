@@ -126,12 +126,19 @@ def _fault(error: Exception) -> str:
 )
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
+    "--validate",
+    "second",
+    metavar="RECORD",
+    help="Hold the estimates, frozen, against a second record.",
+)
+@click.option(
     "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
 )
 def identify(
     axis: str,
     record: str | None,
     method: str,
+    second: str | None,
     sample_period: float | None,
     columns: str | None,
     json_file: str | None,
@@ -144,14 +151,21 @@ def identify(
     .csv with a header row or a .mat file; values are SI.
     """
     prefilter = _prefilter(settings)
-    _check_json(json_file, record, axis)
+    _check_json(json_file, record, axis, second)
 
-    generated, data = _axis_and_record(axis, record, sample_period, columns, no_native=no_native)
+    generated, data = _axis_and_record(
+        axis, record, sample_period, columns, second, no_native=no_native
+    )
 
     from axisid.estimation import identify as run
+    from axisid.estimation import read_record
 
+    other = None
+    if second is not None:
+        roles = _roles(columns)
+        other = read_record(second, generated, columns=roles, sample_period=sample_period)
     result = run(generated, data, prefilter, None if method == "all" else [method])
-    _report(result, json_file)
+    _report(result, json_file, other)
 
 
 @cli.command(epilog="Example: axisid generate --check")
@@ -311,6 +325,7 @@ def _axis_and_record(
     record: str | None,
     sample_period: float | None,
     columns: str | None,
+    second: str | None = None,
     *,
     no_native: bool,
 ) -> "tuple[GeneratedAxis, Record]":
@@ -329,7 +344,7 @@ def _axis_and_record(
     generated = build(load_axis(axis), native=not no_native)
     if record is not None:
         return generated, read_record(record, generated, columns=roles, sample_period=sample_period)
-    if sample_period is not None or columns:
+    if (sample_period is not None or columns) and second is None:
         raise UsageError("--sample-period and --columns describe a record; name its file.")
     return generated, twin_record(generated)
 
@@ -378,18 +393,23 @@ def _file_of(argument: str) -> Path:
     return Path(f"{head}.py" if found else argument)
 
 
-def _report(result: "Identification", json_file: str | None) -> None:
+def _report(result: "Identification", json_file: str | None, other: "Record | None") -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
+    from axisid.estimation import EstimationError, validate, validation_dict, validation_text
+
+    validations = None if other is None else validate(result, other)
     if json_file is not None:
-        _put_json(json_file, result.to_dict())
+        added = {} if other is None else {"validation": validation_dict(validations or (), other)}
+        _put_json(json_file, {**result.to_dict(), **added})
     if json_file == "-":
         for method, reason in result.skipped.items():
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
         click.echo(result.summary(), nl=False)
+        if validations is not None and other is not None:
+            unit = result.axis.axis.coordinate.unit
+            click.echo(f"\n{validation_text(validations, other, unit)}", nl=False)
     if result.failed:
-        from axisid.estimation import EstimationError
-
         raise EstimationError("; ".join(result.failed.values()))
 
 

@@ -54,6 +54,7 @@ def test_readme_code_runs_as_printed(
         header="t,ref,pos,cmd",
         comments="",
     )
+    Path("second.csv").write_bytes(Path("log.csv").read_bytes())
     exec(script, {})
     out = capsys.readouterr().out
     assert "truth      m = 6.2 kg" in out
