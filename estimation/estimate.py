@@ -33,6 +33,9 @@ class Value:
         For residuals of any variance; for autocorrelated ones too.
     interval : (float, float)
         95 %, from `sd_hac` and Student's distribution with n - k degrees of freedom.
+    sd_gain : float or None
+        What the declared deviation of the drive gain adds, in no other figure; None where the model
+        has terms that the gain does not scale with the rest.
     """
 
     value: float
@@ -41,6 +44,7 @@ class Value:
     sd_robust: float
     sd_hac: float
     interval: tuple[float, float]
+    sd_gain: float | None = 0.0
 
     @property
     def relative_sd_percent(self) -> float:
@@ -115,6 +119,9 @@ class Estimate:
         What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of str
         What the user should know about this estimate.
+    gain_relative_sd : float or None
+        Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact,
+        None if it is not but its part in the estimate cannot be told.
     """
 
     method: str
@@ -137,6 +144,7 @@ class Estimate:
     iterates: tuple[Iterate, ...]
     covariance_names: Mapping[str, str]
     remarks: tuple[str, ...]
+    gain_relative_sd: float | None = 0.0
 
     def __repr__(self) -> str:
         values = (
@@ -167,12 +175,15 @@ class Estimate:
     @property
     def parameters(self) -> dict[str, Value]:
         """Physical parameters by name."""
-        return self._values(self.quantities, self.physical, self.covariances)
+        return self._values(self.quantities, self.physical, self.covariances, self.physical)
 
     @property
     def ddm_parameters(self) -> dict[str, Value]:
         """Parameters of the direct model by name; empty for an inverse model."""
-        return self._values(self.ddm_quantities, self.theta_ddm, self.ddm_covariances)
+        # The first divides the force by the inertia; the others are quotients without the gain.
+        by_gain = np.zeros(len(self.theta_ddm))
+        by_gain[:1] = -self.theta_ddm[:1]
+        return self._values(self.ddm_quantities, self.theta_ddm, self.ddm_covariances, by_gain)
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
@@ -220,26 +231,39 @@ class Estimate:
         variances = {
             name: max(0.0, float(gradient @ c @ gradient)) for name, c in self.covariances.items()
         }
-        return _value(value, str(read.unit), variances, self.dof)
+        # Every physical parameter is proportional to the gain.
+        return self._value(value, str(read.unit), variances, float(gradient @ self.physical))
 
     def _values(
-        self, quantities: tuple[Quantity, ...], theta: Array, covariances: Mapping[str, Array]
+        self,
+        quantities: tuple[Quantity, ...],
+        theta: Array,
+        covariances: Mapping[str, Array],
+        slopes: Array,
     ) -> dict[str, Value]:
-        values = {}
-        for i, q in enumerate(quantities):
-            variances = {name: float(c[i, i]) for name, c in covariances.items()}
-            values[q.name] = _value(float(theta[i]), q.unit, variances, self.dof)
-        return values
+        return {
+            q.name: self._value(
+                float(theta[i]),
+                q.unit,
+                {name: float(c[i, i]) for name, c in covariances.items()},
+                float(slopes[i]),
+            )
+            for i, q in enumerate(quantities)
+        }
 
-
-def _value(value: float, unit: str, variances: Mapping[str, float], dof: int) -> Value:
-    sds = {name: math.sqrt(variance) for name, variance in variances.items()}
-    reach = float(stdtrit(dof, (1 + _LEVEL) / 2)) * sds["hac"]
-    return Value(
-        value=value,
-        unit=unit,
-        sd=sds["iid"],
-        sd_robust=sds["robust"],
-        sd_hac=sds["hac"],
-        interval=(value - reach, value + reach),
-    )
+    def _value(
+        self, value: float, unit: str, variances: Mapping[str, float], by_gain: float
+    ) -> Value:
+        """A value from its variances and its slope by the logarithm of the drive gain."""
+        sds = {name: math.sqrt(variance) for name, variance in variances.items()}
+        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds["hac"]
+        relative = self.gain_relative_sd
+        return Value(
+            value=value,
+            unit=unit,
+            sd=sds["iid"],
+            sd_robust=sds["robust"],
+            sd_hac=sds["hac"],
+            interval=(value - reach, value + reach),
+            sd_gain=None if relative is None else relative * abs(by_gain),
+        )

@@ -230,7 +230,19 @@ class _Study:
                 *fit.remarks,
                 *_outside_bounds(self.axis, physical),
             ),
+            gain_relative_sd=self._gain_deviation(),
         )
+
+    def _gain_deviation(self) -> float | None:
+        """Relative deviation of the gain that scaled the force.
+
+        All parameters are proportional to the gain, as long as no known term keeps its size.
+        """
+        relative = self.axis.axis.drive.relative_sd
+        if self.record.force is not None or relative == 0:
+            return 0.0
+        known = InverseForm(self.axis).equations(self._measured).known
+        return None if np.any(known) else relative
 
     @staticmethod
     def _not_finite(method: str, form: Form) -> EstimationError:

@@ -97,6 +97,7 @@ def _value(value: Value) -> dict[str, Any]:
         "sd_robust": value.sd_robust,
         "sd_hac": value.sd_hac,
         "interval_95": list(value.interval),
+        "sd_gain": value.sd_gain,
     }
 
 

@@ -142,6 +142,7 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         f"sd: {hac}. Residuals of filtered data are autocorrelated.",
         f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
     ]
+    notes += _gain_notes(estimates[-1])
     if any(method.startswith("ddm") for method in methods):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
@@ -159,6 +160,24 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         for remark in estimate.remarks:
             shared.setdefault(remark, []).append(estimate.method)
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+
+
+def _gain_notes(estimate: Estimate) -> list[str]:
+    relative = estimate.gain_relative_sd
+    if relative == 0:
+        return []
+    if relative is None:
+        return [
+            "The declared deviation of the drive gain is in no figure: the model has known terms, "
+            "which the gain does not scale."
+        ]
+    listed = ", ".join(
+        f"{name} +- {value.sd_gain:.3g} {value.unit}" for name, value in estimate.parameters.items()
+    )
+    return [
+        f"The drive gain is declared to {100 * relative:.3g} %; that scales all parameters alike "
+        f"and is in no sd of the table: {listed} ({estimate.method})."
+    ]
 
 
 def _verdict(checks: Sequence[Check]) -> str:

@@ -20,6 +20,9 @@ class Drive:
         Unit of the control signal.
     limit : float
         Largest absolute control, in `unit`; infinite for none.
+    relative_sd : float
+        Standard deviation of the gain over the gain, 0.005 for 0.5 %. What it adds to the
+        estimates is shown apart from their statistical uncertainty.
 
     References
     ----------
@@ -29,6 +32,7 @@ class Drive:
     gain: float
     unit: str = "V"
     limit: float = math.inf
+    relative_sd: float = 0.0
 
     def __post_init__(self) -> None:
         parse_unit(self.unit)
@@ -36,5 +40,13 @@ class Drive:
         object.__setattr__(self, "limit", number(self.limit, "the drive limit", finite=False))
         if self.gain == 0:
             raise ModelError(f"the drive gain is {self.gain!r}; give a finite number other than 0.")
+        object.__setattr__(
+            self, "relative_sd", number(self.relative_sd, "the drive gain's relative deviation")
+        )
+        if not 0 <= self.relative_sd < 1:
+            raise ModelError(
+                f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
+                "from 0 to below 1, such as 0.005 for 0.5 %."
+            )
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
