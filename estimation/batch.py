@@ -12,6 +12,7 @@ from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
 from .loop_setup import (
+    MOST_SUBSTEPS,
     VISITED,
     allowed_distance,
     check_loop,
@@ -20,6 +21,7 @@ from .loop_setup import (
     no_inertia,
     substeps_along,
     substeps_at_start,
+    too_stiff,
 )
 
 
@@ -189,6 +191,11 @@ class _Batch:
                 self.axis, self.parameters[sound], self.start[sound], self.period
             )
         out: dict[str, Array] = {}
+        stiff = sound & (counts > MOST_SUBSTEPS)
+        counts = np.minimum(counts, MOST_SUBSTEPS)
+        if self.axis.uniform:
+            self._refuse(out, np.flatnonzero(stiff), failures)
+            sound &= ~stiff
         pending = np.flatnonzero(sound)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
@@ -199,9 +206,19 @@ class _Batch:
                 break
             needed = np.array([self._needed(out, int(lane)) for lane in pending])
             more = needed > counts[pending]
-            counts[pending] = np.maximum(needed, counts[pending])
+            self._refuse(out, pending[more & (counts[pending] == MOST_SUBSTEPS)], failures)
+            more &= counts[pending] < MOST_SUBSTEPS
+            counts[pending] = np.clip(needed, counts[pending], MOST_SUBSTEPS)
             pending = pending[more]
         return out or self._nothing(), failures
+
+    def _refuse(
+        self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
+    ) -> None:
+        for lane in map(int, lanes):
+            failures[lane] = too_stiff(self.axis, self.parameters[lane])
+            for values in out.values():
+                values[:, lane] = np.nan
 
     def _needed(self, out: Mapping[str, Array], lane: int) -> int:
         position = out["position"][:, lane]

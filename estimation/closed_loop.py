@@ -19,12 +19,14 @@ from axisid.modeling import Axis, UsageError
 from .arrays import Array
 from .errors import EstimationError
 from .loop_setup import (
+    MOST_SUBSTEPS,
     allowed_distance,
     check_loop,
     failure,
     no_inertia,
     substeps_along,
     substeps_at_start,
+    too_stiff,
 )
 from .signals import Signals
 
@@ -132,12 +134,14 @@ def simulate(
     (push,) = axis.rows("direct_dynamics", first, 0.0, [1.0, 0.0], 0.0, theta)
     if not 0 < push[0, 0] - push[1, 0] < math.inf:
         raise EstimationError(no_inertia(axis, theta))
+    needed = substeps or int(substeps_at_start(axis, theta[None, :], np.array([first]), period)[0])
+    if axis.uniform and needed > MOST_SUBSTEPS:
+        raise EstimationError(too_stiff(axis, theta))
     settings = LoopSettings(
         period=period,
         resolution=resolution,
         allowed=allowed_distance(np.ptp(ref), abs(first - ref[0])),
-        substeps=substeps
-        or int(substeps_at_start(axis, theta[None, :], np.array([first]), period)[0]),
+        substeps=min(needed, MOST_SUBSTEPS),
     )
     status, stopped, out = _run(axis, theta, ref, noise, first, settings)
     while substeps is None and not axis.uniform:
@@ -145,7 +149,9 @@ def simulate(
         needed = substeps_along(axis, theta, visited, period)
         if needed <= settings.substeps:
             break
-        settings = replace(settings, substeps=needed)
+        if settings.substeps == MOST_SUBSTEPS:
+            raise EstimationError(too_stiff(axis, theta))
+        settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
         status, stopped, out = _run(axis, theta, ref, noise, first, settings)
     if status:
         raise EstimationError(failure(axis, theta, status, stopped, period))

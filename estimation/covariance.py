@@ -183,7 +183,7 @@ def curvature_ratio(covariance: Array, gradient: Array, hessian: Array) -> float
     second = float(np.trace(bent @ bent)) / 2
     if second <= 0:
         return 0.0
-    return float(np.sqrt(second / first)) if first > 0 else float("inf")
+    return float("inf") if first <= 0 else float(np.sqrt(second / first))
 
 
 def correlation(covariance: Array) -> Array:

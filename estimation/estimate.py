@@ -228,9 +228,7 @@ class Estimate:
                 RuntimeWarning,
                 stacklevel=2,
             )
-        variances = {
-            name: max(0.0, float(gradient @ c @ gradient)) for name, c in self.covariances.items()
-        }
+        variances = {name: float(gradient @ c @ gradient) for name, c in self.covariances.items()}
         # Every physical parameter is proportional to the gain.
         return self._value(value, str(read.unit), variances, float(gradient @ self.physical))
 
@@ -255,7 +253,8 @@ class Estimate:
         self, value: float, unit: str, variances: Mapping[str, float], by_gain: float
     ) -> Value:
         """A value from its variances and its slope by the logarithm of the drive gain."""
-        sds = {name: math.sqrt(variance) for name, variance in variances.items()}
+        # Rounding may leave a variance of nothing a little below zero.
+        sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
         reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds["hac"]
         relative = self.gain_relative_sd
         return Value(

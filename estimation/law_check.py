@@ -90,7 +90,9 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         if passed
-        else _fault(factors, declared, fitted, shift, law.delay, constant),
+        else _fault(
+            factors, declared, fitted, shift, None if law.continuous else law.delay, constant
+        ),
     )
 
 
@@ -168,14 +170,14 @@ def _fault(
     residual: float,
     fitted: float | None,
     shift: int,
-    delay: int,
+    delay: int | None,
     constant: float | None,
 ) -> str:
     """Which fault the figures look like, and what to do."""
     listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
     start = f"the recorded control is not the declared law's ({residual:.3g} % off{listed}): "
     if shift:
-        return start + _clock(shift, delay)
+        return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
     if constant is not None:
         return (
             f"{start}a constant of {constant:.3g} explains it; check the control's offset, or the "
@@ -201,10 +203,12 @@ def _fault(
     )
 
 
-def _clock(shift: int, delay: int) -> str:
+def _clock(shift: int, delay: int | None) -> str:
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == _MOST_SHIFT:
         return f"it is shifted by {samples} or more; check the clocks and the columns"
+    if delay is None:
+        return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; check the clocks"
     if delay + shift < 0:
         return f"it comes {samples} before the law could give it; check the clocks and the columns"
     return (

@@ -12,6 +12,8 @@ from axisid.modeling import ModelError, UsageError
 from .arrays import Array
 
 _PROBE = 1e-6  # of position and velocity, for the plant's rates
+_SLACK = 1e-6
+_TOO_STIFF = 16  # times the most steps; their rate times step is then near 1
 _RESOLVED = 0.05  # rate times step at which a Runge-Kutta step is accurate
 MOST_SUBSTEPS = 1024
 #: The signals that `substeps_along` looks at.
@@ -44,7 +46,7 @@ def check_loop(
             f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
             f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given."
         )
-    if not len(reference) or not np.all(np.isfinite(reference)):
+    if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
         raise UsageError("the reference is empty or not finite; give finite positions.")
     if not (math.isfinite(period) and period > 0):
         raise UsageError(f"the period is {period!r} s; give a positive number.")
@@ -86,12 +88,13 @@ def substeps_at_start(
     The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
     they are the same everywhere; for others see `substeps_along`.
     """
-    if axis.uniform and len(start) == 1:
+    if axis.uniform and len(start) == 1:  # the same figures, faster
+        q = np.repeat(start[0] + np.array([0, 0, _PROBE]), 2)
+        dq, s = np.repeat([0, _PROBE, 0], 2), np.tile([-1.0, 1.0], 3)
         held = _held(axis, start)[:, 0]
-        q, dq = start[0] + np.array([0, 0, _PROBE]), np.array([0, _PROBE, 0])
-        (rows,) = axis.rows("held_acceleration", q, dq, held, 1.0, parameters[0])[:1]
-        here, faster, further = rows[0], rows[1], rows[2]
-        return _steps(axis, faster - here, further - here, period)
+        rows = axis.rows("held_acceleration", q, dq, held, s, parameters[0])[0]
+        here, faster, further = rows[:, 0].reshape(3, 2)
+        return np.atleast_1d(_steps(axis, faster - here, further - here, period).max())
     lanes = len(start)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     rates = _probed(axis, q, np.zeros(2 * lanes), s, np.tile(parameters, (2, 1)), None)
@@ -168,15 +171,27 @@ def _steps(
 ) -> NDArray[np.int64]:
     """Steps from how the acceleration changes over a probe: powers of 2, (n,) each.
 
-    Powers of 2, so that many lanes fall into few groups.
+    Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
+    would leave the steps unstable.
     """
     resolved = _RESOLVED if axis.uniform else _RESOLVED / 2
     with np.errstate(all="ignore"):
         damping, stiffness = np.abs(by_speed) / _PROBE, np.abs(by_position) / _PROBE
         rates = np.maximum(damping, np.sqrt(stiffness))
         wanted = np.where(np.isfinite(rates), rates, 0.0) * period / resolved
-        powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
-    return np.asarray(2**powers, dtype=np.int64)
+        # A little slack, so that rounding does not decide for round numbers.
+        powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
+    too_stiff = wanted > _TOO_STIFF * MOST_SUBSTEPS
+    return np.where(too_stiff, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
+
+
+def too_stiff(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of a parameter set that no allowed number of steps resolves."""
+    return (
+        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: its "
+        f"damping or stiffness asks for far more than {MOST_SUBSTEPS} steps in a sample. Check the "
+        "nominal values and units, or leave so fast a motion out of the model."
+    )
 
 
 def allowed_distance(span: float, away: float) -> float:

@@ -94,7 +94,7 @@ def _validation(
             simulation_error_percent=None,
             position_error_rms=None,
             tracking_error_percent=None,
-            reason=str(error),
+            reason=str(error).replace(", or use idm-ls or ddm-ls", ""),
         )
     off, tracking = _positions(record, loop, reference, prefilter)
     return Validation(

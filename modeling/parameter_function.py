@@ -22,6 +22,9 @@ FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 
 _LONGEST_TEXT = 500
 _LARGEST_POWER = 20
+_DEEPEST = 15
+_EXACT = 10**9
+_ROOT, _NEAR = 12, 1e-9
 _NUMBER = parse_unit("1")
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
@@ -33,9 +36,29 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
 }
+
+
+class _Abs(sympy.Function):  # type: ignore[misc]
+    """Absolute value of a real argument; SymPy's own has no plain derivative for some."""
+
+    def fdiff(self, argindex: int = 1) -> sympy.Expr:
+        """The sign."""
+        del argindex
+        return _Sign(self.args[0])
+
+
+class _Sign(sympy.Function):  # type: ignore[misc]
+    """Sign of a real argument, with no slope."""
+
+    def fdiff(self, argindex: int = 1) -> sympy.Expr:
+        """Nowhere but at zero."""
+        del argindex
+        return sympy.S.Zero
+
+
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "sqrt": sympy.sqrt,
-    "abs": sympy.Abs,
+    "abs": _Abs,
     "exp": sympy.exp,
     "log": sympy.log,
     "sin": sympy.sin,
@@ -43,7 +66,22 @@ _FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "tan": sympy.tan,
     "atan": sympy.atan,
 }
+_FLOATS: dict[Any, Callable[..., float]] = {
+    sympy.Add: lambda *terms: math.fsum(terms),
+    sympy.Mul: lambda *factors: math.prod(factors),
+    sympy.Pow: operator.pow,
+    sympy.sqrt: math.sqrt,
+    _Abs: abs,
+    _Sign: lambda x: float((x > 0) - (x < 0)),
+    sympy.exp: math.exp,
+    sympy.log: math.log,
+    sympy.sin: math.sin,
+    sympy.cos: math.cos,
+    sympy.tan: math.tan,
+    sympy.atan: math.atan,
+}
 _OF_NUMBERS = (sympy.exp, sympy.log, sympy.sin, sympy.cos, sympy.tan, sympy.atan)
+_CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +102,7 @@ class ParameterFunction:
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
         """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
-        point = dict(zip(self.parameters, map(sympy.Float, values), strict=True))
+        point = dict(zip(self.parameters, map(float, values), strict=True))
         slopes = [sympy.diff(self.expression, p) for p in self.parameters]
         return (
             _number(self.expression, point),
@@ -95,13 +133,33 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     if unknown:
         raise UsageError(_no_such(unknown, symbols))
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
+    function = function.replace(sympy.Abs, _Abs)
+    for node in sympy.preorder_traversal(function):
+        if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _FLOATS):
+            raise UsageError(_cannot_be_used(type(node).__name__))
     known = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     return ParameterFunction(function, _unit(function, known), tuple(symbols.values()))
 
 
-def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, sympy.Float]) -> float:
-    value = function.xreplace(point).evalf()
-    return float(value) if value.is_real and value.is_finite else math.nan
+def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
+    """Value in floating point: exact or longer numbers could take for ever."""
+    try:
+        value = _float(function, dict(point))
+    except _CANNOT:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
+
+
+def _float(function: sympy.Expr, known: dict[sympy.Expr, float]) -> float:
+    if function not in known:
+        if function.is_Number or function.is_NumberSymbol:
+            value: Any = float(function)
+        else:
+            value = _FLOATS[function.func](*(_float(argument, known) for argument in function.args))
+        if isinstance(value, complex):
+            raise ValueError("it is not real")
+        known[function] = value
+    return known[function]
 
 
 def _no_such(names: list[str], symbols: Mapping[str, sympy.Symbol]) -> str:
@@ -112,39 +170,69 @@ def _parsed(text: str, symbols: Mapping[str, sympy.Symbol]) -> sympy.Expr:
     if len(text) > _LONGEST_TEXT:
         raise UsageError(f"the function has {len(text)} characters; give {_LONGEST_TEXT} or fewer.")
     try:
-        return _evaluated(ast.parse(text.strip(), mode="eval").body, symbols)
+        return _evaluated(ast.parse(text.strip(), mode="eval").body, symbols, _DEEPEST)
     except UsageError:
         raise
-    except (SyntaxError, ValueError, RecursionError, MemoryError, ZeroDivisionError) as error:
+    except (SyntaxError, *_CANNOT) as error:
         raise UsageError(f"the function {text!r} cannot be read: {error}") from error
 
 
-def _evaluated(node: ast.AST, symbols: Mapping[str, sympy.Symbol]) -> sympy.Expr:
+def _evaluated(node: ast.AST, symbols: Mapping[str, sympy.Symbol], depth: int) -> sympy.Expr:
+    if not depth:
+        raise UsageError(f"the function is nested deeper than {_DEEPEST}; write it flatter.")
+
+    def within(inner: ast.AST) -> sympy.Expr:
+        return _evaluated(inner, symbols, depth - 1)
+
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return expression(value, "a number")
+            small = isinstance(value, int) and abs(value) < _EXACT
+            return sympy.Integer(value) if small else sympy.Float(float(value))
         case ast.Name(id="pi") if "pi" not in symbols:
-            return sympy.pi
+            return sympy.Float(math.pi)
         case ast.Name(id=name):
             if name not in symbols:
                 raise UsageError(_no_such([name], symbols))
             return symbols[name]
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
-            return _OPERATORS[type(op)](_evaluated(operand, symbols))
-        case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            power = _evaluated(right, symbols)
-            if power.is_number and abs(power) > _LARGEST_POWER:
-                raise UsageError(f"the power {power} is beyond {_LARGEST_POWER}.")
-            return _evaluated(left, symbols) ** power
+            return _OPERATORS[type(op)](within(operand))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return _OPERATORS[type(op)](_evaluated(left, symbols), _evaluated(right, symbols))
+            return _combined(type(op), within(left), within(right))
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _FUNCTIONS:
-            return _FUNCTIONS[name](_evaluated(argument, symbols))
+            inner, function = within(argument), _FUNCTIONS[name]
+            return _folded(_FLOATS[function], inner) if inner.is_Number else function(inner)
         case _:
-            raise UsageError(
-                f"{ast.unparse(node)!r} cannot be used in a function of the parameters; write "
-                f"numbers, parameters, + - * / **, pi and {', '.join(_FUNCTIONS)} of one argument."
-            )
+            raise UsageError(_cannot_be_used(ast.unparse(node)))
+
+
+def _combined(operation: type[ast.AST], left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
+    if left.is_Number and right.is_Number:
+        return _folded(_OPERATORS[operation], left, right)
+    if operation is ast.Pow and right.is_Number and abs(float(right)) > _LARGEST_POWER:
+        raise UsageError(f"the power {right} is beyond {_LARGEST_POWER}.")
+    return _OPERATORS[operation](left, right)
+
+
+def _folded(operation: Callable[..., Any], *numbers: sympy.Expr) -> sympy.Expr:
+    """Arithmetic of numbers in floating point: exact, it could take for ever."""
+    try:
+        value = operation(*map(float, numbers))
+    except OverflowError as error:
+        raise ValueError("a number in it is too large") from error
+    if isinstance(value, complex) or not math.isfinite(value):
+        raise ValueError(f"a number in it is {value}")
+    return (
+        sympy.Integer(int(value))
+        if value == int(value) and abs(value) < _EXACT
+        else sympy.Float(value)
+    )
+
+
+def _cannot_be_used(what: str) -> str:
+    return (
+        f"{what!r} cannot be used in a function of the parameters; write numbers, parameters, "
+        f"+ - * / **, pi and {', '.join(_FUNCTIONS)} of one argument."
+    )
 
 
 def _unit(function: sympy.Expr, units: Mapping[sympy.Symbol, Unit]) -> Unit:
@@ -164,13 +252,8 @@ def _unit(function: sympy.Expr, units: Mapping[sympy.Symbol, Unit]) -> Unit:
 
 
 def _applied(function: sympy.Expr, argument: Unit) -> Unit:
-    if isinstance(function, sympy.Abs):
+    if isinstance(function, _Abs):
         return argument
-    if not isinstance(function, _OF_NUMBERS):
-        raise UsageError(
-            f"{function.func} cannot be used in a function of the parameters; there are "
-            f"{', '.join(_FUNCTIONS)}."
-        )
     if not argument.same_dimension(_NUMBER):
         raise UsageError(f"{function} takes a number, not {argument}.")
     return _NUMBER
@@ -197,6 +280,11 @@ def _power(function: sympy.Expr, parts: list[Unit]) -> Unit:
         raise UsageError(f"the power in {function} is in {power}; give a number.")
     if base.same_dimension(_NUMBER):
         return _NUMBER
-    if not function.exp.is_number:
-        raise UsageError(f"{function} has no unit: {base} to a power that is not fixed.")
-    return base ** Fraction(float(function.exp)).limit_denominator(100)
+    exponent = _number(function.exp, {})
+    power_of_unit = Fraction(0 if math.isnan(exponent) else exponent).limit_denominator(_ROOT)
+    if math.isnan(exponent) or abs(float(power_of_unit) - exponent) > _NEAR:
+        raise UsageError(
+            f"{function} has no unit: {base} to a power that is no fraction with a denominator up "
+            f"to {_ROOT}."
+        )
+    return base**power_of_unit

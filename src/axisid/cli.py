@@ -159,11 +159,13 @@ def identify(
 
     from axisid.estimation import identify as run
     from axisid.estimation import read_record
+    from axisid.estimation.signals import measured_signals
 
     other = None
     if second is not None:
         roles = _roles(columns)
         other = read_record(second, generated, columns=roles, sample_period=sample_period)
+        measured_signals(generated, other, prefilter)  # refused before the long part
     result = run(generated, data, prefilter, None if method == "all" else [method])
     _report(result, json_file, other)
 

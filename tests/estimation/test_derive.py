@@ -92,7 +92,17 @@ def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: st
         ("1j*M", "cannot be used"),
         ("M +", "cannot be read"),
         ("", "cannot be read"),
-        ("9**9**9", "beyond 20"),
+        ("9**9**9", "too large"),
+        ("M**21", "beyond 20"),
+        ("exp(exp(exp(exp(9))))", "too large"),
+        ("((((((9**20)**20)**20)**20)**20)**20)", "too large"),
+        ("M*sin(exp(exp(15)))", "too large"),
+        ("M**sqrt(-1)", "cannot be read"),
+        ("M**(0/0)", "cannot be read"),
+        ("sin(" * 80 + "M/M" + ")" * 80, "nested deeper"),
+        ("M**1.001", "no fraction"),
+        ("Fc**pi", "no fraction"),
+        ("M**1.001 + M", "no fraction"),
         ("(" * 400, "cannot be read"),
         ("M" * 501, "501 characters"),
         ("\0", "cannot be read"),
@@ -101,6 +111,38 @@ def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: st
 def test_what_cannot_be_read_is_explained(estimate: Estimate, function: str, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         estimate.derive(function)
+
+
+def test_absolute_values_have_derivatives(estimate: Estimate) -> None:
+    """SymPy's own leaves these unevaluated."""
+    for inner in ("-M", "sqrt(Fc)", "-(M/Fv)**1.5"):
+        plain, absolute = estimate.derive(inner), estimate.derive(f"abs({inner})")
+        assert absolute.value == abs(plain.value)
+        assert absolute.unit == plain.unit
+        assert absolute.sd_hac == pytest.approx(plain.sd_hac, rel=1e-12)
+    M, Fv = sympy.Symbol("M"), sympy.Symbol("Fv")
+    assert estimate.derive(sympy.Abs(-M / Fv)) == estimate.derive("M/Fv")
+
+
+def test_sympy_that_is_not_arithmetic_is_refused(estimate: Estimate) -> None:
+    M, i = sympy.Symbol("M"), sympy.Symbol("i")
+    for function in (sympy.Integral(M, (M, 0, 1)), sympy.Sum(i * M, (i, 1, 3)), sympy.Heaviside(M)):
+        with pytest.raises(UsageError, match="cannot be used"):
+            estimate.derive(function)
+
+
+def test_deep_exponentials_end_at_once_in_a_sentence(estimate: Estimate) -> None:
+    for function in ("exp(exp(exp(M/Fc)))", "exp(" * 12 + "M/Fc" + ")" * 12):
+        with pytest.raises((EstimationError, UsageError)):
+            estimate.derive(function)
+
+
+def test_covariance_that_is_not_a_number_stays_so(estimate: Estimate) -> None:
+    lost = replace(
+        estimate, covariances={name: np.nan * c for name, c in estimate.covariances.items()}
+    )
+    value = lost.derive("3*M")
+    assert np.isnan([value.sd, value.sd_robust, value.sd_hac, *value.interval]).all()
 
 
 def test_function_without_a_value_is_refused(estimate: Estimate) -> None:

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Coordinate, Drive, Parameter, build, cascade_pd, newton, simulate, simulate_batch
+from axisid import (
+    Coordinate,
+    Drive,
+    EstimationError,
+    Parameter,
+    build,
+    cascade_pd,
+    newton,
+    simulate,
+    simulate_batch,
+)
 from axisid.codegen import GeneratedAxis
 
 PERIOD = 1e-3
@@ -96,3 +106,34 @@ def test_steps_that_were_too_few_to_survive_are_taken_anew() -> None:
     enough = simulate_batch(axis, theta, SINE, PERIOD)
     assert not enough.failures
     assert np.all(np.isfinite(enough["position"]))
+
+
+@pytest.mark.parametrize("uniform", [True, False])
+def test_axis_too_stiff_for_any_allowed_step_is_refused_by_name(*, uniform: bool) -> None:
+    """Its steps would be unstable, and the result wrong."""
+    axis = stiff(lambda x: x.velocity * (1 if uniform else 1 + x.symbol**2), 1e9)
+    assert axis.uniform == uniform
+    with pytest.raises(EstimationError, match="too stiff to simulate"):
+        simulate(axis, axis.nominal, SINE, PERIOD)
+    theta = np.vstack([axis.nominal, [1.0, 10.0]])
+    batch = simulate_batch(axis, theta, SINE, PERIOD)
+    assert set(batch.failures) == {0}
+    assert "too stiff to simulate" in batch.failures[0]
+    assert np.all(np.isnan(batch["position"][:, 0]))
+    alone = simulate(axis, theta[1], SINE, PERIOD)
+    assert np.array_equal(batch["position"][:, 1], alone.position)
+
+
+@pytest.mark.parametrize(
+    ("mass", "damping"), [(5.0, 1250.0), (2.0, 1600.0), (1.0, 50.0), (1.0, 100.0), (3.0, 600.0)]
+)
+def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
+    mass: float, damping: float
+) -> None:
+    """Rate times period over the resolved step is a power of 2: rounding must not decide."""
+    axis = stiff(lambda x: x.velocity, 1.0)
+    theta = np.array([mass, damping])
+    alone = simulate(axis, theta, SINE, PERIOD)
+    for lanes in (1, 2, 40):
+        batch = simulate_batch(axis, np.tile(theta, (lanes, 1)), SINE, PERIOD)
+        assert np.array_equal(batch["position"][:, 0], alone.position)

@@ -68,6 +68,10 @@ def test_record_without_reference_has_an_equation_error_only(emps2015: Generated
     assert "no reference column" in validation.reason
 
 
+def bare(axis: GeneratedAxis) -> Record:
+    return replace(twin_record(axis, seed=3), reference=None)
+
+
 def write_csv(file: Path, record: Record) -> None:
     assert record.reference is not None
     assert record.control is not None
@@ -89,5 +93,8 @@ def test_command_line_prints_and_writes_the_validation(
     methods = json.loads(out.read_text())["validation"]["methods"]
     assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
     assert all(m["tracking_error_percent"] > 0 for m in methods)
+    assert "idm-ls" not in " ".join(
+        v.reason for v in validate(identify(emps2015, twin_record(emps2015)), bare(emps2015))
+    )
     assert CliRunner().invoke(cli, [*arguments, "--json", str(file)]).exit_code == 2
     assert file.read_text().startswith("t,q,r,u")
