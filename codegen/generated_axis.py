@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from axisid.modeling import (
     DIRECTION,
@@ -20,13 +20,11 @@ from axisid.modeling import (
     describe_direction,
 )
 
-from .arguments import VECTORS, by_sample, checked_arguments
+from .arguments import VECTORS, Array, by_sample, checked_arguments
 from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
 from .compiler import NativeUnavailableError
 from .execute import execute
 from .native import Native
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,13 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import checked_arguments
+from .arguments import Array, checked_arguments
 from .compiler import NativeUnavailableError, find_compiler
 from .library_cache import build_library, cached_library, compiled_library
 from .loop_settings import BLOCK, SIGNALS, LoopSettings
 from .self_test import check_library
-
-Array = NDArray[np.float64]
 
 _SIZE, _REAL = ctypes.c_ssize_t, ctypes.c_double
 

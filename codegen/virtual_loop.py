@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arguments import Array
 from .loop_settings import SIGNALS, STATUSES, LoopSettings
-
-Array = NDArray[np.float64]
 
 _MOST_EVENTS = 20  # in a sample; more is chatter (Zeno)
 _MOST_REFINEMENTS = 60

@@ -88,16 +88,10 @@ def substeps_at_start(
     The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
     they are the same everywhere; for others see `substeps_along`.
     """
-    if axis.uniform and len(start) == 1:  # the same figures, faster
-        q = np.repeat(start[0] + np.array([0, 0, _PROBE]), 2)
-        dq, s = np.repeat([0, _PROBE, 0], 2), np.tile([-1.0, 1.0], 3)
-        held = _held(axis, start)[:, 0]
-        rows = axis.rows("held_acceleration", q, dq, held, s, parameters[0])[0]
-        here, faster, further = rows[:, 0].reshape(3, 2)
-        return np.atleast_1d(_steps(axis, faster - here, further - here, period).max())
     lanes = len(start)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
-    rates = _probed(axis, q, np.zeros(2 * lanes), s, np.tile(parameters, (2, 1)), None)
+    shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
+    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None)
     by_speed, by_position = (each.reshape(2, lanes) for each in rates)
     steps = np.stack([_steps(axis, by_speed[i], by_position[i], period) for i in (0, 1)])
     return np.asarray(steps.max(axis=0))
@@ -140,13 +134,17 @@ def _probed(
     positions = np.concatenate([q, q, q + _PROBE])
     speeds = np.concatenate([dq, dq + _PROBE, dq])
     directions = np.tile(s, 3)
+    held = _held(axis, q)  # it stays while the position is probed
     with np.errstate(all="ignore"):
         if force is not None and not _is_continuous(axis):
             arguments = (positions, speeds, np.tile(force, 3), directions, parameters)
             accelerations = axis.rows("direct_dynamics", *arguments)[0][:, 0]
+        elif parameters.ndim == 1 and np.all(held == held[:, :1]):
+            arguments = (positions, speeds, held[:, 0], directions, parameters)
+            accelerations = axis.rows("held_acceleration", *arguments)[0][:, 0]
         else:
             columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
-            at = [positions[None, :], speeds[None, :], _held(axis, positions), directions[None, :]]
+            at = [positions[None, :], speeds[None, :], np.tile(held, 3), directions[None, :]]
             held_acceleration = axis.functions["held_acceleration"]
             accelerations = held_acceleration.call([*at, columns])[0].full()[0]
         here, faster, further = accelerations.reshape(3, -1)

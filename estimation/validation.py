@@ -20,7 +20,7 @@ from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
 from .serialised import record_dict
-from .signals import measured_signals
+from .signals import Signals, measured_signals
 from .summary import text_table
 
 
@@ -68,17 +68,21 @@ def validate(result: Identification, record: Record) -> tuple[Validation, ...]:
         The record does not suit the prefilter or has no force.
     """
     with np.errstate(all="ignore"):
+        signals = measured_signals(result.axis, record, result.prefilter)
         return tuple(
-            _validation(result.axis, record, result.prefilter, estimate)
+            _validation(result.axis, record, signals, result.prefilter, estimate)
             for estimate in result.estimates.values()
         )
 
 
 def _validation(
-    axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimate: Estimate
+    axis: GeneratedAxis,
+    record: Record,
+    signals: Signals,
+    prefilter: Prefilter,
+    estimate: Estimate,
 ) -> Validation:
     form = InverseForm(axis) if estimate.method.startswith("idm") else DirectForm(axis)
-    signals = measured_signals(axis, record, prefilter)
     rows = form.equations(signals).reduced(prefilter, record.period)
     theta = form.regressed(estimate.physical)
     equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)

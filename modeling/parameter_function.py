@@ -80,7 +80,6 @@ _FLOATS: dict[Any, Callable[..., float]] = {
     sympy.tan: math.tan,
     sympy.atan: math.atan,
 }
-_OF_NUMBERS = (sympy.exp, sympy.log, sympy.sin, sympy.cos, sympy.tan, sympy.atan)
 _CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
 

@@ -7,15 +7,20 @@ import pytest
 import sympy
 
 from axisid import (
+    MEASURED_POSITION,
+    REFERENCE,
+    ControlLaw,
     Coordinate,
     Drive,
     EstimationError,
     Parameter,
     build,
     cascade_pd,
+    gain,
     newton,
     simulate,
     simulate_batch,
+    viscous,
 )
 from axisid.codegen import GeneratedAxis
 
@@ -137,3 +142,32 @@ def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
     for lanes in (1, 2, 40):
         batch = simulate_batch(axis, np.tile(theta, (lanes, 1)), SINE, PERIOD)
         assert np.array_equal(batch["position"][:, 0], alone.position)
+
+
+def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
+    """Nothing but the law's position gain is fast here."""
+    x = Coordinate("x")
+    m, b = Parameter("m", "kg", nominal=1.0), Parameter("b", "N/(m/s)", nominal=2.0)
+    spring = ControlLaw(
+        name="spring",
+        period=PERIOD,
+        gains={"kp": 1e5},
+        output=gain("kp") * (REFERENCE - MEASURED_POSITION),
+        continuous=True,
+    )
+    axis = build(
+        newton(
+            "sprung",
+            coordinate=x,
+            parameters=(m, b),
+            inertia=m,
+            resistance=(viscous(b, x),),
+            drive=Drive(gain=1.0),
+            control=spring,
+        )
+    )
+    alone = simulate(axis, axis.nominal, SINE, PERIOD).position
+    exact = simulate(axis, axis.nominal, SINE, PERIOD, substeps=1024).position
+    assert np.abs(alone - exact).max() < 1e-8
+    batch = simulate_batch(axis, np.tile(axis.nominal, (3, 1)), SINE, PERIOD)
+    assert np.array_equal(batch["position"][:, 1], alone)
