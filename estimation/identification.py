@@ -27,7 +27,7 @@ from .loop_setup import no_control_law
 from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
-from .signals import measured_signals
+from .signals import measured_signals, settled
 
 #: Every method: model form, then estimator.
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -69,7 +69,6 @@ def identify(
     UsageError, DataError, ModelError, EstimationError
         See each; a method asked for by name raises, whatever the reason.
     """
-    prefilter = prefilter or Prefilter()
     generated = as_generated(axis)
     asked = (methods,) if isinstance(methods, str) else methods
     for method in asked or ():
@@ -79,6 +78,7 @@ def identify(
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
     if not isinstance(record, Record):
         raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
+    prefilter = settled(prefilter or Prefilter(), generated, record)
     study = _Study(generated, record, prefilter, lags)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}

@@ -47,9 +47,11 @@ class Prefilter:
         Samples left out at start and end, before decimation. None leaves out the low-pass
         filter's transient (decay to 1e-3) at the start, where the simulated loop starts from rest
         whatever the axis did; the end is kept, as in the published recipe.
-    hold : {"raw", "zoh"}
+    hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
-        after it, since a drive holds its force over the period; ``raw`` with the force after it.
+        after it, since a drive holds its force over the period; ``raw`` with the force after it,
+        as the published recipe does. None takes ``zoh`` for a control that a drive holds, and
+        ``raw`` where nothing is held: a measured force, or a continuous law.
 
     Raises
     ------
@@ -62,7 +64,7 @@ class Prefilter:
     decimate: int = 10
     decimation: Literal["matlab", "scipy"] = "matlab"
     drop: tuple[int, int] | None = None
-    hold: Literal["raw", "zoh"] = "raw"
+    hold: Literal["raw", "zoh"] | None = None
 
     def __post_init__(self) -> None:
         whole = (self.order, self.decimate, *(self.drop or ()))
@@ -83,7 +85,7 @@ class Prefilter:
             )
         if self.decimation not in ("matlab", "scipy"):
             raise UsageError(f"the row alignment is {self.decimation!r}; give matlab or scipy.")
-        if self.hold not in ("raw", "zoh"):
+        if self.hold not in ("raw", "zoh", None):
             raise UsageError(f"the hold is {self.hold!r}; give raw or zoh.")
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(f"the rows to drop are {self.drop!r}; give 0 or more at each end.")

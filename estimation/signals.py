@@ -1,6 +1,6 @@
 """The five signals a regressor is made of, measured or simulated."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,12 +39,21 @@ def drive_force(axis: GeneratedAxis, record: Record) -> Array:
     return axis.axis.drive.gain * record.control
 
 
+def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:
+    """The prefilter with its hold chosen, if it leaves that to the record."""
+    if prefilter.hold is not None:
+        return prefilter
+    law = axis.axis.control
+    held = record.force is None and not (law is not None and law.continuous)
+    return replace(prefilter, hold="zoh" if held else "raw")
+
+
 def measured_signals(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Signals:
     """Filtered motion beside the force, aligned as the prefilter says."""
     prefilter.check(len(record), record.period)
     position, velocity, acceleration = prefilter.motion(record.position, record.period)
     force = drive_force(axis, record)
-    if prefilter.hold == "zoh":
+    if settled(prefilter, axis, record).hold == "zoh":
         force = (force + np.concatenate([force[:1], force[:-1]])) / 2
     return Signals(
         position=position,

@@ -20,7 +20,7 @@ from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
 from .serialised import record_dict
-from .signals import Signals, measured_signals
+from .signals import Signals, measured_signals, settled
 from .summary import text_table
 
 
@@ -68,9 +68,10 @@ def validate(result: Identification, record: Record) -> tuple[Validation, ...]:
         The record does not suit the prefilter or has no force.
     """
     with np.errstate(all="ignore"):
-        signals = measured_signals(result.axis, record, result.prefilter)
+        prefilter = settled(result.prefilter, result.axis, record)
+        signals = measured_signals(result.axis, record, prefilter)
         return tuple(
-            _validation(result.axis, record, signals, result.prefilter, estimate)
+            _validation(result.axis, record, signals, prefilter, estimate)
             for estimate in result.estimates.values()
         )
 

@@ -42,5 +42,5 @@ axis = newton(
 )
 
 if __name__ == "__main__":
-    result = identify(axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5, hold="zoh"))
+    result = identify(axis, twin_record(axis), Prefilter(cutoff=100.0, decimate=5))
     print(result.summary())

@@ -1,6 +1,6 @@
 """A pendulum with Coulomb friction, declared by Lagrange, under a law of its own.
 
-Run it: axisid identify examples/pendulum.py --hold zoh
+Run it: axisid identify examples/pendulum.py
 """
 
 import sympy

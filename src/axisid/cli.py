@@ -114,7 +114,8 @@ def _fault(error: Exception) -> str:
 @click.option(
     "--hold",
     type=click.Choice(["raw", "zoh"]),
-    help="zoh pairs motion with the mean of the forces held around a sample.  [default: raw]",
+    help="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
+    "after it.  [default: zoh for a control that a drive holds, else raw]",
 )
 @click.option(
     "--sample-period", type=float, metavar="S", help="In place of the time column's mean step."
@@ -218,7 +219,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     click.echo(f"{len(files)} files are current.")
 
 
-@cli.command(epilog="Example: axisid sweep emps DATA_EMPS.mat --hold zoh --figure sweep.png")
+@cli.command(epilog="Example: axisid sweep emps DATA_EMPS.mat --figure sweep.png")
 @click.argument("axis")
 @click.argument("record", required=False)
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")

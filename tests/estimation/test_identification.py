@@ -60,6 +60,7 @@ def vertical(weight: sympy.Expr) -> Axis:
 
 
 BY_MASS, BY_NUMBER = vertical(9.81 * M), vertical(sympy.Float(982.962))
+EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw")
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
 
 
@@ -86,7 +87,7 @@ def test_errors_do_not_depend_on_how_the_weight_is_declared() -> None:
 
 def test_left_side_is_the_force_known_part_and_all() -> None:
     record = twin_record(BY_NUMBER)
-    estimate = identify(BY_NUMBER, record, Prefilter(decimate=1, drop=(0, 0)), ["idm-ls"])["idm-ls"]
+    estimate = identify(BY_NUMBER, record, EVERY_ROW, ["idm-ls"])["idm-ls"]
     assert record.control is not None
     assert estimate.y == pytest.approx(100.0 * record.control)
     assert estimate.y.mean() > 900
@@ -94,8 +95,7 @@ def test_left_side_is_the_force_known_part_and_all() -> None:
 
 def test_simulated_left_side_is_that_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015)
-    prefilter = Prefilter(decimate=1, drop=(0, 0))
-    estimate = identify(emps2015, record, prefilter, ["idm-iv"])["idm-iv"]
+    estimate = identify(emps2015, record, EVERY_ROW, ["idm-iv"])["idm-iv"]
     assert record.reference is not None
     loop = simulate(emps2015, estimate.physical, record.reference, 1e-3, start=record.position[0])
     assert estimate.simulated == pytest.approx(loop.force, rel=1e-3, abs=0.05)
@@ -108,10 +108,26 @@ def test_force_column_is_taken_instead_of_the_control(emps2015: GeneratedAxis) -
     record = twin_record(emps2015)
     assert record.control is not None
     doubled = replace(record, force=2 * 35.15 * record.control)
-    whole = identify(emps2015, record, methods="idm-ls")["idm-ls"]
-    twice = identify(emps2015, doubled, methods="idm-ls")["idm-ls"]
+    raw = Prefilter(hold="raw")
+    whole = identify(emps2015, record, raw, methods="idm-ls")["idm-ls"]
+    twice = identify(emps2015, doubled, raw, methods="idm-ls")["idm-ls"]
     assert twice.physical == pytest.approx(2 * whole.physical)
     assert "force column" in identify(emps2015, doubled, methods="idm-ls").summary()
+
+
+def test_hold_follows_from_what_the_force_is(emps2015: GeneratedAxis) -> None:
+    """A drive holds its control over the period; a measured force and a continuous law do not."""
+    record = twin_record(emps2015)
+    assert record.control is not None
+    measured = replace(record, force=35.15 * record.control)
+    assert identify(emps2015, record, methods="idm-ls").prefilter.hold == "zoh"
+    assert identify(emps2015, measured, methods="idm-ls").prefilter.hold == "raw"
+    assert identify(emps2015, measured, ALIGNED, "idm-ls").prefilter.hold == "zoh"
+    without = replace(emps2015.axis, control=None)
+    continuous = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
+    flowing = replace(emps2015.axis, control=continuous)
+    assert identify(without, record, methods="idm-ls").prefilter.hold == "zoh"
+    assert identify(flowing, record, methods="idm-ls").prefilter.hold == "raw"
 
 
 def test_instruments_are_aligned_like_the_measured_rows(emps2015: GeneratedAxis) -> None:
@@ -297,7 +313,7 @@ def test_misuse_is_explained(
 def test_results_print_in_short(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015), methods="idm-ls")
     assert str(result) == result.summary()
-    assert repr(result["idm-ls"]).startswith("idm-ls: M = 100.")
+    assert repr(result["idm-ls"]).startswith("idm-ls: M = 99.9")
 
 
 def test_offset_axis_of_the_library_is_identified_from_its_twin() -> None:

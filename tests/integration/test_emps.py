@@ -40,7 +40,7 @@ def test_published_least_squares_to_every_printed_digit(
 def test_instrumental_variables_from_the_cad_value(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0))
+    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw")
     result = identify(emps, emps_record, prefilter, ["idm-iv", "ddm-iv"])
     inverse, direct = result["idm-iv"], result["ddm-iv"]
     assert inverse.iterates[0].physical.tolist() == [100.0, 0.0, 0.0, 0.0]
