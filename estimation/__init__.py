@@ -8,6 +8,7 @@ from .alignment import Alignment as Alignment
 from .alignment import profile_alignment as profile_alignment
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
+from .check import Check as Check
 from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
@@ -18,19 +19,23 @@ from .covariance import Published as Published
 from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
+from .diagnosis import Diagnosis as Diagnosis
 from .errors import DataError as DataError
 from .errors import EstimationError as EstimationError
 from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
 from .estimate import Value as Value
+from .excitation import Excitation as Excitation
 from .identification import METHODS as METHODS
 from .identification import identify as identify
 from .law_check import LawCheck as LawCheck
 from .law_check import check_law as check_law
 from .prefilter import Prefilter as Prefilter
+from .propagation import Drawn as Drawn
 from .readers import read_record as read_record
 from .record import Provenance as Provenance
 from .record import Record as Record
+from .residual_tests import ResidualTests as ResidualTests
 from .results import Identification as Identification
 from .signals import Signals as Signals
 from .signals import drive_force as drive_force
@@ -44,4 +49,3 @@ from .validation import Validation as Validation
 from .validation import validate as validate
 from .validation import validation_dict as validation_dict
 from .validation import validation_text as validation_text
-from .verdict import Check as Check

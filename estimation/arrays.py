@@ -4,6 +4,7 @@ Dimensions: N samples of a record, n rows of a regression, p physical parameters
 the direct model.
 """
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -22,3 +23,8 @@ def frozen(values: ArrayLike) -> Array:
 def relative_error_percent(error: Array, signal: Array) -> float:
     """``100 ||error|| / ||signal||``."""
     return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
+
+
+def finite(value: float) -> float | None:
+    """A number for JSON: None for what is not finite."""
+    return float(value) if math.isfinite(value) else None

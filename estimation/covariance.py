@@ -172,20 +172,6 @@ def delta_method(covariance: Array, jacobian: Array) -> Array:
     return np.asarray((mapped + mapped.T) / 2, dtype=float)
 
 
-def curvature_ratio(covariance: Array, gradient: Array, hessian: Array) -> float:
-    """Second-order part of a function's standard deviation against the first.
-
-    For normal errors the variance is ``g' C g + tr(H C H C)/2``; the delta method keeps the first
-    term.
-    """
-    first = float(gradient @ covariance @ gradient)
-    bent = hessian @ covariance
-    second = float(np.trace(bent @ bent)) / 2
-    if second <= 0:
-        return 0.0
-    return float("inf") if first <= 0 else float(np.sqrt(second / first))
-
-
 def correlation(covariance: Array) -> Array:
     """Correlation matrix of a covariance, (k, k)."""
     deviations = np.sqrt(np.diag(covariance))

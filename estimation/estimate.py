@@ -9,14 +9,18 @@ import numpy as np
 from scipy.special import stdtrit
 
 from axisid.codegen import Quantity
-from axisid.modeling import FunctionLike, parameter_function
+from axisid.modeling import FunctionLike, UsageError, parameter_function
 
 from .arrays import Array
-from .covariance import correlation, curvature_ratio
+from .covariance import correlation
 from .errors import EstimationError
+from .forms import Form
+from .propagation import Bend, Drawn, bend, drawn_parameters, summarised
+from .residual_tests import ResidualTests, residual_tests
 
 _LEVEL = 0.95
-_CURVED = 0.1  # of a standard deviation
+#: Second-order part of a deviation, against the first, from which the delta method is not enough.
+CURVED = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,8 +87,12 @@ class Estimate:
     ----------
     method : str
         ``idm-ls``, ``ddm-ls``, ``idm-iv`` or ``ddm-iv``.
+    form : Form
+        The regression's form, with the map from its parameters to the physical ones.
     quantities : tuple of Quantity
         Physical parameters, length p.
+    theta : (k,) array
+        In the regression's own parameters.
     physical : (p,) array
     covariances : dict of str to (p, p) array
         Of `physical`, by name: ``iid``, ``robust`` and ``hac``; by the delta method for a
@@ -93,7 +101,6 @@ class Estimate:
         Of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
-    theta_ddm : (m,) array
     ddm_covariances : dict of str to (m, m) array
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
@@ -125,12 +132,13 @@ class Estimate:
     """
 
     method: str
+    form: Form
     quantities: tuple[Quantity, ...]
+    theta: Array
     physical: Array
     covariances: Mapping[str, Array]
     jacobian: Array
     ddm_quantities: tuple[Quantity, ...]
-    theta_ddm: Array
     ddm_covariances: Mapping[str, Array]
     y: Array
     X: Array
@@ -156,6 +164,11 @@ class Estimate:
     def dof(self) -> int:
         """Degrees of freedom of the residuals, n - k."""
         return int(len(self.y) - self.X.shape[1])
+
+    @property
+    def theta_ddm(self) -> Array:
+        """Parameters of the direct model, (m,); empty for an inverse model."""
+        return self.theta[: len(self.ddm_quantities)]
 
     @property
     def covariance(self) -> Array:
@@ -219,18 +232,74 @@ class Estimate:
                 f"{function} is not a finite real number with finite derivatives at the estimate; "
                 f"its value is {value:g}."
             )
-        curvature = curvature_ratio(self.covariances["hac"], gradient, hessian)
-        if curvature > _CURVED:
+        curvature = self._bend().ratio(gradient, hessian)
+        if curvature > CURVED:
             warnings.warn(
                 f"{function} bends within the uncertainty: the second-order part of its standard "
-                f"deviation is {curvature:.2g} of the first; draw from the parameters' covariance "
-                "instead",
+                f"deviation is {curvature:.2g} of the first; draw instead: propagate()",
                 RuntimeWarning,
                 stacklevel=2,
             )
         variances = {name: float(gradient @ c @ gradient) for name, c in self.covariances.items()}
         # Every physical parameter is proportional to the gain.
         return self._value(value, str(read.unit), variances, float(gradient @ self.physical))
+
+    @property
+    def curvatures(self) -> Array:
+        """Second-order part of each physical parameter's deviation against the first, (p,).
+
+        Zero where the regression is in the physical parameters themselves; the delta method is
+        enough up to about 0.1.
+        """
+        bent, flat = self._bend(), np.zeros((len(self.physical),) * 2)
+        return np.array([bent.ratio(row, flat) for row in np.eye(len(self.physical))])
+
+    def propagate(
+        self,
+        function: FunctionLike,
+        *,
+        draws: int = 10_000,
+        seed: int = 0,
+        covariance: str = "hac",
+    ) -> Drawn:
+        """Any function of the physical parameters over draws from the estimate's distribution.
+
+        The regression's own parameters are drawn from Student's multivariate distribution and
+        mapped exactly, so that neither map nor function is taken for straight, as `derive` does.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            As in `derive`; a parameter's name for itself.
+        draws, seed : int
+        covariance : {"hac", "robust", "iid"}
+
+        Raises
+        ------
+        UsageError
+            As in `derive`; or there are too few or too many draws, or no such covariance.
+        """
+        if covariance not in self.covariances:
+            raise UsageError(
+                f"there is no covariance {covariance!r}; choose from {', '.join(self.covariances)}."
+            )
+        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        drawn, lost = drawn_parameters(
+            self.form, self.theta, self._of_theta(covariance), self.dof, draws, seed
+        )
+        return summarised(read.value, self.physical, str(read.unit), drawn, lost)
+
+    @property
+    def residual_tests(self) -> ResidualTests:
+        """Tests of the residuals, against the instruments or the regressor of least squares."""
+        return residual_tests(self.residuals, self.X if self.Z is None else self.Z)
+
+    def _bend(self) -> Bend:
+        return bend(self.form, self.theta, self._of_theta("hac"))
+
+    def _of_theta(self, name: str) -> Array:
+        """Covariance of the regression's own parameters."""
+        return (self.ddm_covariances or self.covariances)[name]
 
     def _values(
         self,

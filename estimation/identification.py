@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen import GeneratedAxis, as_generated
-from axisid.modeling import Axis, ModelError, UsageError
+from axisid.modeling import Axis, AxisidError, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
 from .closed_loop import Simulation, signals_before, simulate
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
+from .excitation import motion_lacks
 from .forms import DirectForm, Equations, Form, InverseForm
 from .linear import (
     Factored,
@@ -134,9 +135,13 @@ class _Study:
         model, estimator = method.split("-")
         form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
         if estimator == "iv":
-            loop_reference(self.axis, self.record)
+            with _adding("Instruments need it; idm-ls and ddm-ls do without."):
+                loop_reference(self.axis, self.record)
         measured = form.equations(self._measured).reduced(self.prefilter, self.record.period)
-        regressor = factor(measured.regressor, [q.expression or q.name for q in form.quantities])
+        with _adding(self._lacking()):
+            regressor = factor(
+                measured.regressor, [q.expression or q.name for q in form.quantities]
+            )
         if estimator == "ls":
             fit = self._fit_once(form, measured, regressor)
         else:
@@ -205,12 +210,13 @@ class _Study:
         direct = isinstance(form, DirectForm)
         return Estimate(
             method=method,
+            form=form,
             quantities=self.axis.parameters,
+            theta=solution.theta,
             physical=physical,
             covariances=mapped,
             jacobian=jacobian,
             ddm_quantities=form.quantities if direct else (),
-            theta_ddm=solution.theta if direct else np.empty(0),
             ddm_covariances=covariances if direct else {},
             y=y,
             X=measured.regressor,
@@ -232,6 +238,10 @@ class _Study:
             ),
             gain_relative_sd=self._gain_deviation(),
         )
+
+    def _lacking(self) -> str:
+        facts = motion_lacks(self._measured)
+        return f"In this record {', and '.join(facts)}." if facts else ""
 
     def _gain_deviation(self) -> float | None:
         """Relative deviation of the gain that scaled the force.
@@ -292,13 +302,13 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     if record.reference is None:
         raise _LoopDataError(
             f"{record.provenance.source} has no reference column, from which the closed loop "
-            "is simulated; name it with --columns reference=NAME, or use idm-ls or ddm-ls."
+            "is simulated; name it with --columns reference=NAME."
         )
     if abs(record.period / law.period - 1) > _PERIOD_TOLERANCE:
         raise _LoopDataError(
             f"the record is sampled every {record.period:g} s, the control law of axis "
             f"{axis.axis.name!r} every {law.period:g} s; instruments need a record at the "
-            "law's period. Declare the drive's period, or use idm-ls or ddm-ls."
+            "law's period. Declare the drive's period."
         )
     return record.reference
 
@@ -325,6 +335,17 @@ class _Fit:
     iterates: tuple[Iterate, ...]
     simulated: Array | None
     remarks: tuple[str, ...]
+
+
+@contextmanager
+def _adding(what: str) -> Iterator[None]:
+    """Say more in an error, if there is more to say."""
+    try:
+        yield
+    except AxisidError as error:
+        if what:
+            raise type(error)(f"{error} {what}") from error
+        raise
 
 
 @contextmanager

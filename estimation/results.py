@@ -1,18 +1,25 @@
 """The result object: estimates with what they were made from."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from axisid.codegen import GeneratedAxis
 
+from .check import Check
+from .diagnosis import Diagnosis, diagnose
 from .estimate import Estimate
-from .law_check import LawCheck, check_law
 from .prefilter import Prefilter
 from .record import Record
-from .serialised import estimate_dict, law_check_dict, prefilter_dict, record_dict
-from .summary import summary_text
-from .verdict import Check, verdict
+from .serialised import (
+    SCHEMA,
+    diagnosis_dict,
+    drawn_dict,
+    estimate_dict,
+    prefilter_dict,
+    record_dict,
+)
+from .summary import drawn_text, summary_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,18 +51,26 @@ class Identification:
         return self.estimates[method]
 
     @property
-    def law_check(self) -> LawCheck | str:
-        """The control law against the record, or why it cannot be checked."""
-        return check_law(self.axis, self.record)
+    def diagnosis(self) -> Diagnosis:
+        """What the tests of the result measured; made anew each time."""
+        return diagnose(self.axis, self.record, self.prefilter, self.estimates)
 
     @property
     def verdict(self) -> tuple[Check, ...]:
         """What was checked, against what, and what it means."""
-        return verdict(self.axis, self.record, self.prefilter, self.estimates, self.law_check)
+        return self.diagnosis.verdict
 
-    def summary(self) -> str:
-        """The estimates side by side as text, with numbered notes."""
-        return summary_text(
+    def summary(self, draws: int = 0) -> str:
+        """The estimates side by side as text, with numbered notes.
+
+        Parameters
+        ----------
+        draws : int
+            How many to draw from each estimate's distribution, for a table of intervals that do
+            without the delta method; 0 for none.
+        """
+        drawn = f"\n{drawn_text(self.estimates, draws)}" if draws else ""
+        text = summary_text(
             self.axis,
             self.record,
             self.prefilter,
@@ -63,24 +78,25 @@ class Identification:
             {**self.skipped, **self.failed},
             self.verdict,
         )
+        return text + drawn
 
     def __str__(self) -> str:
         return self.summary()
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``--json`` writes: plain numbers, texts and lists."""
-        law = self.law_check
+    def to_dict(self, draws: int = 0) -> dict[str, Any]:
+        """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""
+        diagnosis = self.diagnosis
         return {
+            "schema": SCHEMA,
             "axis": self.axis.axis.name,
             "signature": self.axis.signature,
             "record": record_dict(self.record),
             "prefilter": prefilter_dict(self.prefilter, self.record.period),
-            "estimates": [estimate_dict(estimate) for estimate in self.estimates.values()],
-            "law_check": law_check_dict(law),
-            "verdict": [
-                asdict(check)
-                for check in verdict(self.axis, self.record, self.prefilter, self.estimates, law)
+            "estimates": [
+                {**estimate_dict(e), "drawn": drawn_dict(e, draws) if draws else None}
+                for e in self.estimates.values()
             ],
+            **diagnosis_dict(diagnosis, self.axis.names),
             "skipped": dict(self.skipped),
             "failed": dict(self.failed),
         }

@@ -1,16 +1,20 @@
 """Results as plain numbers, texts and lists. The names are a contract with other programs."""
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
 from axisid.codegen import Quantity
 
-from .arrays import Array
+from .arrays import Array, finite
 from .estimate import Estimate, Value
-from .law_check import LawCheck
 from .prefilter import Prefilter
 from .record import Record
+from .serialised_diagnosis import diagnosis_dict as diagnosis_dict
+from .serialised_diagnosis import residual_dict
+
+#: Name and version of what `Identification.to_dict` gives; the version rises when a name goes or
+#: changes its meaning.
+SCHEMA = "axisid.identification/1"
 
 
 def record_dict(record: Record) -> dict[str, Any]:
@@ -34,20 +38,6 @@ def prefilter_dict(prefilter: Prefilter, period: float) -> dict[str, Any]:
         "decimation": prefilter.decimation,
         "drop": list(prefilter.dropped(period)),
         "hold": prefilter.hold,
-    }
-
-
-def law_check_dict(check: LawCheck | str) -> dict[str, Any]:
-    """The control law's check; `passed` is null where it could not be made."""
-    if isinstance(check, str):
-        return {"passed": None, "meaning": f"not evaluated: {check}"}
-    return {
-        "passed": check.passed,
-        "factors": dict(check.factors),
-        "residual_percent": check.residual_percent,
-        "fitted_residual_percent": check.fitted_residual_percent,
-        "delay": check.delay,
-        "meaning": check.meaning,
     }
 
 
@@ -82,7 +72,25 @@ def estimate_dict(estimate: Estimate) -> dict[str, Any]:
         "iteration_simulation_errors_percent": [
             i.simulation_error_percent for i in estimate.iterates
         ],
+        "curvatures": {
+            q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
+        },
+        "residual_tests": residual_dict(estimate.residual_tests),
         "remarks": list(estimate.remarks),
+    }
+
+
+def drawn_dict(estimate: Estimate, draws: int) -> dict[str, Any]:
+    """Every parameter over draws; null where no draw gave an axis."""
+    drawn = {name: estimate.propagate(name, draws=draws) for name in estimate.parameters}
+    return {
+        name: {
+            "median": finite(d.median),
+            "interval_95": [finite(x) for x in d.interval],
+            "draws": d.draws,
+            "lost": d.lost,
+        }
+        for name, d in drawn.items()
     }
 
 
@@ -91,9 +99,7 @@ def _value(value: Value) -> dict[str, Any]:
         "value": value.value,
         "unit": value.unit,
         "sd": value.sd,
-        "relative_sd_percent": value.relative_sd_percent
-        if math.isfinite(value.relative_sd_percent)
-        else None,
+        "relative_sd_percent": finite(value.relative_sd_percent),
         "sd_robust": value.sd_robust,
         "sd_hac": value.sd_hac,
         "interval_95": list(value.interval),

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen import GeneratedAxis
 
+from .check import Check
 from .estimate import Estimate, Value
 from .prefilter import Prefilter
 from .record import Record
-from .verdict import Check
 
 Row = Sequence[str]
 
@@ -26,13 +26,14 @@ def summary_text(
     checks: Sequence[Check],
 ) -> str:
     """Heading, one table for each model form, and numbered notes."""
-    blocks = [_heading(axis, record, prefilter)]
+    blocks = [_heading(axis, record)]
     for form in ("idm", "ddm"):
         of_form = [e for e in estimates if e.method.startswith(form)]
         if of_form:
             blocks.append(_estimates_table(of_form))
     blocks.append(_verdict(checks))
-    notes = [*_notes(estimates), *_left_out(missing)]
+    made = _how_it_was_made(axis, record, prefilter, len(estimates[0].y))
+    notes = [*_notes(estimates), made, *_left_out(missing)]
     blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -66,11 +67,8 @@ def number_with_sd(value: Value) -> tuple[str, str, str, str]:
     )
 
 
-def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
-    declared, f, source = axis.axis, prefilter, record.provenance
-    start, end = f.dropped(record.period)
-    rows = "every row" if f.decimate == 1 else f"one row in {f.decimate} ({f.decimation} alignment)"
-    force = "drive gain x control" if record.force is None else "force column"
+def _heading(axis: GeneratedAxis, record: Record) -> str:
+    declared, source = axis.axis, record.provenance
     lines = {
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
         "record": f"{source.source}, {len(record)} samples of {1e3 * record.period:.6g} ms",
@@ -80,10 +78,6 @@ def _heading(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> str:
             for p in axis.parameters
             if p.name in source.truth
         ),
-        "prefilter": f"Butterworth {f.cutoff:g} Hz, order {f.order}; {rows}; {start} + {end} "
-        "samples dropped",
-        "force": f"{force}, hold {f.hold}",
-        "signature": f"{axis.signature[:12]} (of the generated code)",
     }
     return "\n".join(f"{name:<11}{text}" for name, text in lines.items() if text)
 
@@ -129,6 +123,29 @@ def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str
     return rows
 
 
+def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
+    """A table of intervals from draws, beside those of the delta method."""
+    rows: list[Row] = []
+    lost = 0
+    for method, estimate in estimates.items():
+        for name, value in estimate.parameters.items():
+            drawn = estimate.propagate(name, draws=draws)
+            lost = max(lost, drawn.lost)
+            rows.append(
+                [
+                    f"{method.upper()} {name}",
+                    value.unit,
+                    f"{drawn.median:.6g}",
+                    *(f"{x:.6g}" for x in (*drawn.interval, *value.interval)),
+                ]
+            )
+    header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]
+    said = f"{draws} draws from each estimate's HAC distribution, mapped exactly"
+    if lost:
+        said += f"; up to {lost} gave no positive inertia and are left out"
+    return f"{text_table(header, rows)}\n{said}.\n"
+
+
 def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
     return [label, unit, *(c for cell in cells for c in (cell, "", "", ""))]
 
@@ -160,6 +177,19 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         for remark in estimate.remarks:
             shared.setdefault(remark, []).append(estimate.method)
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+
+
+def _how_it_was_made(axis: GeneratedAxis, record: Record, prefilter: Prefilter, used: int) -> str:
+    f = prefilter
+    start, end = f.dropped(record.period)
+    kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
+    force = "drive gain x control" if record.force is None else "force column"
+    return (
+        f"{used} rows of {len(record)} samples: {start} dropped at the start, {end} at the end, "
+        f"then {kept}. Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
+        f"forward and backward. Force: {force}, hold {f.hold}. Generated code "
+        f"{axis.signature[:12]}."
+    )
 
 
 def _gain_notes(estimate: Estimate) -> list[str]:

@@ -99,7 +99,7 @@ def _validation(
             simulation_error_percent=None,
             position_error_rms=None,
             tracking_error_percent=None,
-            reason=str(error).replace(", or use idm-ls or ddm-ls", ""),
+            reason=str(error),
         )
     off, tracking = _positions(record, loop, reference, prefilter)
     return Validation(

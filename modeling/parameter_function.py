@@ -101,13 +101,20 @@ class ParameterFunction:
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
         """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
-        point = dict(zip(self.parameters, map(float, values), strict=True))
+        point = self._point(values)
         slopes = [sympy.diff(self.expression, p) for p in self.parameters]
         return (
             _number(self.expression, point),
             [_number(slope, point) for slope in slopes],
             [[_number(sympy.diff(s, p), point) for p in self.parameters] for s in slopes],
         )
+
+    def value(self, values: Sequence[float]) -> float:
+        """Value for parameters (p,); NaN where it is no finite real number."""
+        return _number(self.expression, self._point(values))
+
+    def _point(self, values: Sequence[float]) -> dict[sympy.Symbol, float]:
+        return dict(zip(self.parameters, map(float, values), strict=True))
 
 
 def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> ParameterFunction:

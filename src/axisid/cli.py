@@ -133,6 +133,12 @@ def _fault(error: Exception) -> str:
     help="Hold the estimates, frozen, against a second record.",
 )
 @click.option(
+    "--draws",
+    type=click.IntRange(2, 1_000_000),
+    metavar="N",
+    help="Add intervals from N draws of each estimate, which do without the delta method.",
+)
+@click.option(
     "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
 )
 def identify(
@@ -142,6 +148,7 @@ def identify(
     second: str | None,
     sample_period: float | None,
     columns: str | None,
+    draws: int | None,
     json_file: str | None,
     no_native: bool,
     **settings: Any,
@@ -168,7 +175,7 @@ def identify(
         other = read_record(second, generated, columns=roles, sample_period=sample_period)
         measured_signals(generated, other, prefilter)  # refused before the long part
     result = run(generated, data, prefilter, None if method == "all" else [method])
-    _report(result, json_file, other)
+    _report(result, json_file, other, draws or 0)
 
 
 @cli.command(epilog="Example: axisid generate --check")
@@ -396,19 +403,21 @@ def _file_of(argument: str) -> Path:
     return Path(f"{head}.py" if found else argument)
 
 
-def _report(result: "Identification", json_file: str | None, other: "Record | None") -> None:
+def _report(
+    result: "Identification", json_file: str | None, other: "Record | None", draws: int
+) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation import EstimationError, validate, validation_dict, validation_text
 
     validations = None if other is None else validate(result, other)
     if json_file is not None:
         added = {} if other is None else {"validation": validation_dict(validations or (), other)}
-        _put_json(json_file, {**result.to_dict(), **added})
+        _put_json(json_file, {**result.to_dict(draws), **added})
     if json_file == "-":
         for method, reason in result.skipped.items():
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
-        click.echo(result.summary(), nl=False)
+        click.echo(result.summary(draws), nl=False)
         if validations is not None and other is not None:
             unit = result.axis.axis.coordinate.unit
             click.echo(f"\n{validation_text(validations, other, unit)}", nl=False)

@@ -95,7 +95,7 @@ def test_right_law_passes_whatever_the_identification_filters(emps2015: Generate
     """The velocity sensor of the twin is not recorded, and its position is noisy."""
     record = twin_record(emps2015)
     checks = [
-        identify(emps2015, record, Prefilter(cutoff=cutoff), methods=["idm-ls"]).law_check
+        identify(emps2015, record, Prefilter(cutoff=cutoff), methods=["idm-ls"]).diagnosis.law
         for cutoff in (20.0, 60.0, 180.0)
     ]
     assert all(isinstance(check, LawCheck) and check.passed for check in checks)

@@ -1,0 +1,187 @@
+"""What a record's motion shows of each parameter, and why it does not show the rest.
+
+A parameter is vague for one of two reasons: its column nearly repeats others, or its part of the
+force drowns in what the model leaves unexplained. What the motion lacks (a reversal, a second
+speed, acceleration, travel) explains either.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen import GeneratedAxis
+
+from .arrays import Array
+from .forms import Equations, InverseForm
+from .signals import Signals
+
+_SIGNALS = ("position", "velocity", "acceleration", "direction")
+_PROBES = 16
+_MOVING = 0.05  # of the largest speed
+_REVERSED = 0.01  # of the samples in motion
+_ONE_SPEED = 0.1  # spread of the cruising speed, relative
+_STEADY = 0.1  # of the largest acceleration
+_ALIKE = 10.0  # variance inflation from which a column nearly repeats others
+_PARTNER = 0.3  # of the largest weight in the repetition
+_SMALL = 0.05  # share of the force
+_SAME_PLACE = 0.1  # variation of a column that depends on the position, relative
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
+    """What the motion shows of one parameter.
+
+    Attributes
+    ----------
+    name : str
+    share : float
+        Norm of its part of the force over that of the force.
+    inflation : float
+        Variance inflation: 1 for a column unlike all others, large for one that nearly repeats
+        them.
+    alike : tuple of str
+        The parameters whose columns it nearly repeats.
+    lacking : tuple of str
+        What of the motion this parameter would need, in words; empty if nothing is known to lack.
+    """
+
+    name: str
+    share: float
+    inflation: float
+    alike: tuple[str, ...]
+    lacking: tuple[str, ...]
+
+    @property
+    def reason(self) -> str:
+        """Why the record does not show the parameter, for after "because"."""
+        if self.alike:
+            why = f"its column nearly repeats that of {', '.join(self.alike)}"
+        else:
+            why = (
+                f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
+                "unexplained"
+            )
+        return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
+
+
+def excitation(
+    axis: GeneratedAxis, signals: Signals, equations: Equations, physical: Array
+) -> tuple[Excitation, ...]:
+    """Judge every parameter's column of the inverse model.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    signals : Signals
+        Measured, (N,).
+    equations : Equations
+        Of the inverse form, reduced, (n,).
+    physical : (p,) array
+        An estimate.
+    """
+    X = equations.regressor
+    size = np.linalg.norm(X, axis=0)
+    unit = X / np.where(size > 0, size, 1.0)
+    shares = np.abs(physical) * size / np.linalg.norm(equations.left)
+    needs = _needs(axis)
+    found = []
+    for j, name in enumerate(axis.names):
+        inflation, partners = _repetition(unit, j)
+        together = [j, *partners]
+        found.append(
+            Excitation(
+                name=name,
+                share=float(shares[j]),
+                inflation=inflation,
+                alike=tuple(axis.names[i] for i in partners),
+                lacking=_lacking(signals, X, shares, needs, together),
+            )
+        )
+    return tuple(found)
+
+
+def motion_lacks(signals: Signals) -> tuple[str, ...]:
+    """What a motion lacks, in words, whatever the axis."""
+    facts = (_one_direction(signals), _one_speed(signals))
+    return tuple(fact for fact in facts if fact)
+
+
+def _repetition(unit: Array, j: int) -> tuple[float, list[int]]:
+    """Variance inflation of a column, and the columns it is made of where that is large."""
+    others = [i for i in range(unit.shape[1]) if i != j]
+    if not others:
+        return 1.0, []
+    weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
+    left = unit[:, j] - unit[:, others] @ weights
+    unexplained = float(left @ left)
+    inflation = 1 / unexplained if unexplained > 0 else np.inf
+    if inflation < _ALIKE:
+        return inflation, []
+    most = np.abs(weights).max()
+    return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > _PARTNER * most]
+
+
+def _needs(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
+    """Which columns, (p,), depend on which signal: each is changed alone, at random places."""
+    rng = np.random.default_rng(0)
+    base = {name: rng.uniform(0.1, 1.0, _PROBES) for name in _SIGNALS}
+    base["direction"] = np.ones(_PROBES)
+    form = InverseForm(axis)
+
+    def columns(motion: dict[str, Array]) -> Array:
+        return form.equations(Signals(force=np.zeros(_PROBES), **motion)).regressor
+
+    with np.errstate(all="ignore"):
+        there = columns(base)
+        return {
+            name: np.any(columns({**base, name: -0.7 * base[name]}) != there, axis=0)
+            for name in _SIGNALS
+        }
+
+
+def _lacking(
+    signals: Signals,
+    X: Array,
+    shares: Array,
+    needs: dict[str, NDArray[np.bool_]],
+    columns: Sequence[int],
+) -> tuple[str, ...]:
+    def need(*names: str) -> bool:
+        return any(bool(needs[name][j]) for name in names for j in columns)
+
+    facts: list[str] = []
+    if need("velocity", "direction"):
+        facts.append(_one_direction(signals))
+    if need("velocity"):
+        facts.append(_one_speed(signals))
+    if any(needs["acceleration"][j] and shares[j] < _SMALL for j in columns):
+        facts.append("the axis hardly accelerates")
+    placed = [j for j in columns if needs["position"][j] and not needs["acceleration"][j]]
+    if any(np.ptp(X[:, j]) < _SAME_PLACE * np.abs(X[:, j]).max() for j in placed):
+        facts.append("the axis hardly leaves its place")
+    return tuple(fact for fact in facts if fact)
+
+
+def _one_direction(signals: Signals) -> str:
+    moving = signals.velocity[_in_motion(signals)]
+    forward = float(np.mean(moving > 0)) if len(moving) else 0.0
+    if _REVERSED <= forward <= 1 - _REVERSED:
+        return ""
+    return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes its sign"
+
+
+def _one_speed(signals: Signals) -> str:
+    """One cruising speed; accelerating through others in between does not tell them apart well."""
+    steady = np.abs(signals.acceleration) < _STEADY * np.abs(signals.acceleration).max()
+    speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
+    if len(speeds) < _PROBES:
+        return ""
+    low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
+    return "there is one speed only" if high - low < _ONE_SPEED * middle else ""
+
+
+def _in_motion(signals: Signals) -> NDArray[np.bool_]:
+    speed = np.abs(signals.velocity)
+    return np.asarray(speed > _MOVING * speed.max())

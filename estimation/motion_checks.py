@@ -1,0 +1,65 @@
+"""Whether the motion told the parameters apart, as checks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .arrays import Array
+from .check import Check, passed
+from .estimate import Estimate, Value
+from .excitation import Excitation
+
+_MOST_CONDITION = 100.0
+_MOST_RELATIVE_SD = 30.0  # percent
+_NOTHING = 0.01  # of the force
+
+
+def conditioning(X: Array) -> Check:
+    """Condition number of the regressor with unit columns."""
+    condition = float(np.linalg.cond(X / np.linalg.norm(X, axis=0)))
+    excited = condition <= _MOST_CONDITION
+    return Check(
+        name="excitation",
+        status=passed(excited),
+        figure=condition,
+        threshold=_MOST_CONDITION,
+        source="condition number of unit columns below 100, common for exciting trajectories",
+        meaning="the motion tells the parameters apart"
+        if excited
+        else "the motion hardly tells some parameters apart; record reversals, several speeds and "
+        "acceleration",
+    )
+
+
+def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
+    """Every parameter against its own deviation; a vague one with the reason."""
+    values = estimate.parameters
+    vague = [s for s in shown if values[s.name].relative_sd_hac_percent > _MOST_RELATIVE_SD]
+    small = [s for s in vague if _is_nothing(s, values[s.name])]
+    hidden = [s for s in vague if s not in small]
+    worst = max(v.relative_sd_hac_percent for v in values.values())
+    return Check(
+        name="precision",
+        status=passed(not hidden),
+        figure=worst if np.isfinite(worst) else None,
+        threshold=_MOST_RELATIVE_SD,
+        source="relative HAC deviation in percent; a parameter whose part of the force is below "
+        "1 %, deviation included, may be as vague as it is",
+        meaning="; ".join(
+            f"{s.name} is not identified by this record, because {s.reason}" for s in hidden
+        )
+        or (
+            f"{', '.join(s.name for s in small)} cannot be told from zero and is less than 1 % of "
+            "the force; every other parameter stands well above its deviation"
+            if small
+            else "every parameter stands well above its deviation"
+        ),
+    )
+
+
+def _is_nothing(shown: Excitation, value: Value) -> bool:
+    """Known to be small, not unknown: no other column and no missing motion hides it."""
+    if shown.alike or shown.lacking or not value.value:
+        return False
+    largest = abs(value.value) + 2 * value.sd_hac
+    return shown.share * largest / abs(value.value) < _NOTHING

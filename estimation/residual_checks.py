@@ -1,0 +1,97 @@
+"""What an estimate's residuals say, as checks."""
+
+from .check import Check, passed
+from .estimate import Estimate
+from .residual_tests import ResidualTests
+
+_SIGNIFICANT = 0.05
+_TWO_SIDED = 1.96
+
+
+def residual_checks(estimate: Estimate, tests: ResidualTests) -> tuple[Check, ...]:
+    """Independence, runs, what is left of the motion, and normality."""
+    return (
+        _independence(tests),
+        _runs(tests, len(estimate.y)),
+        _left_of_the_motion(tests, estimate),
+        _normality(tests),
+    )
+
+
+def _independence(tests: ResidualTests) -> Check:
+    independent = tests.ljung_box_p >= _SIGNIFICANT
+    return Check(
+        name="independent residuals",
+        status=passed(independent),
+        figure=tests.durbin_watson,
+        threshold=2.0,
+        p_value=tests.ljung_box_p,
+        source="Durbin-Watson, 2 for independent neighbours; p-value: Ljung-Box at 5 %",
+        meaning="the residuals look independent"
+        if independent
+        else "the residuals are autocorrelated: believe the HAC deviations, not the i.i.d. ones",
+    )
+
+
+def _runs(tests: ResidualTests, rows: int) -> Check:
+    by_chance = tests.runs_p >= _SIGNIFICANT
+    longest = len(tests.run_lengths)
+    return Check(
+        name="runs of one sign",
+        status=passed(by_chance),
+        figure=tests.runs_z if abs(tests.runs_z) < float("inf") else None,
+        threshold=_TWO_SIDED,
+        p_value=tests.runs_p,
+        source="Wald-Wolfowitz runs about zero, in deviations from chance, at 5 %",
+        meaning="the residuals change their sign as often as by chance"
+        if by_chance
+        else (
+            f"the residuals keep their sign longer than by chance (for {longest} of {rows} rows at "
+            "most): something slow is not in the model, such as friction that depends on the "
+            "position or on time"
+        )
+        if tests.runs_z < 0
+        else "the residuals change their sign more often than by chance, as a vibration or a "
+        "filter's edge makes them",
+    )
+
+
+def _left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
+    nothing = tests.cross_z <= tests.cross_limit
+    relative = abs(tests.cross_correlation) / tests.cross_deviations
+    row, column = divmod(int(relative.argmax()), relative.shape[1])
+    lag = row - (len(relative) - 1) // 2
+    names = [q.expression or q.name for q in estimate.form.quantities]
+    of = "instrument" if estimate.Z is not None else "regressor's column"
+    return Check(
+        name="residuals against the motion",
+        status=passed(nothing),
+        figure=tests.cross_z,
+        threshold=tests.cross_limit,
+        p_value=tests.cross_p,
+        source="largest correlation of the residuals with an instrument (a regressor's column for "
+        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them",
+        meaning="the residuals do not follow the motion"
+        if nothing
+        else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
+        f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in the model",
+    )
+
+
+def _normality(tests: ResidualTests) -> Check:
+    normal = tests.jarque_bera_p >= _SIGNIFICANT
+    shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
+    return Check(
+        name="normal residuals",
+        status=passed(normal),
+        figure=tests.jarque_bera,
+        threshold=5.991,
+        p_value=tests.jarque_bera_p,
+        source="Jarque-Bera, chi-squared with 2 degrees of freedom at 5 %; supposes independent "
+        "residuals",
+        meaning="the residuals look normal"
+        if normal
+        else f"the residuals have {shape} tails than normal ones (excess kurtosis "
+        f"{tests.excess_kurtosis:.2g}, skewness {tests.skewness:.2g}): intervals rest on the "
+        "number of rows; look for outliers at reversals",
+    )
