@@ -25,6 +25,7 @@ from .summary import text_table
 
 _DEFAULT_POINTS = 12
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
+_SCHEMA = "axisid.sweep/1"
 _COVERED = 3.0  # i.i.d. deviations within which least squares and instruments agree
 
 
@@ -84,6 +85,7 @@ class Sweep:
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes."""
         return {
+            "schema": _SCHEMA,
             "recommended_cutoff": self.recommended,
             "reason": self.reason,
             "failures": {f"{cutoff:g}": why for cutoff, why in self.failures.items()},
