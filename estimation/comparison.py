@@ -1,0 +1,248 @@
+"""Choosing between models: candidates fitted to the same rows, and which to take.
+
+Held-out error comes first and parsimony second: of the candidates within one standard error of the
+smallest held-out error, the one with the fewest parameters.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from axisid.codegen import GeneratedAxis, as_generated
+from axisid.modeling import Axis, ModelError, UsageError
+
+from .candidate import Candidate, candidate
+from .comparison_text import comparison_dict, comparison_text
+from .errors import DataError, EstimationError
+from .held_out import contiguous_blocks, regression_rows
+from .identification import identify
+from .nesting import NestedTest, nested_tests
+from .prefilter import Prefilter
+from .record import Record
+from .signals import measured_signals
+
+_METHODS = ("idm-ls", "idm-iv")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Candidates on the same rows of one record, with a recommendation.
+
+    Attributes
+    ----------
+    record : Record
+    prefilter : Prefilter
+    method : str
+        ``idm-ls`` or ``idm-iv``.
+    candidates : tuple of Candidate
+        In the order that they were given.
+    failures : mapping of str to str
+        Candidates that this record does not identify, with the reason.
+    tests : tuple of NestedTest
+        Each model against the next richer ones that contain it.
+    same : tuple of (str, str)
+        Candidates that are one model in different parameters.
+    blocks, gap : int
+        Held-out blocks, and the rows left out on both sides of each.
+    recommended : str
+    tied : tuple of str
+        Candidates that the held-out error cannot tell from the best; the recommended one is among
+        them.
+    reason : str
+        Why that one, in one sentence.
+    """
+
+    record: Record
+    prefilter: Prefilter
+    method: str
+    candidates: tuple[Candidate, ...]
+    failures: Mapping[str, str]
+    tests: tuple[NestedTest, ...]
+    same: tuple[tuple[str, str], ...]
+    blocks: int
+    gap: int
+    recommended: str
+    tied: tuple[str, ...]
+    reason: str
+
+    def __getitem__(self, name: str) -> Candidate:
+        return {candidate.name: candidate for candidate in self.candidates}[name]
+
+    def summary(self) -> str:
+        """Tables of the estimates, errors and tests, the recommendation, and notes."""
+        return comparison_text(self)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``--json`` writes."""
+        return comparison_dict(self)
+
+
+def compare(
+    axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
+    record: Record,
+    prefilter: Prefilter | None = None,
+    method: str = "idm-ls",
+) -> Comparison:
+    """Fit several models of one axis to the same rows and recommend one.
+
+    Parameters
+    ----------
+    axes : mapping of str to Axis, or sequence of Axis
+        Two or more, of one coordinate and one drive; see `friction_ladder` for a set of them.
+    record : Record
+    prefilter : Prefilter, optional
+        The same for all.
+    method : {"idm-ls", "idm-iv"}
+        Estimator of the tables, of the held-out errors and of the Wald tests.
+
+    Raises
+    ------
+    UsageError
+        The axes cannot be compared, or the method is another.
+    DataError
+        The record is too short to hold rows out.
+    EstimationError
+        The record identifies none of the candidates.
+    """
+    if method not in _METHODS:
+        raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
+    named = _named(axes)
+    _check_comparable(named)
+    filtered, fits, failures = prefilter or Prefilter(), {}, {}
+    measured_signals(next(iter(named.values())), record, filtered)  # refused for all alike
+    for name, axis in named.items():
+        try:
+            fits[name] = identify(axis, record, filtered, [method])[method]
+        except (EstimationError, ModelError, DataError) as error:
+            failures[name] = str(error)
+    if not fits:
+        raise EstimationError(
+            f"none of the candidates is identified: {'; '.join(dict.fromkeys(failures.values()))}"
+        )
+    rows = len(next(iter(fits.values())).y)
+    gap = filtered.memory(record.period)
+    blocks = contiguous_blocks(rows, gap, max(len(e.physical) for e in fits.values()))
+    candidates = []
+    for name, estimate in fits.items():
+        try:
+            with np.errstate(all="ignore"):
+                found = candidate(name, named[name], record, filtered, estimate, blocks)
+            candidates.append(found)
+        except EstimationError as error:
+            failures[name] = f"with a tenth of the rows held out, {error}"
+    if not candidates:
+        raise EstimationError(f"none of the candidates: {'; '.join(failures.values())}")
+    tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
+    recommended, tied, reason = _recommend(candidates, len(blocks))
+    return Comparison(
+        record=record,
+        prefilter=filtered,
+        method=method,
+        candidates=tuple(candidates),
+        failures=failures,
+        tests=tests,
+        same=same,
+        blocks=len(blocks),
+        gap=gap,
+        recommended=recommended,
+        tied=tied,
+        reason=reason,
+    )
+
+
+def _named(
+    axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
+) -> dict[str, GeneratedAxis]:
+    """Generated axes by name, each of them once."""
+    given = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
+    if len(given) < 2:
+        raise UsageError(
+            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; give two "
+            "axes or more, or a friction ladder of one."
+        )
+    named: dict[str, GeneratedAxis] = {}
+    for name, axis in given:
+        generated = as_generated(axis)
+        label = generated.axis.name if name is None else name
+        twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
+        if twin is not None:
+            raise UsageError(f"{label!r} is the same axis as {twin!r}; give each one once.")
+        if label in named:
+            raise UsageError(
+                f"two candidates are named {label!r}; give each axis a name of its own."
+            )
+        named[label] = generated
+    return named
+
+
+def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
+    """Refuse axes that do not explain the same force by the same motion."""
+    (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
+    for name, axis in others:
+        if axis.coordinate != reference.coordinate:
+            q, p = axis.coordinate, reference.coordinate
+            raise UsageError(
+                f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
+                f"{p.unit}; candidates explain one motion, so declare them with the same one."
+            )
+        if axis.drive != reference.drive:
+            raise UsageError(
+                f"{name!r} and {first!r} have different drives ({_drive(axis)} against "
+                f"{_drive(reference)}), so they would explain different forces; declare them with "
+                "the same one."
+            )
+
+
+def _drive(axis: Axis) -> str:
+    drive, force = axis.drive, axis.coordinate.force_unit
+    limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
+    return f"{drive.gain:g} {force}/{drive.unit}{limit}"
+
+
+def _recommend(candidates: Sequence[Candidate], blocks: int) -> tuple[str, tuple[str, ...], str]:
+    """The simplest candidate within one standard error of the smallest held-out error."""
+    best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
+    tied = [best]
+    for other in candidates:
+        excess, deviation = other.equation.excess(best.equation)
+        if other is not best and excess <= deviation:
+            tied.append(other)
+    chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
+    names = tuple(c.name for c in candidates if c in tied)
+    error = f"{chosen.equation.error_percent:.4g} %"
+    if len(candidates) == 1:
+        return chosen.name, names, "the only candidate that this record identifies"
+    if len(tied) == 1:
+        return chosen.name, names, _clear(chosen, candidates, blocks)
+    fewest = sum(c.size == chosen.size for c in tied) == 1
+    listed = f"{', '.join(names[:-1])} and {names[-1]}"
+    why = (
+        "has the fewest parameters" if fewest else "has the smallest error at the fewest parameters"
+    )
+    return (
+        chosen.name,
+        names,
+        f"held-out error {error}: this record cannot tell {listed} apart (within one standard "
+        f"error over {blocks} blocks), and of these {chosen.name} {why}",
+    )
+
+
+def _clear(chosen: Candidate, candidates: Sequence[Candidate], blocks: int) -> str:
+    """Why a candidate that nothing comes near is recommended."""
+    others = [c for c in candidates if c is not chosen]
+    second = min(others, key=lambda c: c.equation.error_percent)
+    excess, error = second.equation.excess(chosen.equation)
+    ahead = f"{excess / error:.1f} standard errors" if error else "in every block"
+    reason = (
+        f"its held-out error {chosen.equation.error_percent:.4g} % is the smallest, against "
+        f"{second.equation.error_percent:.4g} % of {second.name} ({ahead} over {blocks} blocks)"
+    )
+    if chosen.size > max(c.size for c in others):
+        reason += "; it is the richest candidate, so a richer law may do better still"
+    return reason

@@ -1,0 +1,247 @@
+"""A comparison of models as tables of plain text, and as plain numbers."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from .candidate import Candidate, ParameterCheck
+from .held_out import HeldOut
+from .serialised import estimate_dict, prefilter_dict, record_dict
+from .summary import number_with_sd, text_table
+
+if TYPE_CHECKING:
+    from .comparison import Comparison
+
+_WIDTH = 96
+_ABREAST = 4  # candidates in one table
+_SMALLEST_P = 1e-16
+
+
+def comparison_text(comparison: "Comparison") -> str:
+    """Heading, estimates, errors, tests, the recommendation and notes."""
+    c = comparison
+    blocks = [_heading(c)]
+    blocks += [
+        _estimates(c.candidates[i : i + _ABREAST]) for i in range(0, len(c.candidates), _ABREAST)
+    ]
+    blocks.append(_errors(c.candidates))
+    if c.tests:
+        blocks.append(_tests(c))
+    blocks.append("\n".join([*_uninformed(c.candidates), *_remarks(c)]))
+    blocks.append(_wrapped("recommended: ", f"{c.recommended}; {c.reason}."))
+    blocks.append("\n".join(_wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def comparison_dict(comparison: "Comparison") -> dict[str, Any]:
+    """The comparison as plain numbers and texts; what is not finite becomes null."""
+    c = comparison
+    result = {
+        "record": record_dict(c.record),
+        "prefilter": prefilter_dict(c.prefilter, c.record.period),
+        "method": c.method,
+        "rows": len(c.candidates[0].estimate.y),
+        "held_out": {"blocks": c.blocks, "gap_rows": c.gap},
+        "candidates": [_candidate_dict(each) for each in c.candidates],
+        "failures": dict(c.failures),
+        "tests": [asdict(test) for test in c.tests],
+        "same": [list(pair) for pair in c.same],
+        "recommended": c.recommended,
+        "tied": list(c.tied),
+        "reason": c.reason,
+    }
+    return {key: _finite(value) for key, value in result.items()}
+
+
+def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "name": candidate.name,
+        "axis": candidate.axis.axis.name,
+        "signature": candidate.axis.signature,
+        "estimate": estimate_dict(candidate.estimate),
+        "criteria": asdict(candidate.criteria),
+        "held_out_equation": _held_out_dict(candidate.equation),
+        "held_out_simulation": None
+        if candidate.simulation is None
+        else _held_out_dict(candidate.simulation),
+        "no_simulation": candidate.reason or None,
+        "parameter_checks": [asdict(check) for check in candidate.checks],
+    }
+
+
+def _held_out_dict(held_out: HeldOut) -> dict[str, Any]:
+    return {
+        "error_percent": held_out.error_percent,
+        "squares_by_block": held_out.squares.tolist(),
+    }
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _heading(c: "Comparison") -> str:
+    f, n = c.prefilter, len(c.candidates[0].estimate.y)
+    start, end = f.dropped(c.record.period)
+    rows = "every row" if f.decimate == 1 else f"one row in {f.decimate} ({f.decimation} alignment)"
+    force = "drive gain x control" if c.record.force is None else "force column"
+    return "\n".join(
+        [
+            f"record     {c.record.provenance.source}, {len(c.record)} samples of "
+            f"{1e3 * c.record.period:.6g} ms",
+            f"prefilter  Butterworth {f.cutoff:g} Hz, order {f.order}; {rows}; {start} + {end} "
+            "samples dropped",
+            f"force      {force}, hold {f.hold}",
+            f"method     {c.method.upper()}; the same {n} rows for all; {c.blocks} blocks held "
+            f"out, a gap of {c.gap} rows on both sides",
+        ]
+    )
+
+
+def _estimates(candidates: Sequence[Candidate]) -> str:
+    """Parameters by candidate, value +- deviation."""
+    units = {q.name: q.unit for c in candidates for q in c.estimate.quantities}
+    header = ["estimate +- sd [1]", "unit", *(c.name for c in candidates)]
+    rows = []
+    for name, unit in units.items():
+        values = [c.estimate.parameters.get(name) for c in candidates]
+        cells = ["-" if v is None else " +- ".join(_short(*number_with_sd(v)[:2])) for v in values]
+        rows.append([name, unit, *cells])
+    return text_table(header, rows)
+
+
+def _short(value: str, sd: str) -> tuple[str, str]:
+    """The digits that two digits of the deviation warrant."""
+    spread = float(sd)
+    places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
+    return f"{float(value):.{places}f}", f"{spread:.{places}f}"
+
+
+def _errors(candidates: Sequence[Candidate]) -> str:
+    header = ["candidate", "k [2]", "equation %", "held out %", "simulation %", "held out %"]
+    header += ["dAIC [3]", "dBIC [3]", "dAIC HAC [4]"]
+    best = {
+        name: min(getattr(c.criteria, name) for c in candidates)
+        for name in ("aic", "bic", "aic_hac")
+    }
+    rows = []
+    for c in candidates:
+        simulated = c.estimate.simulation_error_percent
+        rows.append(
+            [
+                c.name,
+                str(c.size),
+                f"{c.estimate.equation_error_percent:.4f}",
+                f"{c.equation.error_percent:.4f}",
+                "-" if simulated is None else f"{simulated:.4f}",
+                "-" if c.simulation is None else f"{c.simulation.error_percent:.4f}",
+                *(f"{getattr(c.criteria, name) - least:.1f}" for name, least in best.items()),
+            ]
+        )
+    return text_table(header, rows)
+
+
+def _tests(c: "Comparison") -> str:
+    """Every nested pair, classical and robust."""
+    rows = [
+        [
+            f"{t.smaller} in {t.larger}",
+            str(t.restrictions),
+            f"{t.f:.4g}",
+            _p(t.f_p),
+            f"{t.wald:.4g}",
+            _p(t.wald_p),
+        ]
+        for t in c.tests
+    ]
+    return text_table(["nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"], rows)
+
+
+def _p(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
+
+
+def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
+    """A line for each candidate with parameters that the record does not need."""
+    lines = []
+    for c in candidates:
+        told = [_said(check, c) for check in c.checks if not check.informed]
+        if told:
+            lines.append(_wrapped("", f"no information in {c.name}: {'; '.join(told)}."))
+    return lines or ["Every parameter of every candidate carries information [5]."]
+
+
+def _said(check: ParameterCheck, candidate: Candidate) -> str:
+    zero = f"it may be zero (HAC p = {check.p_value:.2g})"
+    if check.without_percent is None:
+        return f"{check.name}: {zero}"
+    without = (
+        f"the held-out error without it is {check.without_percent:.4g} %, with it "
+        f"{candidate.equation.error_percent:.4g} %"
+    )
+    if check.p_value < 0.05:
+        return f"{check.name}: {without}, though HAC rejects zero (p = {_p(check.p_value)})"
+    return f"{check.name}: {zero}; {without}"
+
+
+def _remarks(c: "Comparison") -> list[str]:
+    """What kept a candidate or a figure out, and what disagrees."""
+    lines = [_wrapped("", f"{name} is left out: {why}") for name, why in c.failures.items()]
+    lines += [
+        f"{a} and {b} are the same model in different parameters, on these rows." for a, b in c.same
+    ]
+    shared: dict[str, list[str]] = {}
+    for each in c.candidates:
+        if each.reason:
+            shared.setdefault(each.reason, []).append(each.name)
+    lines += [
+        _wrapped("", f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
+    ]
+    simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
+    if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
+        lines.append(
+            _wrapped("", f"The held-out simulation error is smallest for {min(simulated)[1]}.")
+        )
+    return lines
+
+
+def _notes(c: "Comparison") -> list[str]:
+    instruments = (
+        " Instruments are those of the loop simulated with the estimate from all rows."
+        if c.method == "idm-iv"
+        else ""
+    )
+    return [
+        "sd: HAC, for autocorrelated residuals, as in identify.",
+        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error the same "
+        "of the simulated loop. Held out: each block by the estimate from the others, without the "
+        f"rows next to it, which share samples with it through the filters.{instruments}",
+        "AIC, BIC and F: classical, of least squares, for independent rows. Rows of filtered data "
+        "are not independent, so these overrate every further parameter: shown for comparison with "
+        "publications.",
+        "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
+        "restrictions, F distributed), and AIC with the penalty 2 tr(V_iid^-1 V_hac) in place of "
+        "2 k (Takeuchi).",
+        "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
+        "where the held-out error is no larger without it.",
+        "Recommended: of the candidates whose held-out equation error is within one standard error "
+        "(of its excess over the smallest, by block), the one with the fewest parameters.",
+    ]
+
+
+def _wrapped(head: str, text: str) -> str:
+    return textwrap.fill(
+        text,
+        _WIDTH,
+        initial_indent=head,
+        subsequent_indent=" " * min(len(head), 4),
+        break_on_hyphens=False,
+    )
