@@ -9,7 +9,7 @@ from scipy.special import stdtr
 
 from axisid.codegen import GeneratedAxis
 
-from .covariance import Classical, Hac
+from .covariance import Hac
 from .estimate import Estimate
 from .held_out import (
     Block,
@@ -23,7 +23,8 @@ from .linear import Solution
 from .prefilter import Prefilter
 from .record import Record
 
-_LEVEL = 0.05
+#: Of the tests of parameters and of nested models.
+LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,14 +58,14 @@ class Criteria:
         Gaussian, at the variance that maximises it.
     aic, bic : float
         ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
-    aic_hac : float
+    tic : float
         ``-2 logL + 2 tr(V_iid^-1 V_hac)`` [Takeuchi1976]_: the penalty as autocorrelation has it.
     """
 
     log_likelihood: float
     aic: float
     bic: float
-    aic_hac: float
+    tic: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,13 +156,15 @@ def criteria(solution: Solution) -> Criteria:
     solution : Solution
     """
     e, (n, k) = solution.residuals, solution.influence.shape
-    log_likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
-    spread = np.linalg.solve(Classical().matrix(solution), Hac().matrix(solution))
+    # Measured in G of V_iid = s^2 G G', the HAC covariance is free of units.
+    within = np.linalg.solve(solution.inverse_factor, Hac().matrix(solution))
+    relative = np.linalg.solve(solution.inverse_factor, within.T) / (e @ e / (n - k))
+    likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
     return Criteria(
-        log_likelihood=log_likelihood,
-        aic=2 * k - 2 * log_likelihood,
-        bic=k * math.log(n) - 2 * log_likelihood,
-        aic_hac=2 * float(np.trace(spread)) - 2 * log_likelihood,
+        log_likelihood=likelihood,
+        aic=2 * k - 2 * likelihood,
+        bic=k * math.log(n) - 2 * likelihood,
+        tic=2 * float(np.trace(relative)) - 2 * likelihood,
     )
 
 
@@ -185,5 +188,5 @@ def _check(
         name=rows.names[column],
         p_value=p_value,
         without_percent=without,
-        informed=p_value < _LEVEL and (without is None or without > equation.error_percent),
+        informed=p_value < LEVEL and (without is None or without > equation.error_percent),
     )

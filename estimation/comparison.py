@@ -16,13 +16,12 @@ from axisid.modeling import Axis, ModelError, UsageError
 
 from .candidate import Candidate, candidate
 from .comparison_text import comparison_dict, comparison_text
-from .errors import DataError, EstimationError
+from .errors import EstimationError
 from .held_out import contiguous_blocks, regression_rows
 from .identification import identify
 from .nesting import NestedTest, nested_tests
 from .prefilter import Prefilter
 from .record import Record
-from .signals import measured_signals
 
 _METHODS = ("idm-ls", "idm-iv")
 
@@ -115,11 +114,10 @@ def compare(
     named = _named(axes)
     _check_comparable(named)
     filtered, fits, failures = prefilter or Prefilter(), {}, {}
-    measured_signals(next(iter(named.values())), record, filtered)  # refused for all alike
     for name, axis in named.items():
         try:
             fits[name] = identify(axis, record, filtered, [method])[method]
-        except (EstimationError, ModelError, DataError) as error:
+        except (EstimationError, ModelError) as error:
             failures[name] = str(error)
     if not fits:
         raise EstimationError(
@@ -138,7 +136,8 @@ def compare(
             failures[name] = f"with a tenth of the rows held out, {error}"
     if not candidates:
         raise EstimationError(f"none of the candidates: {'; '.join(failures.values())}")
-    tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
+    with np.errstate(all="ignore"):
+        tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
         record=record,
@@ -164,7 +163,7 @@ def _named(
     if len(given) < 2:
         raise UsageError(
             f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; give two "
-            "axes or more, or a friction ladder of one."
+            "axes or more, or a friction ladder (--ladder) of one."
         )
     named: dict[str, GeneratedAxis] = {}
     for name, axis in given:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from .candidate import Candidate, ParameterCheck
+from .candidate import LEVEL, Candidate, ParameterCheck
 from .held_out import HeldOut
+from .nesting import NestedTest
 from .serialised import estimate_dict, prefilter_dict, record_dict
 from .summary import number_with_sd, text_table
 
@@ -29,7 +30,7 @@ def comparison_text(comparison: "Comparison") -> str:
     blocks.append(_errors(c.candidates))
     if c.tests:
         blocks.append(_tests(c))
-    blocks.append("\n".join([*_uninformed(c.candidates), *_remarks(c)]))
+    blocks.append("\n".join([*_uninformed(c.candidates), *_unneeded(c.tests), *_remarks(c)]))
     blocks.append(_wrapped("recommended: ", f"{c.recommended}; {c.reason}."))
     blocks.append("\n".join(_wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
     return "\n\n".join(block for block in blocks if block) + "\n"
@@ -124,11 +125,10 @@ def _short(value: str, sd: str) -> tuple[str, str]:
 
 
 def _errors(candidates: Sequence[Candidate]) -> str:
-    header = ["candidate", "k [2]", "equation %", "held out %", "simulation %", "held out %"]
-    header += ["dAIC [3]", "dBIC [3]", "dAIC HAC [4]"]
+    header = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
+    header += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
     best = {
-        name: min(getattr(c.criteria, name) for c in candidates)
-        for name in ("aic", "bic", "aic_hac")
+        name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
     rows = []
     for c in candidates:
@@ -141,10 +141,14 @@ def _errors(candidates: Sequence[Candidate]) -> str:
                 f"{c.equation.error_percent:.4f}",
                 "-" if simulated is None else f"{simulated:.4f}",
                 "-" if c.simulation is None else f"{c.simulation.error_percent:.4f}",
-                *(f"{getattr(c.criteria, name) - least:.1f}" for name, least in best.items()),
+                *(_above(getattr(c.criteria, name), least) for name, least in best.items()),
             ]
         )
     return text_table(header, rows)
+
+
+def _above(value: float, least: float) -> str:
+    return f"{value - least:.1f}" if math.isfinite(value - least) else "-"
 
 
 def _tests(c: "Comparison") -> str:
@@ -170,26 +174,36 @@ def _p(value: float) -> str:
 
 
 def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
-    """A line for each candidate with parameters that the record does not need."""
-    lines = []
-    for c in candidates:
-        told = [_said(check, c) for check in c.checks if not check.informed]
-        if told:
-            lines.append(_wrapped("", f"no information in {c.name}: {'; '.join(told)}."))
+    """A line for each parameter that the record does not need."""
+    lines = [
+        _wrapped("", f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
+        for c in candidates
+        for check in c.checks
+        if not check.informed
+    ]
     return lines or ["Every parameter of every candidate carries information [5]."]
 
 
-def _said(check: ParameterCheck, candidate: Candidate) -> str:
-    zero = f"it may be zero (HAC p = {check.p_value:.2g})"
+def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
+    """A line for each model that says no more than one it contains."""
+    return [
+        f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)})."
+        for t in tests
+        if t.wald_p >= LEVEL
+    ]
+
+
+def _why(check: ParameterCheck, candidate: Candidate) -> str:
+    zero = f"it may be zero (HAC p = {_p(check.p_value)})"
     if check.without_percent is None:
-        return f"{check.name}: {zero}"
-    without = (
-        f"the held-out error without it is {check.without_percent:.4g} %, with it "
-        f"{candidate.equation.error_percent:.4g} %"
+        return zero
+    errors = (
+        f"the held-out error is {check.without_percent:.5g} % without it, "
+        f"{candidate.equation.error_percent:.5g} % with it"
     )
-    if check.p_value < 0.05:
-        return f"{check.name}: {without}, though HAC rejects zero (p = {_p(check.p_value)})"
-    return f"{check.name}: {zero}; {without}"
+    if check.p_value >= LEVEL:
+        return f"{zero}; {errors}"
+    return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
 
 
 def _remarks(c: "Comparison") -> list[str]:
@@ -205,6 +219,13 @@ def _remarks(c: "Comparison") -> list[str]:
     lines += [
         _wrapped("", f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
     ]
+    first, *others = c.candidates
+    lines += [
+        f"{e.name} and {first.name} have different control laws, so their simulation errors "
+        "compare these too."
+        for e in others
+        if e.axis.axis.control != first.axis.axis.control
+    ]
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
     if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
         lines.append(
@@ -215,21 +236,21 @@ def _remarks(c: "Comparison") -> list[str]:
 
 def _notes(c: "Comparison") -> list[str]:
     instruments = (
-        " Instruments are those of the loop simulated with the estimate from all rows."
+        " Instruments are those of the loop simulated with all rows' estimate."
         if c.method == "idm-iv"
         else ""
     )
     return [
         "sd: HAC, for autocorrelated residuals, as in identify.",
-        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error the same "
-        "of the simulated loop. Held out: each block by the estimate from the others, without the "
+        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error: of "
+        "the simulated loop. Held out: each block by the estimate from the others, without the "
         f"rows next to it, which share samples with it through the filters.{instruments}",
         "AIC, BIC and F: classical, of least squares, for independent rows. Rows of filtered data "
         "are not independent, so these overrate every further parameter: shown for comparison with "
         "publications.",
         "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
-        "restrictions, F distributed), and AIC with the penalty 2 tr(V_iid^-1 V_hac) in place of "
-        "2 k (Takeuchi).",
+        "restrictions, F distributed), and Takeuchi's criterion TIC, AIC with the penalty "
+        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest.",
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "
