@@ -17,6 +17,7 @@ from axisid.modeling import Axis, ModelError, UsageError
 from .candidate import Candidate, candidate
 from .comparison_text import comparison_dict, comparison_text
 from .errors import EstimationError
+from .estimate import Estimate
 from .held_out import contiguous_blocks, regression_rows
 from .identification import identify
 from .nesting import NestedTest, nested_tests
@@ -24,6 +25,8 @@ from .prefilter import Prefilter
 from .record import Record
 
 _METHODS = ("idm-ls", "idm-iv")
+_USELESS = 100.0  # %
+_AS_GOOD = 1.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,12 +49,13 @@ class Comparison:
         Candidates that are one model in different parameters.
     blocks, gap : int
         Held-out blocks, and the rows left out on both sides of each.
-    recommended : str
+    recommended : str or None
+        None where no candidate explains any of what is held out.
     tied : tuple of str
-        Candidates that the held-out error cannot tell from the best; the recommended one is among
-        them.
+        Candidates that the held-out error cannot tell from the best, with it and the recommended
+        one.
     reason : str
-        Why that one, in one sentence.
+        Why that one, or none, in one sentence.
     """
 
     record: Record
@@ -63,7 +67,7 @@ class Comparison:
     same: tuple[tuple[str, str], ...]
     blocks: int
     gap: int
-    recommended: str
+    recommended: str | None
     tied: tuple[str, ...]
     reason: str
 
@@ -113,30 +117,22 @@ def compare(
         raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
     named = _named(axes)
     _check_comparable(named)
-    filtered, fits, failures = prefilter or Prefilter(), {}, {}
-    for name, axis in named.items():
-        try:
-            fits[name] = identify(axis, record, filtered, [method])[method]
-        except (EstimationError, ModelError) as error:
-            failures[name] = str(error)
-    if not fits:
-        raise EstimationError(
-            f"none of the candidates is identified: {'; '.join(dict.fromkeys(failures.values()))}"
-        )
-    rows = len(next(iter(fits.values())).y)
+    filtered = prefilter or Prefilter()
+    fits, failures = _fits(named, record, filtered, method)
     gap = filtered.memory(record.period)
+    rows = len(next(iter(fits.values())).y)
     blocks = contiguous_blocks(rows, gap, max(len(e.physical) for e in fits.values()))
     candidates = []
-    for name, estimate in fits.items():
-        try:
-            with np.errstate(all="ignore"):
-                found = candidate(name, named[name], record, filtered, estimate, blocks)
-            candidates.append(found)
-        except EstimationError as error:
-            failures[name] = f"with a tenth of the rows held out, {error}"
-    if not candidates:
-        raise EstimationError(f"none of the candidates: {'; '.join(failures.values())}")
     with np.errstate(all="ignore"):
+        for name, estimate in fits.items():
+            try:
+                found = candidate(name, named[name], record, filtered, estimate, blocks)
+            except EstimationError as error:
+                failures[name] = f"with a tenth of the rows held out, {error}"
+            else:
+                candidates.append(found)
+        if not candidates:
+            raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
@@ -153,6 +149,26 @@ def compare(
         tied=tied,
         reason=reason,
     )
+
+
+def _fits(
+    named: Mapping[str, GeneratedAxis], record: Record, prefilter: Prefilter, method: str
+) -> tuple[dict[str, Estimate], dict[str, str]]:
+    """Estimates by candidate, and why there is none."""
+    fits, failures = {}, {}
+    for name, axis in named.items():
+        try:
+            fits[name] = identify(axis, record, prefilter, [method])[method]
+        except (EstimationError, ModelError) as error:
+            failures[name] = str(error)
+    if not fits:
+        raise _none_left(failures)
+    return fits, failures
+
+
+def _none_left(failures: Mapping[str, str]) -> EstimationError:
+    reasons = "; ".join(dict.fromkeys(failures.values()))
+    return EstimationError(f"none of the candidates is identified: {reasons}")
 
 
 def _named(
@@ -204,31 +220,50 @@ def _drive(axis: Axis) -> str:
     return f"{drive.gain:g} {force}/{drive.unit}{limit}"
 
 
-def _recommend(candidates: Sequence[Candidate], blocks: int) -> tuple[str, tuple[str, ...], str]:
-    """The simplest candidate within one standard error of the smallest held-out error."""
+def _recommend(
+    candidates: Sequence[Candidate], blocks: int
+) -> tuple[str | None, tuple[str, ...], str]:
+    """The simplest candidate that is as good as the best on held-out rows."""
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
-    tied = [best]
-    for other in candidates:
-        excess, deviation = other.equation.excess(best.equation)
-        if other is not best and excess <= deviation:
-            tied.append(other)
+    tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
-    names = tuple(c.name for c in candidates if c in tied)
-    error = f"{chosen.equation.error_percent:.4g} %"
+    names = tuple(c.name for c in tied)
+    if not best.equation.error_percent < _USELESS:
+        return None, names, _useless(best)
     if len(candidates) == 1:
         return chosen.name, names, "the only candidate that this record identifies"
     if len(tied) == 1:
         return chosen.name, names, _clear(chosen, candidates, blocks)
-    fewest = sum(c.size == chosen.size for c in tied) == 1
-    listed = f"{', '.join(names[:-1])} and {names[-1]}"
-    why = (
-        "has the fewest parameters" if fewest else "has the smallest error at the fewest parameters"
-    )
+    return chosen.name, names, _tied(chosen, tied, blocks)
+
+
+def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
+    """Whether the held-out error is the best one's, as far as the blocks can tell.
+
+    The second condition is for an excess that lies in one block: its standard error is as large.
+    """
+    excess, deviation = candidate.equation.excess(best.equation)
+    limit = _AS_GOOD * best.equation.error_percent
+    return excess <= deviation and candidate.equation.error_percent <= limit
+
+
+def _useless(best: Candidate) -> str:
     return (
-        chosen.name,
-        names,
-        f"held-out error {error}: this record cannot tell {listed} apart (within one standard "
-        f"error over {blocks} blocks), and of these {chosen.name} {why}",
+        f"the smallest held-out error, {best.equation.error_percent:.4g} % of {best.name}, is no "
+        "smaller than the force itself: what one part of the record tells does not hold in the "
+        "others. Record several speeds in both directions, more than once"
+    )
+
+
+def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
+    """Why one of several that cannot be told apart is recommended."""
+    names = [c.name for c in tied]
+    fewest = sum(c.size == chosen.size for c in tied) == 1
+    why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
+    return (
+        f"held-out error {chosen.equation.error_percent:.4g} %: this record cannot tell "
+        f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over {blocks} "
+        f"blocks), and {chosen.name} has {why} of them"
     )
 
 

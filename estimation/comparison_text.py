@@ -31,7 +31,7 @@ def comparison_text(comparison: "Comparison") -> str:
     if c.tests:
         blocks.append(_tests(c))
     blocks.append("\n".join([*_uninformed(c.candidates), *_unneeded(c.tests), *_remarks(c)]))
-    blocks.append(_wrapped("recommended: ", f"{c.recommended}; {c.reason}."))
+    blocks.append(_wrapped("recommended: ", f"{c.recommended or 'none'}; {c.reason}."))
     blocks.append("\n".join(_wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -254,7 +254,8 @@ def _notes(c: "Comparison") -> list[str]:
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "
-        "(of its excess over the smallest, by block), the one with the fewest parameters.",
+        "(of its excess over the smallest, by block) and 1.1 times the smallest, the one with the "
+        "fewest parameters.",
     ]
 
 
