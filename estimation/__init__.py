@@ -8,10 +8,13 @@ from .alignment import Alignment as Alignment
 from .alignment import profile_alignment as profile_alignment
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
+from .candidate import Candidate as Candidate
 from .check import Check as Check
 from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
+from .comparison import Comparison as Comparison
+from .comparison import compare as compare
 from .covariance import Classical as Classical
 from .covariance import Covariance as Covariance
 from .covariance import Hac as Hac

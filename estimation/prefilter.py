@@ -92,12 +92,24 @@ class Prefilter:
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
-        if self.drop is not None:
-            return self.drop
+        return (self._transient(period), 0) if self.drop is None else self.drop
+
+    def memory(self, period: float) -> int:
+        """Rows over which both filters' responses decay to 1e-3, for a sampling period in s.
+
+        Rows further apart are made of different samples.
+        """
+        if self.decimate == 1:
+            return self._transient(period)
+        sections = _decimation_filter(self.decimate)
+        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+        samples = self._transient(period) + math.log(_SETTLED) / math.log(slowest)
+        return math.ceil(samples / self.decimate)
+
+    def _transient(self, period: float) -> int:
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
         slowest = 2 * math.pi * self.cutoff * math.sin(math.pi / (2 * self.order))
-        transient = math.ceil(-math.log(_SETTLED) / slowest / period)
-        return (transient, 0)
+        return math.ceil(-math.log(_SETTLED) / slowest / period)
 
     def check(self, samples: int, period: float) -> None:
         """Refuse a record that these settings cannot serve.

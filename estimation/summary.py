@@ -32,7 +32,8 @@ def summary_text(
         if of_form:
             blocks.append(_estimates_table(of_form))
     blocks.append(_verdict(checks))
-    made = _how_it_was_made(axis, record, prefilter, len(estimates[0].y))
+    rows = rows_text(record, prefilter, len(estimates[0].y))
+    made = f"{rows} Generated code {axis.signature[:12]}."
     notes = [*_notes(estimates), made, *_left_out(missing)]
     blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
@@ -50,6 +51,19 @@ def text_table(header: Row, rows: Iterable[Row]) -> str:
 
     rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
     return "\n".join([text(lines[0]), rule, *map(text, lines[1:])])
+
+
+def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
+    """How a record became the rows of a regression, for the notes of a table."""
+    f = prefilter
+    start, end = f.dropped(record.period)
+    kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
+    force = "drive gain x control" if record.force is None else "force column"
+    return (
+        f"{used} rows of {len(record)} samples: {start} dropped at the start, {end} at the end, "
+        f"then {kept}. Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
+        f"forward and backward. Force: {force}, hold {f.hold}."
+    )
 
 
 def number_with_sd(value: Value) -> tuple[str, str, str, str]:
@@ -177,19 +191,6 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         for remark in estimate.remarks:
             shared.setdefault(remark, []).append(estimate.method)
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
-
-
-def _how_it_was_made(axis: GeneratedAxis, record: Record, prefilter: Prefilter, used: int) -> str:
-    f = prefilter
-    start, end = f.dropped(record.period)
-    kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-    force = "drive gain x control" if record.force is None else "force column"
-    return (
-        f"{used} rows of {len(record)} samples: {start} dropped at the start, {end} at the end, "
-        f"then {kept}. Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-        f"forward and backward. Force: {force}, hold {f.hold}. Generated code "
-        f"{axis.signature[:12]}."
-    )
 
 
 def _gain_notes(estimate: Estimate) -> list[str]:

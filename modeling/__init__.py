@@ -29,6 +29,7 @@ from .experiment import Move as Move
 from .experiment import back_and_forth as back_and_forth
 from .identifiability import describe_combinations as describe_combinations
 from .identifiability import describe_direction as describe_direction
+from .ladder import friction_ladder as friction_ladder
 from .lagrange import lagrange as lagrange
 from .library import LIBRARY as LIBRARY
 from .loading import load_axis as load_axis

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from axisid.codegen import build as build
     from axisid.estimation import METHODS as METHODS
     from axisid.estimation import BatchSimulation as BatchSimulation
+    from axisid.estimation import Comparison as Comparison
     from axisid.estimation import DataError as DataError
     from axisid.estimation import Estimate as Estimate
     from axisid.estimation import EstimationError as EstimationError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from axisid.estimation import Record as Record
     from axisid.estimation import Simulation as Simulation
     from axisid.estimation import Sweep as Sweep
+    from axisid.estimation import compare as compare
     from axisid.estimation import delta_method as delta_method
     from axisid.estimation import identify as identify
     from axisid.estimation import read_record as read_record
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
     from axisid.modeling import cascade_pd_averaged as cascade_pd_averaged
     from axisid.modeling import coulomb as coulomb
     from axisid.modeling import derive as derive
+    from axisid.modeling import friction_ladder as friction_ladder
     from axisid.modeling import gain as gain
     from axisid.modeling import lagrange as lagrange
     from axisid.modeling import load_axis as load_axis
@@ -65,14 +68,14 @@ _STAGES = {
     "axisid.modeling": (
         "Axis AxisModel AxisidError ControlLaw Coordinate Drive Experiment LIBRARY "
         "MEASURED_POSITION MEASURED_VELOCITY Memory ModelError Move PERIOD Parameter REFERENCE "
-        "UsageError back_and_forth cascade_pd cascade_pd_averaged coulomb derive gain lagrange "
-        "load_axis newton offset spring viscous"
+        "UsageError back_and_forth cascade_pd cascade_pd_averaged coulomb derive friction_ladder "
+        "gain lagrange load_axis newton offset spring viscous"
     ),
     "axisid.codegen": "GeneratedAxis build",
     "axisid.estimation": (
-        "BatchSimulation DataError Estimate EstimationError Identification METHODS Prefilter "
-        "Record Simulation Sweep delta_method identify read_record simulate simulate_batch sweep "
-        "twin_record validate"
+        "BatchSimulation Comparison DataError Estimate EstimationError Identification METHODS "
+        "Prefilter Record Simulation Sweep compare delta_method identify read_record simulate "
+        "simulate_batch sweep twin_record validate"
     ),
 }
 _HOME = {name: stage for stage, names in _STAGES.items() for name in names.split()}

@@ -18,7 +18,7 @@ import click
 from axisid import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from axisid.codegen import GeneratedAxis
     from axisid.estimation import Identification, Prefilter, Record
@@ -276,6 +276,120 @@ def sweep(
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
     if json_file != "-":
         click.echo(result.summary(), nl=False)
+
+
+class _ListedAxes(click.Command):
+    """A command whose ``--axes`` takes every name up to the next option or record."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Repeat ``--axes`` before each of the names that follow it."""
+        return super().parse_args(ctx, list(_repeated(args, "--axes")))
+
+
+def _repeated(args: list[str], option: str) -> "Iterator[str]":
+    listing = False
+    for before, arg in zip(["", *args], args, strict=False):
+        if before == option and arg.startswith("-"):
+            raise click.BadOptionUsage(option, f"{option} names no axis before {arg}.")
+        further = listing and before != option
+        if arg.startswith("-"):
+            listing = arg == option
+        elif further and Path(arg).suffix.lower() in (".csv", ".mat"):
+            listing = False
+        elif further:
+            yield option
+        yield arg
+
+
+@cli.command(
+    cls=_ListedAxes,
+    epilog="Examples: axisid compare DATA_EMPS.mat --ladder emps --hold zoh, or "
+    "axisid compare log.csv --axes a.py b.py c.py",
+)
+@click.argument("record", required=False)
+@click.option("--axes", multiple=True, metavar="AXIS...", help="The candidates, two or more.")
+@click.option("--ladder", metavar="AXIS", help="One axis under each friction law as candidates.")
+@click.option("--quadratic", is_flag=True, help="One more rung of the ladder: Fq dq |dq|.")
+@click.option(
+    "--stribeck",
+    type=float,
+    metavar="V",
+    help="One more rung: Fs exp(-(dq/V)^2) sign(dq), V in m/s or rad/s.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["idm-ls", "idm-iv"]),
+    default="idm-ls",
+    show_default=True,
+    help="Estimator.",
+)
+@click.option("--cutoff", type=float, metavar="HZ", help="As in identify.")
+@click.option("--order", type=int, metavar="N", help="As in identify.")
+@click.option("--decimate", type=int, metavar="N", help="As in identify.")
+@click.option("--decimation", type=click.Choice(["matlab", "scipy"]), help="As in identify.")
+@click.option("--drop", type=int, nargs=2, metavar="START END", help="As in identify.")
+@click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
+@click.option("--sample-period", type=float, metavar="S", help="As in identify.")
+@click.option("--columns", metavar="ROLE=NAME,...", help="As in identify.")
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@click.option(
+    "--json", "json_file", metavar="FILE", help="Write the results as JSON; - for stdout."
+)
+def compare(
+    record: str | None,
+    axes: tuple[str, ...],
+    ladder: str | None,
+    quadratic: bool,
+    stribeck: float | None,
+    method: str,
+    sample_period: float | None,
+    columns: str | None,
+    no_native: bool,
+    json_file: str | None,
+    **settings: Any,
+) -> None:
+    """Fit several models of one axis to RECORD, and recommend one.
+
+    The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
+    Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
+    same rows and judged by the error on rows that are held out. Without RECORD it is the twin of
+    the first axis.
+    """
+    prefilter = _prefilter(settings)
+    named = [*([] if ladder is None else [ladder]), *axes]
+    _check_json(json_file, record, *named)
+    if not named:
+        raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
+    if ladder is None and (quadratic or stribeck is not None):
+        raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
+    first, data = _axis_and_record(named[0], record, sample_period, columns, no_native=no_native)
+
+    from axisid.codegen import build
+    from axisid.estimation import compare as run
+    from axisid.modeling import friction_ladder
+
+    candidates: dict[str, Axis] = {}
+    if ladder is not None:
+        candidates |= friction_ladder(first.axis, quadratic=quadratic, stribeck=stribeck)
+    _add_named(candidates, axes)
+    built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
+    result = run(built, data, prefilter, method)
+    if json_file is not None:
+        _put_json(json_file, result.to_dict())
+    if json_file != "-":
+        click.echo(result.summary(), nl=False)
+
+
+def _add_named(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+    """Add axes by their own names, or as they were given where two have the same."""
+    from axisid.modeling import UsageError, load_axis
+
+    for name in names:
+        axis = load_axis(name)
+        label = name if axis.name in candidates else axis.name
+        if label in candidates:
+            raise UsageError(f"the axis {name} is given twice; give each one once.")
+        candidates[label] = axis
 
 
 def _drawn(draw: "Callable[[], None]", figure: str) -> None:

@@ -69,6 +69,13 @@ def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Rec
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
 
 
+def test_comparison(checker: Draft202012Validator, run: Any) -> None:
+    _, out, _ = run("compare", "--ladder", "emps2015", "--json", "-")
+    written = json.loads(out)
+    checker.validate(written)
+    assert written["schema"] == "axisid.comparison/1"
+
+
 def test_a_name_that_is_not_documented_is_found(checker: Draft202012Validator) -> None:
     written = identify(load_axis("emps2015"), twin_record(load_axis("emps2015"))).to_dict()
     written["estimates"][0]["secret"] = 1

@@ -1,0 +1,265 @@
+"""A comparison of models as tables of plain text, and as plain numbers."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from .candidate import LEVEL, Candidate, ParameterCheck
+from .held_out import HeldOut
+from .nesting import NestedTest
+from .serialised import estimate_dict, prefilter_dict, record_dict
+from .summary import number_with_sd, rows_text, text_table
+
+if TYPE_CHECKING:
+    from .comparison import Comparison
+
+_SCHEMA = "axisid.comparison/1"
+_WIDTH = 96
+_ABREAST = 4  # candidates in one table
+_SMALLEST_P = 1e-16
+
+
+def comparison_text(comparison: "Comparison") -> str:
+    """Heading, estimates, errors, tests, the recommendation and notes."""
+    c = comparison
+    blocks = [_heading(c)]
+    blocks += [
+        _estimates(c.candidates[i : i + _ABREAST]) for i in range(0, len(c.candidates), _ABREAST)
+    ]
+    blocks.append(_errors(c.candidates))
+    if c.tests:
+        blocks.append(_tests(c))
+    blocks.append("\n".join([*_uninformed(c.candidates), *_unneeded(c.tests), *_remarks(c)]))
+    blocks.append(_wrapped("recommended: ", f"{c.recommended or 'none'}; {c.reason}."))
+    blocks.append("\n".join(_wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def comparison_dict(comparison: "Comparison") -> dict[str, Any]:
+    """The comparison as plain numbers and texts; what is not finite becomes null."""
+    c = comparison
+    result = {
+        "schema": _SCHEMA,
+        "record": record_dict(c.record),
+        "prefilter": prefilter_dict(c.prefilter, c.record.period),
+        "method": c.method,
+        "rows": len(c.candidates[0].estimate.y),
+        "held_out": {"blocks": c.blocks, "gap_rows": c.gap},
+        "candidates": [_candidate_dict(each) for each in c.candidates],
+        "failures": dict(c.failures),
+        "tests": [asdict(test) for test in c.tests],
+        "same": [list(pair) for pair in c.same],
+        "recommended": c.recommended,
+        "tied": list(c.tied),
+        "reason": c.reason,
+    }
+    return {key: _finite(value) for key, value in result.items()}
+
+
+def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "name": candidate.name,
+        "axis": candidate.axis.axis.name,
+        "signature": candidate.axis.signature,
+        "estimate": estimate_dict(candidate.estimate),
+        "criteria": asdict(candidate.criteria),
+        "held_out_equation": _held_out_dict(candidate.equation),
+        "held_out_simulation": None
+        if candidate.simulation is None
+        else _held_out_dict(candidate.simulation),
+        "no_simulation": candidate.reason or None,
+        "parameter_checks": [asdict(check) for check in candidate.checks],
+    }
+
+
+def _held_out_dict(held_out: HeldOut) -> dict[str, Any]:
+    return {
+        "error_percent": held_out.error_percent,
+        "squares_by_block": held_out.squares.tolist(),
+    }
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _heading(c: "Comparison") -> str:
+    return "\n".join(
+        [
+            f"record     {c.record.provenance.source}, {len(c.record)} samples of "
+            f"{1e3 * c.record.period:.6g} ms",
+            f"method     {c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held "
+            f"out, a gap of {c.gap} rows on both sides",
+        ]
+    )
+
+
+def _estimates(candidates: Sequence[Candidate]) -> str:
+    """Parameters by candidate, value +- deviation."""
+    units = {q.name: q.unit for c in candidates for q in c.estimate.quantities}
+    header = ["estimate +- sd [1]", "unit", *(c.name for c in candidates)]
+    rows = []
+    for name, unit in units.items():
+        values = [c.estimate.parameters.get(name) for c in candidates]
+        cells = ["-" if v is None else " +- ".join(_short(*number_with_sd(v)[:2])) for v in values]
+        rows.append([name, unit, *cells])
+    return text_table(header, rows)
+
+
+def _short(value: str, sd: str) -> tuple[str, str]:
+    """The digits that two digits of the deviation warrant."""
+    spread = float(sd)
+    places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
+    return f"{float(value):.{places}f}", f"{spread:.{places}f}"
+
+
+def _errors(candidates: Sequence[Candidate]) -> str:
+    header = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
+    header += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
+    best = {
+        name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
+    }
+    rows = []
+    for c in candidates:
+        simulated = c.estimate.simulation_error_percent
+        rows.append(
+            [
+                c.name,
+                str(c.size),
+                f"{c.estimate.equation_error_percent:.4f}",
+                f"{c.equation.error_percent:.4f}",
+                "-" if simulated is None else f"{simulated:.4f}",
+                "-" if c.simulation is None else f"{c.simulation.error_percent:.4f}",
+                *(_above(getattr(c.criteria, name), least) for name, least in best.items()),
+            ]
+        )
+    return text_table(header, rows)
+
+
+def _above(value: float, least: float) -> str:
+    return f"{value - least:.1f}" if math.isfinite(value - least) else "-"
+
+
+def _tests(c: "Comparison") -> str:
+    """Every nested pair, classical and robust."""
+    rows = [
+        [
+            f"{t.smaller} in {t.larger}",
+            str(t.restrictions),
+            f"{t.f:.4g}",
+            _p(t.f_p),
+            f"{t.wald:.4g}",
+            _p(t.wald_p),
+        ]
+        for t in c.tests
+    ]
+    return text_table(["nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"], rows)
+
+
+def _p(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
+
+
+def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
+    """A line for each parameter that the record does not need."""
+    lines = [
+        _wrapped("", f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
+        for c in candidates
+        for check in c.checks
+        if not check.informed
+    ]
+    return lines or ["Every parameter of every candidate carries information [5]."]
+
+
+def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
+    """A line for each model that says no more than one it contains."""
+    return [
+        f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)})."
+        for t in tests
+        if t.wald_p >= LEVEL
+    ]
+
+
+def _why(check: ParameterCheck, candidate: Candidate) -> str:
+    zero = f"it may be zero (HAC p = {_p(check.p_value)})"
+    if check.without_percent is None:
+        return zero
+    errors = (
+        f"the held-out error is {check.without_percent:.5g} % without it, "
+        f"{candidate.equation.error_percent:.5g} % with it"
+    )
+    if check.p_value >= LEVEL:
+        return f"{zero}; {errors}"
+    return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
+
+
+def _remarks(c: "Comparison") -> list[str]:
+    """What kept a candidate or a figure out, and what disagrees."""
+    lines = [_wrapped("", f"{name} is left out: {why}") for name, why in c.failures.items()]
+    lines += [
+        f"{a} and {b} are the same model in different parameters, on these rows." for a, b in c.same
+    ]
+    shared: dict[str, list[str]] = {}
+    for each in c.candidates:
+        if each.reason:
+            shared.setdefault(each.reason, []).append(each.name)
+    lines += [
+        _wrapped("", f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
+    ]
+    first, *others = c.candidates
+    lines += [
+        f"{e.name} and {first.name} have different control laws, so their simulation errors "
+        "compare these too."
+        for e in others
+        if e.axis.axis.control != first.axis.axis.control
+    ]
+    simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
+    if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
+        lines.append(
+            _wrapped("", f"The held-out simulation error is smallest for {min(simulated)[1]}.")
+        )
+    return lines
+
+
+def _notes(c: "Comparison") -> list[str]:
+    instruments = (
+        " Instruments are those of the loop simulated with all rows' estimate."
+        if c.method == "idm-iv"
+        else ""
+    )
+    return [
+        "sd: HAC, for autocorrelated residuals, as in identify.",
+        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error: of "
+        "the simulated loop. Held out: each block by the estimate from the others, without the "
+        f"rows next to it, which share samples with it through the filters.{instruments}",
+        "AIC, BIC and F: classical, of least squares, for independent rows. Rows of filtered data "
+        "are not independent, so these overrate every further parameter: shown for comparison with "
+        "publications.",
+        "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
+        "restrictions, F distributed), and Takeuchi's criterion TIC, AIC with the penalty "
+        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest.",
+        "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
+        "where the held-out error is no larger without it.",
+        "Recommended: of the candidates whose held-out equation error is within one standard error "
+        "(of its excess over the smallest, by block) and 1.1 times the smallest, the one with the "
+        "fewest parameters.",
+        rows_text(c.record, c.prefilter, len(c.candidates[0].estimate.y)),
+    ]
+
+
+def _wrapped(head: str, text: str) -> str:
+    return textwrap.fill(
+        text,
+        _WIDTH,
+        initial_indent=head,
+        subsequent_indent=" " * min(len(head), 4),
+        break_on_hyphens=False,
+    )

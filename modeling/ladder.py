@@ -1,0 +1,169 @@
+"""A friction ladder: one axis under friction laws of growing richness.
+
+What the axis declares as friction, forces of the velocity alone and a constant one, gives way to
+each rung's own terms; inertia, gravity, springs and whatever depends on the position stay.
+"""
+
+from dataclasses import replace
+
+import sympy
+
+from .axis import Axis
+from .errors import ModelError
+from .names import check_name
+from .numbers import number
+from .symbols import Coordinate, Parameter
+
+_Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
+
+
+def friction_ladder(
+    axis: Axis, *, quadratic: bool = False, stribeck: float | None = None
+) -> dict[str, Axis]:
+    """The axis under each friction law, by the law's name, from the poorest to the richest.
+
+    ``viscous``; with ``Coulomb``; with ``offset``; ``directional``, where viscous and Coulomb
+    friction differ by direction. Each contains those before it. Where the declared axis is none of
+    them it comes last, as ``declared``.
+
+    Parameters
+    ----------
+    axis : Axis
+        Its own viscous, Coulomb and offset parameters keep their names.
+    quadratic : bool
+        A further rung adds ``Fq dq |dq|`` to the directional law.
+    stribeck : float, optional
+        A further rung adds ``Fs exp(-(dq/v)^2) sign(dq)`` to the directional law; this is v, in the
+        coordinate's unit per second. Negative Fs is a dip, positive Fs the Stribeck peak.
+
+    Raises
+    ------
+    ModelError
+        The Stribeck velocity is not positive.
+    """
+    if stribeck is not None and number(stribeck, "the Stribeck velocity") <= 0:
+        raise ModelError(f"the Stribeck velocity is {stribeck!r}; give a positive number.")
+    kept, friction = _split(axis)
+    ladder: dict[str, Axis] = {}
+    for law, terms in _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck).items():
+        rung = _rung(axis, kept, law, terms)
+        own = sympy.expand(rung.force - axis.force) == 0
+        ladder[law] = axis if own else rung
+    if not any(rung is axis for rung in ladder.values()):
+        ladder["declared"] = axis
+    return ladder
+
+
+def _split(axis: Axis) -> tuple[list[sympy.Expr], list[sympy.Expr]]:
+    """Terms of the force that stay, and those that are friction.
+
+    A parameter that also stands in a term that stays (a mass in a constant weight) is no friction.
+    """
+    q = axis.coordinate
+    parameters = {p.symbol for p in axis.parameters}
+    kept: list[sympy.Expr] = []
+    friction: list[sympy.Expr] = []
+    for term in sympy.Add.make_args(sympy.expand(axis.force)):
+        used = term.free_symbols
+        moving = used & {q.symbol, q.acceleration}
+        (kept if moving or not used & parameters else friction).append(term)
+    while True:
+        elsewhere = {s for term in kept for s in term.free_symbols & parameters}
+        tied = [term for term in friction if term.free_symbols & elsewhere]
+        if not tied:
+            return kept, friction
+        kept += tied
+        friction = [term for term in friction if term not in tied]
+
+
+def _laws(
+    axis: Axis,
+    kept: list[sympy.Expr],
+    friction: list[sympy.Expr],
+    *,
+    quadratic: bool,
+    stribeck: float | None,
+) -> dict[str, list[_Term]]:
+    """What each rung adds to what stays."""
+    q, taken = axis.coordinate, _taken(axis, kept)
+    speed, sign = q.velocity, sympy.sign(q.velocity)
+    force, rate = str(q.force_unit), f"{q.unit}/s"
+    ahead, back = (1 + sign) / 2, (1 - sign) / 2
+    viscous = _declared(axis, friction, speed) or _fresh("Fv", f"{force}/({rate})", taken)
+    coulomb = _declared(axis, friction, sign) or _fresh("Fc", force, taken)
+    constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
+    basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
+    directional = [
+        (_one_way(viscous, "p", taken), speed * ahead),
+        (_one_way(viscous, "m", taken), speed * back),
+        (_one_way(coulomb, "p", taken), ahead),
+        (_one_way(coulomb, "m", taken), -back),
+    ]
+    laws = {
+        "viscous": basic[:1],
+        "Coulomb": basic[:2],
+        "offset": basic,
+        "directional": directional,
+    }
+    if quadratic:
+        drag = _fresh("Fq", f"{force}/({rate})^2", taken)
+        laws["quadratic"] = [*directional, (drag, speed * sympy.Abs(speed))]
+    if stribeck is not None:
+        peak = _fresh("Fs", force, taken)
+        laws["Stribeck"] = [*directional, (peak, sign * sympy.exp(-((speed / stribeck) ** 2)))]
+    return laws
+
+
+def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
+    used = {s for term in kept for s in term.free_symbols}
+    stay = [p for p in axis.parameters if p.symbol in used]
+    return replace(
+        axis,
+        name=f"{axis.name[: 30 - len(law)]}_{law}",
+        title=f"{axis.title or axis.name}, friction law {law}",
+        parameters=(*stay, *(p for p, _ in terms)),
+        force=sum([*kept, *(p * factor for p, factor in terms)], sympy.S.Zero),
+        experiment=None,
+    )
+
+
+def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
+    """The parameter that the axis itself gives a term, if that is all it does."""
+    for p in axis.parameters:
+        if [term for term in friction if p.symbol in term.free_symbols] == [p * factor]:
+            return p
+    return None
+
+
+def _taken(axis: Axis, kept: list[sympy.Expr]) -> set[str]:
+    """Names, in lower case, that a new parameter must not have."""
+    q: Coordinate = axis.coordinate
+    names = {str(s) for term in kept for s in term.free_symbols}
+    names |= {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
+    names |= {p.name for p in axis.parameters}
+    names |= set(axis.control.names if axis.control else ())
+    return {name.lower() for name in names}
+
+
+def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
+    """The parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative."""
+    fresh = _fresh(f"{parameter.name}{suffix}", parameter.unit, taken)
+    return replace(parameter, name=fresh.name)
+
+
+def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
+    """A new parameter by a name that nothing else has."""
+    stem, i = name[:28], 1
+    while name.lower() in taken or not _is_allowed(name):
+        i += 1
+        name = f"{stem}_{i}"
+    taken.add(name.lower())
+    return Parameter(name, unit)
+
+
+def _is_allowed(name: str) -> bool:
+    try:
+        check_name(name, "a parameter")
+    except ModelError:
+        return False
+    return True

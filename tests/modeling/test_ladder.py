@@ -1,0 +1,147 @@
+"""The friction ladder: what gives way, what stays, and that each law contains those before it."""
+
+from itertools import pairwise
+
+import pytest
+import sympy
+
+from axisid import Axis, Coordinate, Drive, ModelError, Parameter, build, lagrange, newton
+from axisid.modeling import derive, friction_ladder, parse_unit
+from tests.estimation.axes import AXES
+
+LAWS = ("viscous", "Coulomb", "offset", "directional")
+
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=5.0)
+b = Parameter("b", "N/(m/s)")
+c = Parameter("c", "N")
+k = Parameter("k", "N/m")
+w = Parameter("w", "N")
+
+
+def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
+    return newton(
+        "stage",
+        coordinate=x,
+        parameters=(m, *parameters),
+        inertia=m,
+        resistance=resistance,
+        drive=Drive(gain=18.0, unit="A"),
+    )
+
+
+def names(axis: Axis) -> list[str]:
+    return [p.name for p in axis.parameters]
+
+
+def spanned(small: Axis, large: Axis) -> bool:
+    """Whether the larger regressor's columns give the smaller's, exactly."""
+    inner, outer = derive(small).idm.columns, derive(large).idm.columns
+    weights = sympy.symbols(f"w0:{len(outer)}")
+    for column in inner:
+        missing = sympy.expand(column - sum(a * f for a, f in zip(weights, outer, strict=True)))
+        missing = missing.replace(sympy.Abs, lambda _: sympy.Symbol("speed"))
+        motion = sorted(missing.free_symbols - set(weights), key=str)
+        coefficients = sympy.Poly(missing, *motion).coeffs() if motion else [missing]
+        if not sympy.linsolve(coefficients, *weights):
+            return False
+    return True
+
+
+def test_every_law_contains_those_before_it() -> None:
+    ladder = friction_ladder(AXES["offset"])
+    assert tuple(ladder) == LAWS
+    rungs = list(ladder.values())
+    assert all(spanned(small, large) for small, large in pairwise(rungs))
+    assert not spanned(rungs[-1], rungs[-2])
+
+
+def test_declared_parameters_keep_their_names_and_the_declared_axis_is_a_rung() -> None:
+    axis = stage(b * x.velocity, c * sympy.sign(x.velocity), parameters=(b, c))
+    ladder = friction_ladder(axis)
+    assert ladder["Coulomb"] is axis
+    assert names(ladder["offset"]) == ["m", "b", "c", "F0"]
+    assert names(ladder["directional"]) == ["m", "bp", "bm", "cp", "cm"]
+
+
+def test_positive_parameters_oppose_the_motion_in_their_direction() -> None:
+    directional = friction_ladder(AXES["offset"])["directional"]
+    q = directional.coordinate
+    values = {"M": 0, "Fvp": 10, "Fvm": 20, "Fcp": 3, "Fcm": 5}
+    force = directional.force.subs({p.symbol: values[p.name] for p in directional.parameters})
+    assert [force.subs(q.velocity, v) for v in (2, -2)] == [23, -45]
+
+
+def test_springs_gravity_and_what_depends_on_the_position_stay() -> None:
+    axis = AXES["position_dependent"]
+    ladder = friction_ladder(axis)
+    assert names(ladder["viscous"]) == ["M", "Fb", "k", "Fv"]
+    assert names(ladder["Coulomb"]) == ["M", "Fb", "k", "Fv", "Fc"]
+    assert list(ladder)[-1] == "declared"
+    assert ladder["declared"] is axis
+    pendulum = friction_ladder(AXES["pendulum"])
+    assert names(pendulum["directional"]) == ["J", "mgl", "Fvp", "Fvm", "fcp", "fcm"]
+    assert str(pendulum["viscous"].parameters[-1].unit) == "N m/(rad/s)"
+
+
+def test_velocity_terms_of_a_moving_inertia_stay() -> None:
+    crank = friction_ladder(AXES["crank"])["viscous"]
+    kept = AXES["crank"].force.subs(sympy.Symbol("fc", real=True), 0)
+    friction = crank.parameters[-1] * crank.coordinate.velocity
+    assert sympy.expand(crank.force - kept - friction) == 0
+
+
+def test_a_weight_tied_to_the_mass_and_known_friction_stay() -> None:
+    axis = stage(
+        m * sympy.Rational(981, 100),
+        3 * sympy.sign(x.velocity),
+        b * x.velocity,
+        parameters=(b,),
+    )
+    viscous = friction_ladder(axis)["viscous"]
+    assert viscous is axis
+    assert names(friction_ladder(axis)["offset"]) == ["m", "b", "Fc", "F0"]
+
+
+def test_new_names_avoid_those_that_are_taken() -> None:
+    taken = Parameter("fv", "N/m")
+    axis = stage(taken * x.symbol, c * x.velocity**3, parameters=(taken, c))
+    assert names(friction_ladder(axis)["viscous"]) == ["m", "fv", "Fv_2"]
+
+
+@pytest.mark.parametrize("axis", AXES.values(), ids=AXES.keys())
+def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
+    for rung in friction_ladder(axis, quadratic=True, stribeck=0.01).values():
+        model, q = derive(rung), axis.coordinate
+        speed = parse_unit(f"{q.unit}/s")
+        sizes = {"Fv": q.force_unit / speed, "Fc": q.force_unit, "Fq": q.force_unit / speed**2}
+        for p in rung.parameters:
+            if p.name in sizes:
+                assert parse_unit(p.unit).same_dimension(sizes[p.name])
+        assert not model.hidden or rung is axis or derive(axis).hidden
+
+
+def test_richer_rungs_on_request_contain_the_directional_law() -> None:
+    ladder = friction_ladder(AXES["offset"], quadratic=True, stribeck=0.02)
+    assert tuple(ladder) == (*LAWS, "quadratic", "Stribeck")
+    assert spanned(ladder["directional"], ladder["quadratic"])
+    assert names(ladder["Stribeck"])[-1] == "Fs"
+    build(ladder["Stribeck"], native=False)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), "0.1"])
+def test_a_stribeck_velocity_that_is_none_is_refused(speed: object) -> None:
+    with pytest.raises(ModelError, match="Stribeck velocity is"):
+        friction_ladder(AXES["offset"], stribeck=speed)  # type: ignore[arg-type]
+
+
+def test_an_axis_without_friction_gets_it() -> None:
+    axis = lagrange(
+        "free",
+        coordinate=x,
+        parameters=(m, k),
+        kinetic=m * x.velocity**2 / 2,
+        potential=k * x.symbol**2 / 2,
+        drive=Drive(gain=1.0),
+    )
+    assert names(friction_ladder(axis)["Coulomb"]) == ["m", "k", "Fv", "Fc"]
