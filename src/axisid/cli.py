@@ -11,6 +11,7 @@ import os
 import sys
 import warnings
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -18,7 +19,7 @@ import click
 from axisid import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from axisid.codegen import GeneratedAxis
     from axisid.estimation import Identification, Prefilter, Record
@@ -63,7 +64,11 @@ def main() -> NoReturn:
         known: int | None = getattr(error, "exit_code", None)
         if known is None and os.environ.get("AXISID_DEBUG"):
             raise
-        code = _fail(str(error), known) if known is not None else _fail(_fault(error), 1)
+        if known is None:
+            code = _fail(_fault(error), 1)
+        else:
+            headline = getattr(error, "headline", str(error))
+            code = _fail(headline, known, getattr(error, "mistakes", ()))
     sys.exit(code)
 
 
@@ -72,8 +77,11 @@ def _show_warning(message: Warning | str, *_: Any) -> None:
     click.echo(f"axisid: {message}", err=True)
 
 
-def _fail(message: str, code: int) -> int:
+def _fail(message: str, code: int, listed: "Iterable[str]" = ()) -> int:
+    """One sentence on stderr; the mistakes of a declaration, one under the other."""
     click.echo(f"axisid: {' '.join(message.split())}", err=True)
+    for mistake in listed:
+        click.echo(indent(mistake, "  "), err=True)
     return code
 
 
