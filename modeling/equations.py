@@ -8,7 +8,7 @@ from .direct import DirectRegressor
 from .identifiability import describe_combinations, describe_direction
 from .model import AxisModel
 from .parameter_map import ParameterMap
-from .symbols import FORCE
+from .symbols import DIRECTION, FORCE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,9 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         Section(
             title="Inverse dynamic model",
             lines=(Formula(name=FORCE, value=model.force),),
-            note="direction is the sign of the velocity; between -1 and 1 while the axis sticks",
+            note="direction is the sign of the velocity; between -1 and 1 while the axis sticks"
+            if DIRECTION in model.force.free_symbols
+            else "",
         ),
         Section(
             title="Inverse regressor",
@@ -109,6 +111,6 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
         Section(
             title=f"Parameter map, rank {mapping.rank}",
             lines=tuple(inverse),
-            note="from the direct model's parameters back to the physical ones",
+            note="" if mapping.inverse is None else "theta back to the physical parameters",
         ),
     ]

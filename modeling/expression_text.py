@@ -32,6 +32,7 @@ _TOKEN = re.compile(
     r"|(?P<mark>\*\*|[-+*/(),])|(?P<other>.))",
     re.ASCII | re.DOTALL,
 )
+_OPEN_ENDED = ("+", "-", "*", "/", "**", ",")
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -144,16 +145,18 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
             text,
             grammar.longest,
         )
+    if not text.strip():
+        raise TextError("it is empty.", text, 0)
     _check_characters(text, grammar)
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
         tree = ast.parse(flat.strip(), mode="eval").body
     except SyntaxError as error:
-        offset = start + (error.offset or 1) - 1
-        ends = offset >= len(flat.rstrip())
-        what = "it ends too early." if ends else "an operator, a number or a name is missing here."
-        raise TextError(what if text.strip() else "it is empty.", text, offset) from error
+        what = (
+            "an operator, a number or a name is missing here." if flat.strip() else "it is empty."
+        )
+        raise TextError(what, text, start + (error.offset or 1) - 1) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise TextError("it is nested too deeply; write it flatter.", text, 0) from error
     reader = _Reader(text, start, symbols, grammar)
@@ -171,7 +174,8 @@ def nearest(name: str, known: Collection[str]) -> str:
 def _check_characters(text: str, grammar: Grammar) -> None:
     """Let only numbers, names, operators and balanced parentheses through."""
     opened: list[int] = []
-    for token in _TOKEN.finditer(text):
+    piece = ""
+    for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
         kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
         piece, following = token[kind or 0], text[token.end() : token.end() + 1]
         if kind == "other":
@@ -194,12 +198,14 @@ def _check_characters(text: str, grammar: Grammar) -> None:
             raise TextError(_too_deep(), text, offset)
     if opened:
         raise TextError("this parenthesis is never closed.", text, opened[-1])
+    if piece in _OPEN_ENDED:
+        raise TextError("it ends too early.", text, len(text.rstrip()))
 
 
 def _cannot_be_used(piece: str, grammar: Grammar) -> str:
     return (
-        f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, "
-        f"+ - * / **, pi and {', '.join(grammar.functions)}."
+        f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, pi, "
+        "+ - * / **, parentheses and functions such as sqrt(...)."
     )
 
 
