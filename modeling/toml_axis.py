@@ -32,7 +32,7 @@ from .newton import newton
 from .symbols import Coordinate, Parameter
 from .toml_table import Symbols, Table
 
-_LARGEST_FILE, _LONGEST_LINE = 100_000, 2500
+_LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _PARTS = ("coordinate", "parameters", "drive", "control", "columns", "experiment")
 _ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
