@@ -6,7 +6,6 @@ text takes long. Every refusal says where.
 """
 
 import ast
-import difflib
 import math
 import operator
 import re
@@ -16,7 +15,7 @@ from typing import Any
 
 import sympy
 
-from .errors import UsageError
+from .text_error import TextError, nearest
 
 #: What SymPy and floating point raise where a number is none.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
@@ -25,7 +24,7 @@ _LARGEST_POWER = 20
 _DEEPEST, _DEEPEST_CALLS = 15, 6
 _MOST_TERMS, _MOST_NODES = 500, 4000
 _EXACT = 10**9
-_SHOWN = 60  # characters of a text around a mistake
+_SHOWN = 60  # characters of a name or piece
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
@@ -89,41 +88,6 @@ class Grammar:
     longest: int
 
 
-class TextError(UsageError):
-    """A text cannot be read.
-
-    Parameters
-    ----------
-    reason : str
-        A sentence.
-    text : str
-        All of it.
-    offset : int
-        Of the offending character.
-
-    Attributes
-    ----------
-    reason, where, pointer : str
-        The sentence; ``column 3``; the line of the text over a caret.
-    """
-
-    def __init__(self, reason: str, text: str, offset: int) -> None:
-        super().__init__(reason, text, offset)
-        self.reason = reason
-        offset = min(max(offset, 0), len(text))
-        before = text[:offset].split("\n")
-        line, column = len(before), len(before[-1])
-        whole = text.split("\n")[line - 1]
-        self.where = (f"line {line}, " if "\n" in text.strip() else "") + f"column {column + 1}"
-        start = max(0, column - _SHOWN // 2)
-        shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
-        self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
-
-    def __str__(self) -> str:
-        shown = self.pointer.partition("\n")[0].strip()
-        return f"{shown!r} cannot be read at {self.where}: {self.reason}"
-
-
 def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Grammar) -> sympy.Expr:
     """Return the expression that a text says.
 
@@ -163,12 +127,6 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
     result = reader.evaluated(tree, _DEEPEST, _DEEPEST_CALLS)
     reader.check_size(result)
     return result
-
-
-def nearest(name: str, known: Collection[str]) -> str:
-    """The known name that is most like a given one, as a question; empty if none is."""
-    close = difflib.get_close_matches(name[:50], list(known), 1)
-    return f" Did you mean {close[0]!r}?" if close else ""
 
 
 def _check_characters(text: str, grammar: Grammar) -> None:

@@ -25,11 +25,11 @@ from .control import (
 from .drive import Drive
 from .errors import DeclarationError, ModelError
 from .experiment import Experiment, Move, back_and_forth
-from .expression_text import nearest
 from .lagrange import lagrange
 from .names import check_name
 from .newton import newton
 from .symbols import Coordinate, Parameter
+from .text_error import nearest
 from .toml_table import Symbols, Table
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500

@@ -9,9 +9,10 @@ import sympy
 
 from .dynamics_text import DYNAMICS
 from .errors import ModelError
-from .expression_text import TextError, nearest, read_expression
+from .expression_text import read_expression
 from .numbers import number
 from .symbols import expression
+from .text_error import TextError, nearest
 
 T = TypeVar("T")
 Symbols = Mapping[str, sympy.Symbol]

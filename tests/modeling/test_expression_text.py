@@ -12,7 +12,8 @@ from axisid import UsageError
 from axisid.codegen.lower import Lowering
 from axisid.codegen.program import Builder
 from axisid.modeling.dynamics_text import DYNAMICS
-from axisid.modeling.expression_text import TextError, read_expression
+from axisid.modeling.expression_text import read_expression
+from axisid.modeling.text_error import TextError
 
 SYMBOLS = {name: sympy.Symbol(name, real=True) for name in ("m", "b", "c", "x", "dx", "ddx")}
 m, b, c, x, dx, ddx = SYMBOLS.values()

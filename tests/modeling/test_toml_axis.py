@@ -273,7 +273,7 @@ def test_a_gain_named_like_a_parameter_hides_no_mistake_of_the_equation(load: Lo
         (b"\x7fELF\x01", "not valid TOML"),
         (b"#" * 10_000_000, "larger than a declaration may be"),
         (b"\n\na = '" + b"x" * 3000 + b"'", "line 3 is longer than 2500"),
-        (b"a = " + b"\n".join([b"[" * 2000] * 40), "nested too deeply|Invalid|Unclosed"),
+        (b"a = " + b"\n".join([b"[" * 2000] * 20), "nested too deeply|Invalid|Unclosed"),
         (b"a." * 1200 + b"a = 1", "there is no such key"),
     ],
 )
