@@ -10,13 +10,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from axisid.modeling import (
-    AxisModel,
-    DirectRegressor,
-    ParameterMap,
-    describe_combinations,
-    describe_direction,
-)
+from axisid.modeling import AxisModel, derived_sections
 
 from .functions import axis_programs
 from .print_c import print_c_function, print_c_loop, print_c_prelude, print_c_rows
@@ -124,44 +118,14 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
 
 
 def _equations(model: AxisModel, mark: str) -> str:
-    q, parameters = model.axis.coordinate, model.axis.parameters
     lines = [
         f"Axis {model.axis.name}: {model.axis.title}".rstrip(": "),
         "",
-        _header(model.axis.name, mark),
+        _header(model.axis.name, mark).rstrip(),
     ]
-    lines += ["Inverse dynamic model", f"  tau = {model.force}", ""]
-    lines += ["Inverse regressor"]
-    lines += [
-        f"  {p.name} [{p.unit}]: {c}" for p, c in zip(parameters, model.idm.columns, strict=True)
-    ]
-    lines += [f"  known: {model.idm.known}", ""]
-    lines += ["Direct dynamic model", f"  {q.acceleration} = {model.acceleration}", ""]
-    if model.ddm is None or model.parameter_map is None:
-        lines += ["Direct regressor", f"  none: {model.ddm_refusal}", ""]
-    else:
-        lines += _direct_equations(model.ddm, model.parameter_map)
-    lines += ["Identifiability"]
-    lines += [
-        f"  only {describe_combinations(hidden)}: no motion shows a change of "
-        f"{describe_direction(hidden)}"
-        for hidden in model.hidden
-    ] or ["  every parameter has an effect of its own"]
+    for section in derived_sections(model):
+        lines += ["", section.title, *(f"  {line}" for line in section.lines)]
     return "\n".join(lines) + "\n"
-
-
-def _direct_equations(ddm: DirectRegressor, mapping: ParameterMap) -> list[str]:
-    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.regressor.columns, strict=True)
-    lines = ["Direct regressor"]
-    lines += [f"  {symbol} = {value} [{unit}]: {column}" for symbol, value, unit, column in rows]
-    lines += [f"  known: {ddm.regressor.known}", "", f"Parameter map, rank {mapping.rank}"]
-    if mapping.inverse is None:
-        lines += [f"  cannot tell apart {describe_direction(hidden)}" for hidden in mapping.hidden]
-    else:
-        lines += [
-            f"  {p} = {value}" for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
-        ]
-    return [*lines, ""]
 
 
 def _manifest(

@@ -21,7 +21,11 @@ from .elements import coulomb as coulomb
 from .elements import offset as offset
 from .elements import spring as spring
 from .elements import viscous as viscous
+from .equations import Formula as Formula
+from .equations import Section as Section
+from .equations import derived_sections as derived_sections
 from .errors import AxisidError as AxisidError
+from .errors import DeclarationError as DeclarationError
 from .errors import ModelError as ModelError
 from .errors import UsageError as UsageError
 from .experiment import Experiment as Experiment
@@ -35,6 +39,7 @@ from .library import LIBRARY as LIBRARY
 from .loading import load_axis as load_axis
 from .model import AxisModel as AxisModel
 from .model import derive as derive
+from .names import check_name as check_name
 from .newton import newton as newton
 from .parameter_function import FunctionLike as FunctionLike
 from .parameter_function import parameter_function as parameter_function

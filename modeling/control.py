@@ -6,7 +6,7 @@ integral) is declared as `Memory`. The paper's law and the one recovered from th
 given here; a user writes another in the same terms.
 """
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -212,3 +212,9 @@ def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
 
 def _cascade(velocity: sympy.Expr) -> sympy.Expr:
     return gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity)
+
+
+#: The laws that ship, by the name of their function.
+LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
+    {law.__name__: law for law in (cascade_pd, cascade_pd_averaged)}
+)

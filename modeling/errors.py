@@ -4,6 +4,7 @@ Every message says what was given, what was expected and what to do. An exceptio
 `AxisidError` is a fault of the program, not of its user.
 """
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 
@@ -23,3 +24,23 @@ class ModelError(AxisidError):
     """The declared axis is wrong, or cannot do what is asked of it."""
 
     exit_code = 4
+
+
+class DeclarationError(ModelError):
+    """A file declares an axis wrongly: every mistake in it.
+
+    Attributes
+    ----------
+    headline : str
+    mistakes : tuple of str
+        Each may have several lines.
+    """
+
+    def __init__(self, headline: str, mistakes: Sequence[str]) -> None:
+        super().__init__(headline, mistakes)
+        self.headline = headline
+        self.mistakes = tuple(mistakes)
+
+    def __str__(self) -> str:
+        listed = "\n".join(self.mistakes).replace("\n", "\n  ")
+        return f"{self.headline}\n  {listed}"

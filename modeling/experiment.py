@@ -13,6 +13,7 @@ from .errors import ModelError
 from .numbers import number
 
 _LONGEST = 1e4  # s
+_MOST_REPEATS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,14 @@ def back_and_forth(
         Distance of each move over its speed, s.
     repeat : int
         How often the whole programme is run.
+
+    Raises
+    ------
+    ModelError
+        A speed is not positive, or it is repeated without end.
     """
+    if not (isinstance(repeat, int) and 1 <= repeat <= _MOST_REPEATS):
+        raise ModelError(f"repeat is {repeat!r}; give a whole number from 1 to {_MOST_REPEATS}.")
     once = (
         Move(sign * speed * seconds, speed, acceleration) for speed in speeds for sign in (1, -1)
     )

@@ -1,4 +1,7 @@
-"""Find an axis by its name in the library, or in a Python file of the user's."""
+"""Find an axis by its name in the library, or in a file of the user's.
+
+A Python file is run; a TOML file never is.
+"""
 
 import contextlib
 import runpy
@@ -10,16 +13,19 @@ from typing import Any
 from .axis import Axis
 from .errors import ModelError
 from .library import LIBRARY, library_axis
+from .toml_axis import axis_from_toml
 
 
 def load_axis(name: str | Path) -> Axis:
-    """Return a library axis by name, or the axis declared in a Python file.
+    """Return a library axis by name, or the axis declared in a Python or TOML file.
+
+    A Python file is run as a program is: load those that you trust. A TOML file is only read.
 
     Parameters
     ----------
     name : str or Path
-        A name of the library (``emps``), ``FILE.py`` or ``FILE.py:VARIABLE`` where the file
-        declares several axes.
+        A name of the library (``emps``), ``FILE.toml``, ``FILE.py`` or ``FILE.py:VARIABLE`` where
+        the file declares several axes.
 
     Raises
     ------
@@ -31,13 +37,16 @@ def load_axis(name: str | Path) -> Axis:
         return library_axis(name)
     path, _, variable = name.partition(".py:")
     file = Path(f"{path}.py" if variable else name)
-    if file.suffix != ".py":
+    if file.suffix not in (".py", ".toml"):
         raise ModelError(
             f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
-            "Python file that declares one, such as my_axis.py."
+            "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
+            "starts one."
         )
     if not _is_file(file):
         raise ModelError(f"there is no axis file {str(file)!r}; check the path.")
+    if file.suffix == ".toml":
+        return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)
 
 

@@ -3,7 +3,6 @@
 Text is read by a parser of its own, for arithmetic and a few functions; nothing in it is run.
 """
 
-import ast
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -14,6 +13,7 @@ from typing import Any, TypeAlias
 import sympy
 
 from .errors import UsageError
+from .expression_text import CANNOT, Function, Grammar, read_expression
 from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
 
@@ -21,21 +21,8 @@ from .units import Unit, parse_unit
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 
 _LONGEST_TEXT = 500
-_LARGEST_POWER = 20
-_DEEPEST = 15
-_EXACT = 10**9
 _ROOT, _NEAR = 12, 1e-9
 _NUMBER = parse_unit("1")
-
-_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-}
 
 
 class _Abs(sympy.Function):  # type: ignore[misc]
@@ -56,31 +43,30 @@ class _Sign(sympy.Function):  # type: ignore[misc]
         return sympy.S.Zero
 
 
-_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "sqrt": sympy.sqrt,
-    "abs": _Abs,
-    "exp": sympy.exp,
-    "log": sympy.log,
-    "sin": sympy.sin,
-    "cos": sympy.cos,
-    "tan": sympy.tan,
-    "atan": sympy.atan,
+_FUNCTIONS = {
+    "sqrt": Function(sympy.sqrt, math.sqrt),
+    "abs": Function(_Abs, abs),
+    "exp": Function(sympy.exp, math.exp),
+    "log": Function(sympy.log, math.log),
+    "sin": Function(sympy.sin, math.sin),
+    "cos": Function(sympy.cos, math.cos),
+    "tan": Function(sympy.tan, math.tan),
+    "atan": Function(sympy.atan, math.atan),
 }
 _FLOATS: dict[Any, Callable[..., float]] = {
+    **{function.symbolic: function.number for function in _FUNCTIONS.values()},
     sympy.Add: lambda *terms: math.fsum(terms),
     sympy.Mul: lambda *factors: math.prod(factors),
     sympy.Pow: operator.pow,
-    sympy.sqrt: math.sqrt,
-    _Abs: abs,
     _Sign: lambda x: float((x > 0) - (x < 0)),
-    sympy.exp: math.exp,
-    sympy.log: math.log,
-    sympy.sin: math.sin,
-    sympy.cos: math.cos,
-    sympy.tan: math.tan,
-    sympy.atan: math.atan,
 }
-_CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
+_GRAMMAR = Grammar(
+    what="a function of the parameters",
+    names="parameter",
+    functions=_FUNCTIONS,
+    nodes=frozenset({*_FLOATS, sympy.Abs}),
+    longest=_LONGEST_TEXT,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,15 +120,23 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
         It cannot be read, names something else, or its units do not fit.
     """
     symbols = {name: sympy.Symbol(name, real=True) for name in units}
-    written = _parsed(what, symbols) if isinstance(what, str) else expression(what, "the function")
+    if isinstance(what, str):
+        written = read_expression(what, symbols, _GRAMMAR)
+    else:
+        written = expression(what, "the function")
     unknown = sorted(str(s) for s in written.free_symbols if str(s) not in symbols)
     if unknown:
-        raise UsageError(_no_such(unknown, symbols))
+        raise UsageError(
+            f"there is no parameter {', '.join(unknown)}; there are {', '.join(symbols)}."
+        )
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
     function = function.replace(sympy.Abs, _Abs)
     for node in sympy.preorder_traversal(function):
         if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _FLOATS):
-            raise UsageError(_cannot_be_used(type(node).__name__))
+            raise UsageError(
+                f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
+                f"arithmetic, pi and {', '.join(_FUNCTIONS)}."
+            )
     known = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     return ParameterFunction(function, _unit(function, known), tuple(symbols.values()))
 
@@ -151,7 +145,7 @@ def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
     """Value in floating point: exact or longer numbers could take for ever."""
     try:
         value = _float(function, dict(point))
-    except _CANNOT:
+    except CANNOT:
         return math.nan
     return value if math.isfinite(value) else math.nan
 
@@ -166,79 +160,6 @@ def _float(function: sympy.Expr, known: dict[sympy.Expr, float]) -> float:
             raise ValueError("it is not real")
         known[function] = value
     return known[function]
-
-
-def _no_such(names: list[str], symbols: Mapping[str, sympy.Symbol]) -> str:
-    return f"there is no parameter {', '.join(names)}; there are {', '.join(symbols)}."
-
-
-def _parsed(text: str, symbols: Mapping[str, sympy.Symbol]) -> sympy.Expr:
-    if len(text) > _LONGEST_TEXT:
-        raise UsageError(f"the function has {len(text)} characters; give {_LONGEST_TEXT} or fewer.")
-    try:
-        return _evaluated(ast.parse(text.strip(), mode="eval").body, symbols, _DEEPEST)
-    except UsageError:
-        raise
-    except (SyntaxError, *_CANNOT) as error:
-        raise UsageError(f"the function {text!r} cannot be read: {error}") from error
-
-
-def _evaluated(node: ast.AST, symbols: Mapping[str, sympy.Symbol], depth: int) -> sympy.Expr:
-    if not depth:
-        raise UsageError(f"the function is nested deeper than {_DEEPEST}; write it flatter.")
-
-    def within(inner: ast.AST) -> sympy.Expr:
-        return _evaluated(inner, symbols, depth - 1)
-
-    match node:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            small = isinstance(value, int) and abs(value) < _EXACT
-            return sympy.Integer(value) if small else sympy.Float(float(value))
-        case ast.Name(id="pi") if "pi" not in symbols:
-            return sympy.Float(math.pi)
-        case ast.Name(id=name):
-            if name not in symbols:
-                raise UsageError(_no_such([name], symbols))
-            return symbols[name]
-        case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
-            return _OPERATORS[type(op)](within(operand))
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return _combined(type(op), within(left), within(right))
-        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _FUNCTIONS:
-            inner, function = within(argument), _FUNCTIONS[name]
-            return _folded(_FLOATS[function], inner) if inner.is_Number else function(inner)
-        case _:
-            raise UsageError(_cannot_be_used(ast.unparse(node)))
-
-
-def _combined(operation: type[ast.AST], left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
-    if left.is_Number and right.is_Number:
-        return _folded(_OPERATORS[operation], left, right)
-    if operation is ast.Pow and right.is_Number and abs(float(right)) > _LARGEST_POWER:
-        raise UsageError(f"the power {right} is beyond {_LARGEST_POWER}.")
-    return _OPERATORS[operation](left, right)
-
-
-def _folded(operation: Callable[..., Any], *numbers: sympy.Expr) -> sympy.Expr:
-    """Arithmetic of numbers in floating point: exact, it could take for ever."""
-    try:
-        value = operation(*map(float, numbers))
-    except OverflowError as error:
-        raise ValueError("a number in it is too large") from error
-    if isinstance(value, complex) or not math.isfinite(value):
-        raise ValueError(f"a number in it is {value}")
-    return (
-        sympy.Integer(int(value))
-        if value == int(value) and abs(value) < _EXACT
-        else sympy.Float(value)
-    )
-
-
-def _cannot_be_used(what: str) -> str:
-    return (
-        f"{what!r} cannot be used in a function of the parameters; write numbers, parameters, "
-        f"+ - * / **, pi and {', '.join(_FUNCTIONS)} of one argument."
-    )
 
 
 def _unit(function: sympy.Expr, units: Mapping[sympy.Symbol, Unit]) -> Unit:

@@ -27,6 +27,7 @@ _SYMBOLS: dict[str, _Exponents] = {
     "W": (1, 2, -3, 0),
     "V": (1, 2, -3, -1),
 }
+_LONGEST = 60
 _TOKEN = re.compile(r"\s*(\*\*|[*/^()·]|-?\d+|[A-Za-z]+)")
 
 
@@ -72,6 +73,8 @@ def parse_unit(text: str) -> Unit:
     """
     if not isinstance(text, str) or not text.strip():
         raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {text!r}.")
+    if len(text) > _LONGEST:
+        raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
     exponents, rest = _product(_tokens(text), text)
     if rest:
         raise _malformed(text, rest[0])

@@ -11,6 +11,7 @@ import os
 import sys
 import warnings
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -18,7 +19,7 @@ import click
 from axisid import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from axisid.codegen import GeneratedAxis
     from axisid.estimation import Identification, Prefilter, Record
@@ -63,7 +64,11 @@ def main() -> NoReturn:
         known: int | None = getattr(error, "exit_code", None)
         if known is None and os.environ.get("AXISID_DEBUG"):
             raise
-        code = _fail(str(error), known) if known is not None else _fail(_fault(error), 1)
+        if known is None:
+            code = _fail(_fault(error), 1)
+        else:
+            headline = getattr(error, "headline", str(error))
+            code = _fail(headline, known, getattr(error, "mistakes", ()))
     sys.exit(code)
 
 
@@ -72,8 +77,11 @@ def _show_warning(message: Warning | str, *_: Any) -> None:
     click.echo(f"axisid: {message}", err=True)
 
 
-def _fail(message: str, code: int) -> int:
+def _fail(message: str, code: int, listed: "Iterable[str]" = ()) -> int:
+    """One sentence on stderr; the mistakes of a declaration, one under the other."""
     click.echo(f"axisid: {' '.join(message.split())}", err=True)
+    for mistake in listed:
+        click.echo(indent(mistake, "  "), err=True)
     return code
 
 
@@ -155,8 +163,8 @@ def identify(
 ) -> None:
     """Identify AXIS from RECORD, or from its built-in twin if no record is given.
 
-    AXIS is a name of the library (emps2015, emps) or a Python file that declares one. RECORD is a
-    .csv with a header row or a .mat file; values are SI.
+    AXIS is a name of the library (emps2015, emps) or a TOML or Python file that declares one.
+    RECORD is a .csv with a header row or a .mat file; values are SI.
     """
     prefilter = _prefilter(settings)
     _check_json(json_file, record, axis, second)
@@ -193,7 +201,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     """Rewrite the generated code of AXES, by default of the whole library.
 
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
-    of the library or Python files that declare an axis.
+    of the library or TOML or Python files that declare an axis.
     """
     from axisid.codegen import check_files, expected_files, stage_times, write_files
 
@@ -224,6 +232,46 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
         )
         sys.exit(1)
     click.echo(f"{len(files)} files are current.")
+
+
+@cli.command(epilog="Example: axisid new my_axis && axisid identify my_axis.toml")
+@click.argument("name")
+@click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
+@click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
+def new(name: str, newton: bool, toml: bool) -> None:
+    """Start a declaration, NAME.toml or NAME.py in this folder, with comments.
+
+    It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
+    experiment whose twin can be identified at once.
+    """
+    from axisid.scaffold import write_scaffold
+
+    file = write_scaffold(name, newton=newton, toml=toml)
+    click.echo(f"wrote {file}; edit it, then:")
+    click.echo(f"  axisid show {file}")
+    click.echo(f"  axisid identify {file}")
+
+
+@cli.command(epilog="Example: axisid show my_axis.toml --format latex > my_axis.tex")
+@click.argument("axis")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "markdown"]),
+    default="text",
+    show_default=True,
+    help="A page for the terminal, a LaTeX document, or Markdown with formulas.",
+)
+def show(axis: str, form: str) -> None:
+    """Print what AXIS declares and what follows from it.
+
+    The equation of motion, the inverse and the direct model with their regressors, the map between
+    their parameters, what is identifiable, and the drive, control law and columns.
+    """
+    from axisid.modeling import derive, load_axis
+    from axisid.show import shown
+
+    click.echo(shown(derive(load_axis(axis)), form), nl=False)
 
 
 @cli.command(epilog="Example: axisid sweep emps DATA_EMPS.mat --figure sweep.png")
@@ -303,7 +351,7 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
 
 @cli.command(
     cls=_ListedAxes,
-    epilog="Examples: axisid compare DATA_EMPS.mat --ladder emps --hold zoh, or "
+    epilog="Examples: axisid compare DATA_EMPS.mat --ladder emps, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
 @click.argument("record", required=False)

@@ -42,6 +42,9 @@ def test_readme_code_runs_as_printed(
     )
     monkeypatch.chdir(tmp_path)
     Path("my_axis.py").write_text(declaration)
+    (toml,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    Path("my_axis.toml").write_text(toml)
+    assert load_axis("my_axis.toml") == load_axis("my_axis.py")
     namespace: dict[str, Any] = {}
     exec(twin_script, namespace)
     twin = twin_record(namespace["axis"])

@@ -1,0 +1,116 @@
+"""What was derived from an axis, section by section, for every way to write it down."""
+
+from dataclasses import dataclass
+
+import sympy
+
+from .direct import DirectRegressor
+from .identifiability import describe_combinations, describe_direction
+from .model import AxisModel
+from .parameter_map import ParameterMap
+from .symbols import DIRECTION, FORCE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Formula:
+    """``name = value [unit]: column``; what is empty is left out.
+
+    Attributes
+    ----------
+    name : sympy.Symbol or str
+        What is spoken of.
+    value : sympy.Expr or None
+        What it equals.
+    unit : str
+    column : sympy.Expr or None
+        What multiplies it in a regressor.
+    """
+
+    name: sympy.Symbol | str
+    value: sympy.Expr | None = None
+    unit: str = ""
+    column: sympy.Expr | None = None
+
+    def __str__(self) -> str:
+        value = "" if self.value is None else f" = {self.value}"
+        unit = f" [{self.unit}]" if self.unit else ""
+        column = "" if self.column is None else f": {self.column}"
+        return f"{self.name}{value}{unit}{column}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A title over formulas and sentences; the note says what the formulas are."""
+
+    title: str
+    lines: tuple[Formula | str, ...]
+    note: str = ""
+
+
+def derived_sections(model: AxisModel) -> tuple[Section, ...]:
+    """Inverse and direct model, their regressors, the parameter map, what is identifiable."""
+    q = model.axis.coordinate
+    columns = zip(model.axis.parameters, model.idm.columns, strict=True)
+    if model.ddm is None or model.parameter_map is None:
+        direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm_refusal}",))]
+    else:
+        direct = _direct_sections(model.ddm, model.parameter_map)
+    return (
+        Section(
+            title="Inverse dynamic model",
+            lines=(Formula(name=FORCE, value=model.force),),
+            note="direction is the sign of the velocity; between -1 and 1 while the axis sticks"
+            if DIRECTION in model.force.free_symbols
+            else "",
+        ),
+        Section(
+            title="Inverse regressor",
+            lines=(
+                *(Formula(name=p.symbol, unit=p.unit, column=c) for p, c in columns),
+                Formula(name="known", column=model.idm.known),
+            ),
+            note="the force is the sum of parameter times column, and known",
+        ),
+        Section(
+            title="Direct dynamic model",
+            lines=(Formula(name=q.acceleration, value=model.acceleration),),
+        ),
+        *direct,
+        Section(
+            title="Identifiability",
+            lines=tuple(
+                f"only {describe_combinations(hidden)}: no motion shows a change of "
+                f"{describe_direction(hidden)}"
+                for hidden in model.hidden
+            )
+            or ("every parameter has an effect of its own",),
+        ),
+    )
+
+
+def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Section]:
+    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.regressor.columns, strict=True)
+    lines = [
+        Formula(name=symbol, value=value, unit=str(unit), column=column)
+        for symbol, value, unit, column in rows
+    ]
+    inverse: list[Formula | str] = (
+        [f"cannot tell apart {describe_direction(hidden)}" for hidden in mapping.hidden]
+        if mapping.inverse is None
+        else [
+            Formula(name=p, value=value)
+            for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
+        ]
+    )
+    return [
+        Section(
+            title="Direct regressor",
+            lines=(*lines, Formula(name="known", column=ddm.regressor.known)),
+            note="the acceleration is the sum of theta times column, and known",
+        ),
+        Section(
+            title=f"Parameter map, rank {mapping.rank}",
+            lines=tuple(inverse),
+            note="" if mapping.inverse is None else "theta back to the physical parameters",
+        ),
+    ]
