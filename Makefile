@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 # What is linted; files of your own beside them are left alone.
-CODE := modeling codegen estimation src/axisid/*.py tests examples benchmarks
+CODE := modeling codegen estimation src/axisid/*.py src/axisid/report tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
 .PHONY: help identify generate check test bench lint types tests lock clean
@@ -60,7 +60,7 @@ $(BIN)/python:
 
 # The folders are listed because a strict editable install links the files that there are: it must
 # be renewed when one comes or goes.
-$(VENV)/.run: requirements/run.txt pyproject.toml modeling modeling/library codegen estimation src/axisid | $(BIN)/python
+$(VENV)/.run: requirements/run.txt pyproject.toml modeling modeling/library codegen estimation src/axisid src/axisid/report src/axisid/report/assets | $(BIN)/python
 	$(PIP) install --quiet --require-hashes --requirement requirements/run.txt
 	$(PIP) install --quiet --no-deps --no-build-isolation --config-settings editable_mode=strict \
 		--editable .

@@ -6,6 +6,9 @@ and the same text is what runs.
 
 from .arguments import by_sample as by_sample
 from .artefacts import axis_artefacts as axis_artefacts
+from .artefacts import signature as signature
+from .feed_forward import FeedForward as FeedForward
+from .feed_forward import feed_forward as feed_forward
 from .generated_axis import GeneratedAxis as GeneratedAxis
 from .generated_axis import Quantity as Quantity
 from .generated_axis import as_generated as as_generated
@@ -14,6 +17,11 @@ from .generated_axis import stage_times as stage_times
 from .loop_settings import SIGNALS as SIGNALS
 from .loop_settings import STATUSES as STATUSES
 from .loop_settings import LoopSettings as LoopSettings
+from .print_c99 import print_c99 as print_c99
+from .print_python import print_python as print_python
+from .print_st import print_st as print_st
+from .progress import Progress as Progress
+from .progress import each as each
 from .store import Finding as Finding
 from .store import check_files as check_files
 from .store import expected_files as expected_files

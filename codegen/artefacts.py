@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from axisid.modeling import AxisModel, derived_sections
+from axisid.modeling import AxisModel, derived_sections, with_numbers
 
 from .functions import axis_programs
 from .print_c import print_c_function, print_c_loop, print_c_prelude, print_c_rows
@@ -59,11 +59,12 @@ def signature(model: AxisModel) -> str:
         "axis": [axis.name, axis.title],
         "coordinate": [axis.coordinate.name, axis.coordinate.unit],
         "parameters": [[p.name, p.unit] for p in axis.parameters],
-        "force": sympy.srepr(axis.force),
+        "force": sympy.srepr(with_numbers(axis.force)),
         "drive": [
             repr(float(axis.drive.gain)),
             axis.drive.unit,
             repr(float(axis.drive.limit)),
+            *([] if axis.drive.profile == 1 else [sympy.srepr(with_numbers(axis.drive.profile))]),
         ],
         "control": law
         and {

@@ -36,7 +36,7 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     control law there is no closed loop.
     """
     acceleration = _direct_dynamics(model)
-    programs = [_inverse_dynamics(model), _idm_regressor(model), acceleration]
+    programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
     programs += _direct_regressor(model)
     law = None if model.axis.control is None else _control_law(model, model.axis.control)
     plant = _plant_step(model, law, acceleration)
@@ -86,7 +86,8 @@ def _parameters(model: AxisModel) -> list[sympy.Symbol]:
     return [p.symbol for p in model.axis.parameters]
 
 
-def _inverse_dynamics(model: AxisModel) -> Program:
+def inverse_dynamics(model: AxisModel) -> Program:
+    """The force that a motion needs, by friction direction and parameters."""
     arguments = _motion(model, force=False).vector("parameters", _parameters(model))
     return arguments.lower(tau=[[model.force]]).program(
         "inverse_dynamics", "Force that the motion needs."
@@ -94,8 +95,12 @@ def _inverse_dynamics(model: AxisModel) -> Program:
 
 
 def _idm_regressor(model: AxisModel) -> Program:
-    builder = _motion(model, force=False).lower(row=[model.idm.columns], known=[[model.idm.known]])
-    return builder.program("idm_regressor", "tau = row . parameters + known.")
+    arguments, about = _motion(model, force=False), "tau = row . parameters + known."
+    if model.idm.nonlinear:
+        arguments = arguments.vector("parameters", _parameters(model))
+        about = "tau = row . parameters + known, linearised about the parameters."
+    builder = arguments.lower(row=[model.idm.columns], known=[[model.idm.known]])
+    return builder.program("idm_regressor", about)
 
 
 def _direct_dynamics(model: AxisModel) -> Program:
@@ -150,13 +155,17 @@ def _output(
 ) -> int:
     """The law's output within the drive's limit."""
     control = _law_lowering(law, builder, values)(law.output)
-    limit = model.axis.drive.limit
-    if limit != float("inf"):
-        # Selected, not min and max: those would turn a control that is not a number into the limit.
-        upper, lower = builder.constant(limit), builder.constant(-limit)
-        control = builder.apply("select", builder.apply("lt", upper, control), upper, control)
-        control = builder.apply("select", builder.apply("lt", control, lower), lower, control)
-    return control
+    return within(model.axis.drive.limit, builder, control)
+
+
+def within(limit: float, builder: Builder, value: int) -> int:
+    """A value clipped at plus and minus a limit; infinite for none."""
+    if limit == float("inf"):
+        return value
+    # Selected, not min and max: those would turn a control that is not a number into the limit.
+    upper, lower = builder.constant(limit), builder.constant(-limit)
+    value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
+    return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:

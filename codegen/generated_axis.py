@@ -14,6 +14,7 @@ from axisid.modeling import (
     MEASURED_VELOCITY,
     Axis,
     AxisModel,
+    BaseModel,
     UsageError,
     derive,
     describe_combinations,
@@ -43,17 +44,22 @@ class GeneratedAxis:
     Attributes
     ----------
     axis : Axis
-        The declaration (names, units, nominal values, drive, law, columns).
+        The declaration (names, units, nominal values, drive, law, columns) in base parameters.
+    base : BaseModel
+        Base parameters from the declared ones.
     signature : str
         Sha256 of what the functions were generated from.
     parameters : tuple of Quantity
-        Physical parameters, length p.
+        Length p; physical, or the base parameters where those declared are not linear or not
+        told apart, which then have an `expression`.
     ddm_parameters : tuple of Quantity
         Of the direct model, length m; empty without a direct regressor.
     ddm_refusal : str
         Why there is no direct regressor, or no way back from it; else empty.
     uniform : bool
         Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
+    nonlinear : tuple of bool
+        Which parameters enter nonlinearly, length p; the inverse regressor is then linearised.
     hidden : tuple of str
         Parameters that no motion tells apart, in words; empty if there are none.
     functions : mapping of str to casadi.Function
@@ -63,19 +69,31 @@ class GeneratedAxis:
     """
 
     axis: Axis
+    base: BaseModel
     signature: str
     parameters: tuple[Quantity, ...]
     ddm_parameters: tuple[Quantity, ...]
     ddm_refusal: str
     uniform: bool
+    nonlinear: tuple[bool, ...]
     hidden: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
 
     @property
+    def declared(self) -> Axis:
+        """The axis as it was declared."""
+        return self.base.declared
+
+    @property
     def nominal(self) -> Array:
         """A-priori parameters, (p,)."""
         return np.array([p.nominal for p in self.axis.parameters])
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the force is linear in all parameters."""
+        return not any(self.nonlinear)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -142,13 +160,18 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         The axis cannot be derived or lowered.
     """
     model = derive(axis)
-    mapping = model.parameter_map
+    axis, mapping = model.axis, model.parameter_map
+    combined = {p.name: p.description for p, _ in model.base.combined}
     texts = axis_artefacts(model)
     functions = execute(texts[FUNCTIONS], axis.name)
     return GeneratedAxis(
         axis=axis,
+        base=model.base,
         signature=signature(model),
-        parameters=tuple(Quantity(name=p.name, unit=p.unit) for p in axis.parameters),
+        parameters=tuple(
+            Quantity(name=p.name, unit=p.unit, expression=combined.get(p.name, ""))
+            for p in axis.parameters
+        ),
         ddm_parameters=()
         if mapping is None
         else tuple(
@@ -159,6 +182,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_refusal=_refusal(model),
         uniform=_is_uniform(model),
+        nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         hidden=tuple(
             f"no motion shows a change of {describe_direction(h)}; only {describe_combinations(h)} "
             "can be identified"

@@ -4,6 +4,7 @@ Functions take scalars by value and vectors by pointer, and write each output th
 by row. Inputs end in an underscore and outputs in `_out`, so that no name is a header's macro.
 """
 
+import re
 from importlib import resources
 
 from .printing import Language, print_operations
@@ -27,7 +28,8 @@ _HELPERS = {
     "either": "(double a, double b) { return (double)(a != 0.0 || b != 0.0); }",
     "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
 }
-_C = Language(
+#: How C writes a program.
+C = Language(
     calls={
         "abs": "fabs",
         "min": "minimum",
@@ -46,13 +48,18 @@ _C = Language(
 
 def print_c_prelude(text: str) -> str:
     """Return the headers and helpers that a C text needs; others would be unused."""
-    used = [name for name in _HELPERS if f"{name}(" in text]
-    return _INCLUDES + "\n" + "".join(f"static inline double {n}{_HELPERS[n]}\n" for n in used)
+    return f"{_INCLUDES}\n{print_c_helpers(text)}"
+
+
+def print_c_helpers(text: str) -> str:
+    """Return the helpers that a C text needs."""
+    used = [name for name in _HELPERS if re.search(rf"\b{name}\(", text)]
+    return "".join(f"static inline double {name}{_HELPERS[name]}\n" for name in used)
 
 
 def print_c_function(program: Program) -> str:
     """Return the text of a static inline C function."""
-    texts, body = print_operations(program, _C)
+    texts, body = print_operations(program, C)
     used = {op.symbol for op in program.operations if op.name == "input"}
     lines = [f"/* {program.summary} {program.operation_count} operations. */"]
     arguments = [_argument(port) for port in program.inputs]

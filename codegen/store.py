@@ -12,6 +12,7 @@ from pathlib import Path
 from axisid.modeling import Axis, UsageError, derive
 
 from .artefacts import MANIFEST, axis_artefacts
+from .progress import Progress, each
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +34,14 @@ class Finding:
     diff: str = ""
 
 
-def expected_files(axes: Iterable[Axis]) -> dict[Path, str]:
+def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> dict[Path, str]:
     """Return every generated file of the axes by its path in the folder.
+
+    Parameters
+    ----------
+    axes : iterable of Axis
+    progress : callable, optional
+        Told before each axis how many are done, of how many, and which it is.
 
     Raises
     ------
@@ -44,7 +51,7 @@ def expected_files(axes: Iterable[Axis]) -> dict[Path, str]:
         Two axes have one name.
     """
     files: dict[Path, str] = {}
-    for axis in axes:
+    for axis in each(axes, progress, lambda axis: axis.name):
         for name, text in axis_artefacts(derive(axis)).items():
             path = Path(axis.name) / name
             if path in files:
@@ -107,8 +114,8 @@ def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True
     return findings
 
 
-def replace_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all, through a temporary file beside it.
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, whole or not at all, through a temporary file beside it.
 
     A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
     existing file keeps its mode; a new one gets the user's default.
@@ -119,16 +126,17 @@ def replace_file(path: Path, text: str) -> None:
         The file system refuses; the file is as it was.
     """
     path = path.resolve()
+    data = content.encode() if isinstance(content, str) else content
     if path.exists() and not path.is_file():
-        path.write_text(text, encoding="utf-8")
+        path.write_bytes(data)
         return
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "the file is read-only")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
-        with temporary.open("x", encoding="utf-8", newline="") as file:
-            file.write(text)
+        with temporary.open("xb") as file:
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
         if path.exists():

@@ -8,6 +8,7 @@ from .alignment import Alignment as Alignment
 from .alignment import profile_alignment as profile_alignment
 from .batch import BatchSimulation as BatchSimulation
 from .batch import simulate_batch as simulate_batch
+from .blocks import LogBlocks as LogBlocks
 from .candidate import Candidate as Candidate
 from .check import Check as Check
 from .closed_loop import Simulation as Simulation
@@ -22,6 +23,7 @@ from .covariance import Published as Published
 from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
+from .diagnosis import JUDGED as JUDGED
 from .diagnosis import Diagnosis as Diagnosis
 from .errors import DataError as DataError
 from .errors import EstimationError as EstimationError
@@ -35,13 +37,17 @@ from .law_check import LawCheck as LawCheck
 from .law_check import check_law as check_law
 from .prefilter import Prefilter as Prefilter
 from .propagation import Drawn as Drawn
+from .provenance import Provenance as Provenance
+from .provenance import Repair as Repair
 from .readers import read_record as read_record
-from .record import Provenance as Provenance
 from .record import Record as Record
+from .repairs import Repairs as Repairs
 from .residual_tests import ResidualTests as ResidualTests
 from .results import Identification as Identification
 from .signals import Signals as Signals
 from .signals import drive_force as drive_force
+from .streamed import StreamedEstimate as StreamedEstimate
+from .streaming import identify_stream as identify_stream
 from .summary import text_table as text_table
 from .sweep import Sweep as Sweep
 from .sweep import default_cutoffs as default_cutoffs

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, as_generated
+from axisid.codegen import GeneratedAxis, Progress, as_generated, each
 from axisid.modeling import Axis, ModelError, UsageError
 
 from .candidate import Candidate, candidate
@@ -20,6 +20,7 @@ from .errors import EstimationError
 from .estimate import Estimate
 from .held_out import contiguous_blocks, regression_rows
 from .identification import identify
+from .law_check import LawCheck, check_law
 from .nesting import NestedTest, nested_tests
 from .prefilter import Prefilter
 from .record import Record
@@ -57,6 +58,8 @@ class Comparison:
         one.
     reason : str
         Why that one, or none, in one sentence.
+    law : LawCheck or str
+        The first candidate's control law against the record.
     """
 
     record: Record
@@ -71,6 +74,7 @@ class Comparison:
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
+    law: LawCheck | str
 
     def __getitem__(self, name: str) -> Candidate:
         return {candidate.name: candidate for candidate in self.candidates}[name]
@@ -92,6 +96,8 @@ def compare(
     record: Record,
     prefilter: Prefilter | None = None,
     method: str = "idm-ls",
+    *,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Fit several models of one axis to the same rows and recommend one.
 
@@ -104,6 +110,8 @@ def compare(
         The same for all.
     method : {"idm-ls", "idm-iv"}
         Estimator of the tables, of the held-out errors and of the Wald tests.
+    progress : callable, optional
+        Told before each step how many are done, of how many, and which it is.
 
     Raises
     ------
@@ -119,13 +127,15 @@ def compare(
     named = _named(axes)
     _check_comparable(named)
     filtered = settled(prefilter or Prefilter(), next(iter(named.values())), record)
-    fits, failures = _fits(named, record, filtered, method)
+    fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)
     rows = len(next(iter(fits.values())).y)
     blocks = contiguous_blocks(rows, gap, max(len(e.physical) for e in fits.values()))
     candidates = []
     with np.errstate(all="ignore"):
-        for name, estimate in fits.items():
+        for name, estimate in each(
+            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
+        ):
             try:
                 found = candidate(name, named[name], record, filtered, estimate, blocks)
             except EstimationError as error:
@@ -149,15 +159,20 @@ def compare(
         recommended=recommended,
         tied=tied,
         reason=reason,
+        law=check_law(next(iter(named.values())), record),
     )
 
 
 def _fits(
-    named: Mapping[str, GeneratedAxis], record: Record, prefilter: Prefilter, method: str
+    named: Mapping[str, GeneratedAxis],
+    record: Record,
+    prefilter: Prefilter,
+    method: str,
+    progress: Progress | None,
 ) -> tuple[dict[str, Estimate], dict[str, str]]:
     """Estimates by candidate, and why there is none."""
     fits, failures = {}, {}
-    for name, axis in named.items():
+    for name, axis in each(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
             fits[name] = identify(axis, record, prefilter, [method])[method]
         except (EstimationError, ModelError) as error:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from .candidate import LEVEL, Candidate, ParameterCheck
 from .held_out import HeldOut
+from .motion_checks import within_bounds
 from .nesting import NestedTest
 from .serialised import estimate_dict, prefilter_dict, record_dict
-from .summary import number_with_sd, rows_text, text_table
+from .summary import heading_text, number_with_sd, record_lines, rows_text, text_table
 
 if TYPE_CHECKING:
     from .comparison import Comparison
@@ -90,14 +91,12 @@ def _finite(value: Any) -> Any:
 
 
 def _heading(c: "Comparison") -> str:
-    return "\n".join(
-        [
-            f"record     {c.record.provenance.source}, {len(c.record)} samples of "
-            f"{1e3 * c.record.period:.6g} ms",
-            f"method     {c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held "
-            f"out, a gap of {c.gap} rows on both sides",
-        ]
+    method = (
+        f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
+        f"{c.gap} rows on both sides"
     )
+    lines = record_lines(c.record)
+    return heading_text({**lines, "columns": "", "method": method})
 
 
 def _estimates(candidates: Sequence[Candidate]) -> str:
@@ -203,6 +202,13 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
 
 def _remarks(c: "Comparison") -> list[str]:
     """What kept a candidate or a figure out, and what disagrees."""
+    faults = [
+        _wrapped("", f"{each.name}: {check.meaning}.")
+        for each in c.candidates
+        if (check := within_bounds(each.estimate)).status == "fail"
+    ]
+    if not isinstance(c.law, str) and not c.law.passed:
+        faults.append(_wrapped("", f"Believe nothing before this is mended: {c.law.meaning}."))
     lines = [_wrapped("", f"{name} is left out: {why}") for name, why in c.failures.items()]
     lines += [
         f"{a} and {b} are the same model in different parameters, on these rows." for a, b in c.same
@@ -226,7 +232,7 @@ def _remarks(c: "Comparison") -> list[str]:
         lines.append(
             _wrapped("", f"The held-out simulation error is smallest for {min(simulated)[1]}.")
         )
-    return lines
+    return [*faults, *lines]
 
 
 def _notes(c: "Comparison") -> list[str]:
@@ -245,7 +251,8 @@ def _notes(c: "Comparison") -> list[str]:
         "publications.",
         "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
         "restrictions, F distributed), and Takeuchi's criterion TIC, AIC with the penalty "
-        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest.",
+        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest. Where residuals stay alike "
+        "for long, the Wald test still rejects too often: a true model in 1 of 5 at the worst.",
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "

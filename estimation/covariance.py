@@ -6,6 +6,7 @@ differ in what they assume of e.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,7 +102,7 @@ class Hac(Covariance):
     ----------
     lags : int or None
         How many neighbours of a row are correlated with it; None takes the plug-in rule of
-        [NeweyWest1994]_.
+        [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
     corrected : bool
         Multiply by ``n/(n - k)``, for small samples.
     """
@@ -116,34 +117,47 @@ class Hac(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        scores = _scores(solution)
-        total = scores.T @ scores
-        lags = self.chosen_lags(solution)
-        for lag in range(1, lags + 1):
-            shifted = scores[lag:].T @ scores[:-lag]
-            total = total + (1 - lag / (lags + 1)) * (shifted + shifted.T)
-        return _correction(solution, corrected=self.corrected) * total
+        scores, lags = _scores(solution), self.chosen_lags(solution)
+        products = [scores[lag:].T @ scores[: len(scores) - lag] for lag in range(lags + 1)]
+        return _correction(solution, corrected=self.corrected) * bartlett(products)
 
     def chosen_lags(self, solution: Solution) -> int:
         """The lags that are used: those given, or the plug-in rule's."""
         n = len(solution.residuals)
+        if self.lags is not None and self.lags > n // 4:
+            raise UsageError(f"{self.lags} lags are too many for {n} rows; give {n // 4} or fewer.")
         if self.lags is not None:
-            return int(min(self.lags, n - 1))
-        # Where neighbours cancel, the rule knows no bound; [Schwert1989]_ gives a common one.
-        most = min(12 * (n / 100) ** 0.25, n - 1)
-        # Units of the parameters must not weigh the scores; the rule has one weight for each.
-        scores = _scores(solution)
-        size = np.sqrt(np.sum(scores**2, axis=0))
-        weighted = (scores / np.where(size > 0, size, 1.0)).sum(axis=1)
-        return int(min(plug_in_lags(weighted), most))
+            return int(self.lags)
+        # Each parameter's scores by themselves, so that neither units nor signs enter.
+        return int(min(max(plug_in_lags(s) for s in _scores(solution).T), most_lags(n)))
 
     def describe(self, solution: Solution) -> str:
         """See `Covariance.describe`."""
-        rule = "plug-in rule" if self.lags is None else "as given"
+        most = most_lags(len(solution.residuals))
+        capped = self.lags is None and self.chosen_lags(solution) == most
+        rule = "as given" if self.lags is not None else f"plug-in rule{', capped' * capped}"
         return (
             f"HAC, Bartlett kernel, {self.chosen_lags(solution)} lags ({rule})"
             f"{_named_correction(corrected=self.corrected)}"
         )
+
+
+def bartlett(products: Sequence[Array]) -> Array:
+    """Long-run covariance of scores from their products ``sum s_t s_(t-lag)'``, lag 0 first."""
+    total = products[0]
+    for lag, product in enumerate(products[1:], 1):
+        total = total + (1 - lag / len(products)) * (product + product.T)
+    return total
+
+
+def most_lags(n: int) -> int:
+    """Where neighbours cancel, the rule knows no bound; the root keeps the estimate consistent."""
+    return int(n**0.5)
+
+
+def first_lags(n: int) -> int:
+    """How many lags the plug-in rule looks at."""
+    return int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
 
 
 def plug_in_lags(series: Array) -> int:
@@ -152,17 +166,21 @@ def plug_in_lags(series: Array) -> int:
     Parameters
     ----------
     series : (n,) array
-        A weighted sum of the scores.
+        Scores of one parameter.
     """
     n = len(series)
-    first = int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
-    sums = [float(series[lag:] @ series[: n - lag]) / n for lag in range(first + 1)]
+    sums = [float(series[lag:] @ series[: n - lag]) / n for lag in range(first_lags(n) + 1)]
+    return lags_of(sums, n)
+
+
+def lags_of(sums: Sequence[float], n: int) -> int:
+    """The plug-in rule for n rows, from the autocovariances of one parameter's scores."""
     if not np.all(np.isfinite(sums)):
-        return first
+        return len(sums) - 1
     level = sums[0] + 2 * sum(sums[1:])
     slope = 2 * sum(lag * value for lag, value in enumerate(sums))
     if level == 0:
-        return first
+        return len(sums) - 1
     return int(1.1447 * abs(slope / level) ** (2 / 3) * n ** (1 / 3))
 
 

@@ -6,21 +6,23 @@ from dataclasses import dataclass
 from axisid.codegen import GeneratedAxis
 
 from .alignment import Alignment, profile_alignment
+from .arrays import Array
 from .check import Check
-from .covariance import Hac
 from .errors import DataError, EstimationError
 from .estimate import Estimate
 from .excitation import Excitation, excitation
+from .force_check import force_checks
 from .forms import InverseForm
-from .instruments import Endogeneity, InstrumentTests, endogeneity, instrument_tests
+from .instruments import Endogeneity, InstrumentTests, endogeneity_of, instrument_tests
 from .law_check import LawCheck, check_law
+from .physical import fixed_check
 from .prefilter import Prefilter
 from .record import Record
 from .signals import measured_signals
 from .verdict import verdict
 
 #: Which estimate is judged: the first of these that there is.
-_JUDGED = ("idm-iv", "ddm-iv", "idm-ls", "ddm-ls")
+JUDGED = ("idm-iv", "ddm-iv", "idm-ls", "ddm-ls")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,12 +60,12 @@ def diagnose(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimates: Mapping[str, Estimate]
 ) -> Diagnosis:
     """Test a result; each method where it was run."""
-    judged = next(method for method in _JUDGED if method in estimates)
+    judged = judged_method(estimates)
     law = check_law(axis, record)
     instruments = _instruments(estimates[judged])
-    tested = _endogeneity(estimates.get("idm-iv"))
+    tested = endogeneity_of(estimates.get("idm-iv"))
     moved = _excitation(axis, record, prefilter, estimates[judged])
-    alignment = _alignment(axis, record, prefilter)
+    alignment = _alignment(axis, record, prefilter, estimates[judged])
     return Diagnosis(
         judged=judged,
         law=law,
@@ -71,42 +73,55 @@ def diagnose(
         endogeneity=tested,
         excitation=moved,
         alignment=alignment,
-        verdict=verdict(
-            estimates,
-            estimates[judged],
-            law=law,
-            instruments=instruments,
-            tested=tested,
-            moved=moved,
-            alignment=alignment,
-            hold=str(prefilter.hold),
+        verdict=(
+            *verdict(
+                estimates,
+                estimates[judged],
+                law=law,
+                instruments=instruments,
+                tested=tested,
+                moved=moved,
+                alignment=alignment,
+                hold=str(prefilter.hold),
+            ),
+            *fixed_check(estimates[judged]),
+            *force_checks(axis, record),
         ),
     )
+
+
+def judged_method(estimates: Mapping[str, Estimate]) -> str:
+    """Return the method that a verdict is of."""
+    return next(method for method in JUDGED if method in estimates)
 
 
 def _instruments(estimate: Estimate) -> InstrumentTests | None:
     return None if estimate.Z is None else instrument_tests(estimate.X, estimate.Z)
 
 
-def _endogeneity(iv: Estimate | None) -> Endogeneity | None:
-    if iv is None or iv.Z is None:
-        return None
-    try:
-        return endogeneity(iv.X @ iv.physical + iv.residuals, iv.X, iv.Z, Hac())
-    except EstimationError:
-        return None
-
-
 def _excitation(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimate: Estimate
 ) -> tuple[Excitation, ...]:
     signals = measured_signals(axis, record, prefilter)
-    rows = InverseForm(axis).equations(signals).reduced(prefilter, record.period)
+    rows = (
+        InverseForm(axis).at(estimate.physical).equations(signals).reduced(prefilter, record.period)
+    )
     return excitation(axis, signals, rows, estimate.physical)
 
 
-def _alignment(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Alignment | str:
+def _alignment(
+    axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimate: Estimate
+) -> Alignment | str:
     try:
-        return profile_alignment(axis, record, prefilter)
+        return profile_alignment(
+            axis, record, prefilter, estimate.physical, _instruments_of(estimate)
+        )
     except (DataError, EstimationError) as error:
         return str(error)
+
+
+def _instruments_of(estimate: Estimate) -> tuple[Array, Array] | None:
+    """Of the inverse model; a direct model's serve another left side."""
+    if estimate.Z is None or estimate.simulated is None or estimate.ddm_quantities:
+        return None
+    return estimate.Z, estimate.simulated

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
@@ -12,11 +13,14 @@ from axisid.codegen import Quantity
 from axisid.modeling import FunctionLike, UsageError, parameter_function
 
 from .arrays import Array
-from .covariance import correlation
+from .covariance import Hac, correlation
 from .errors import EstimationError
 from .forms import Form
 from .propagation import Bend, Drawn, bend, drawn_parameters, summarised
 from .residual_tests import ResidualTests, residual_tests
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _LEVEL = 0.95
 #: Second-order part of a deviation, against the first, from which the delta method is not enough.
@@ -37,9 +41,11 @@ class Value:
         For residuals of any variance; for autocorrelated ones too.
     interval : (float, float)
         95 %, from `sd_hac` and Student's distribution with n - k degrees of freedom.
-    sd_gain : float or None
-        What the declared deviation of the drive gain adds, in no other figure; None where the model
-        has terms that the gain does not scale with the rest.
+    sd_gain : float
+        What the declared deviation of the drive gain adds, in no other figure.
+    filter_bias : float or None
+        What the prefilter alone moves the value by, in no other figure: found on the loop that is
+        simulated with the estimate. None where it was not.
     """
 
     value: float
@@ -48,7 +54,8 @@ class Value:
     sd_robust: float
     sd_hac: float
     interval: tuple[float, float]
-    sd_gain: float | None = 0.0
+    sd_gain: float = 0.0
+    filter_bias: float | None = None
 
     @property
     def relative_sd_percent(self) -> float:
@@ -110,6 +117,8 @@ class Estimate:
         Instruments of the last solution; None for least squares.
     rows : (n,) array
         Sample number of each row.
+    period : float
+        Of the samples, s.
     residuals : (n,) array
         ``y - X theta``, less the known part of the model if it has one.
     simulated : (n,) array or None
@@ -126,9 +135,17 @@ class Estimate:
         What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of str
         What the user should know about this estimate.
-    gain_relative_sd : float or None
-        Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact,
-        None if it is not but its part in the estimate cannot be told.
+    hac : Hac
+        The autocorrelation-consistent covariance, with its lags.
+    gain_relative_sd : float
+        Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
+    gain_slopes : (p,) array or None
+        Of the physical parameters by the logarithm of the gain; None where it is exact.
+    theta_gain_slopes : (k,) array or None
+        The same of the regression's own parameters.
+    filter_bias : (p,) array or None
+        What the prefilter alone moves the physical parameters by; None where the loop could not be
+        simulated.
     """
 
     method: str
@@ -144,6 +161,7 @@ class Estimate:
     X: Array
     Z: Array | None
     rows: Array
+    period: float
     residuals: Array
     simulated: Array | None
     equation_error_percent: float
@@ -152,7 +170,11 @@ class Estimate:
     iterates: tuple[Iterate, ...]
     covariance_names: Mapping[str, str]
     remarks: tuple[str, ...]
-    gain_relative_sd: float | None = 0.0
+    hac: Hac
+    gain_relative_sd: float = 0.0
+    gain_slopes: Array | None = None
+    theta_gain_slopes: Array | None = None
+    filter_bias: Array | None = None
 
     def __repr__(self) -> str:
         values = (
@@ -188,15 +210,20 @@ class Estimate:
     @property
     def parameters(self) -> dict[str, Value]:
         """Physical parameters by name."""
-        return self._values(self.quantities, self.physical, self.covariances, self.physical)
+        return self._values(
+            self.quantities, self.physical, self.covariances, self.gain_slopes, self.filter_bias
+        )
 
     @property
     def ddm_parameters(self) -> dict[str, Value]:
         """Parameters of the direct model by name; empty for an inverse model."""
-        # The first divides the force by the inertia; the others are quotients without the gain.
-        by_gain = np.zeros(len(self.theta_ddm))
-        by_gain[:1] = -self.theta_ddm[:1]
-        return self._values(self.ddm_quantities, self.theta_ddm, self.ddm_covariances, by_gain)
+        return self._values(
+            self.ddm_quantities,
+            self.theta_ddm,
+            self.ddm_covariances,
+            self.theta_gain_slopes,
+            None,
+        )
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
@@ -241,8 +268,11 @@ class Estimate:
                 stacklevel=2,
             )
         variances = {name: float(gradient @ c @ gradient) for name, c in self.covariances.items()}
-        # Every physical parameter is proportional to the gain.
-        return self._value(value, str(read.unit), variances, float(gradient @ self.physical))
+        by_gain, bias = (
+            None if moves is None else float(gradient @ moves)
+            for moves in (self.gain_slopes, self.filter_bias)
+        )
+        return self.valued(value, str(read.unit), variances, by_gain, bias)
 
     @property
     def curvatures(self) -> Array:
@@ -294,6 +324,35 @@ class Estimate:
         """Tests of the residuals, against the instruments or the regressor of least squares."""
         return residual_tests(self.residuals, self.X if self.Z is None else self.Z)
 
+    def plot_force(self) -> "Figure":
+        """Draw measured and reconstructed force (or acceleration) and the error."""
+        from .drawing import drawn
+        from .estimate_plots import force_plot
+
+        return drawn(force_plot(self))
+
+    def plot_autocorrelation(self) -> "Figure":
+        """Draw the residuals' autocorrelation."""
+        from .drawing import drawn
+        from .estimate_plots import autocorrelation_plot
+
+        return drawn(autocorrelation_plot(self))
+
+    def plot_spectrum(self) -> "Figure":
+        """Draw the residuals' power density."""
+        from .drawing import drawn
+        from .estimate_plots import spectrum_plot
+
+        return drawn(spectrum_plot(self))
+
+    def plot_convergence(self) -> "Figure":
+        """Draw the iterates of instruments; a `UsageError` for least squares."""
+        from .drawing import drawn
+        from .estimate_plots import convergence_plot
+        from .plot import drawable
+
+        return drawn(drawable(convergence_plot(self)))
+
     def _bend(self) -> Bend:
         return bend(self.form, self.theta, self._of_theta("hac"))
 
@@ -306,26 +365,32 @@ class Estimate:
         quantities: tuple[Quantity, ...],
         theta: Array,
         covariances: Mapping[str, Array],
-        slopes: Array,
+        slopes: Array | None,
+        biases: Array | None,
     ) -> dict[str, Value]:
         return {
-            q.name: self._value(
+            q.name: self.valued(
                 float(theta[i]),
                 q.unit,
                 {name: float(c[i, i]) for name, c in covariances.items()},
-                float(slopes[i]),
+                None if slopes is None else float(slopes[i]),
+                None if biases is None else float(biases[i]),
             )
             for i, q in enumerate(quantities)
         }
 
-    def _value(
-        self, value: float, unit: str, variances: Mapping[str, float], by_gain: float
+    def valued(
+        self,
+        value: float,
+        unit: str,
+        variances: Mapping[str, float],
+        by_gain: float | None,
+        filter_bias: float | None = None,
     ) -> Value:
         """A value from its variances and its slope by the logarithm of the drive gain."""
         # Rounding may leave a variance of nothing a little below zero.
         sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
         reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds["hac"]
-        relative = self.gain_relative_sd
         return Value(
             value=value,
             unit=unit,
@@ -333,5 +398,6 @@ class Estimate:
             sd_robust=sds["robust"],
             sd_hac=sds["hac"],
             interval=(value - reach, value + reach),
-            sd_gain=None if relative is None else relative * abs(by_gain),
+            sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
+            filter_bias=filter_bias,
         )

@@ -62,6 +62,8 @@ class Excitation:
             why = (
                 f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
                 "unexplained"
+                if self.share < 1
+                else "others cancel its part of the force"
             )
         return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
 

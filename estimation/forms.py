@@ -5,7 +5,8 @@ regressor, and in how their parameters map to the physical ones.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -48,6 +49,17 @@ class Equations:
             return np.zeros(len(regressor)), regressor
         return prefilter.reduce(self.known, period), regressor
 
+    @classmethod
+    def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
+        """The rows of several, one after the other."""
+        if len(pieces) == 1:
+            return pieces[0]
+        return cls(
+            left=np.concatenate([piece.left for piece in pieces]),
+            known=np.concatenate([piece.known for piece in pieces]),
+            regressor=np.concatenate([piece.regressor for piece in pieces]),
+        )
+
     def mean(self, other: "Equations") -> "Equations":
         """Row by row the mean with other equations; where both hold, it holds."""
         return Equations(
@@ -67,6 +79,11 @@ class Form(ABC):
     left: ClassVar[str]
 
     @property
+    def start(self) -> Array:
+        """Physical parameters (p,) that an iteration starts from."""
+        return self.axis.nominal
+
+    @property
     @abstractmethod
     def quantities(self) -> tuple[Quantity, ...]:
         """What the regression estimates."""
@@ -74,6 +91,10 @@ class Form(ABC):
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
         """The model's rows for signals, (N,)."""
+
+    def at(self, physical: Array) -> "Form":  # noqa: ARG002
+        """The form linearised about physical parameters (p,); itself if it is linear."""
+        return self
 
     @abstractmethod
     def physical(self, theta: Array) -> tuple[Array, Array]:
@@ -86,7 +107,15 @@ class Form(ABC):
 
 @dataclass(frozen=True, slots=True)
 class InverseForm(Form):
-    """``tau = IDM(q, dq, ddq) theta + known``: the physical parameters themselves."""
+    """``tau = IDM(q, dq, ddq) theta + known``: the physical parameters themselves.
+
+    Attributes
+    ----------
+    point : (p,) array or None
+        Where a partially linear model is linearised; its nominal values by default.
+    """
+
+    point: Array | None = None
 
     left: ClassVar[str] = "force"
 
@@ -98,10 +127,19 @@ class InverseForm(Form):
     def equations(self, signals: Signals) -> Equations:
         """Force by the inverse regressor."""
         s = signals
-        row, known = self.axis.rows(
-            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
-        )
+        motion = (s.position, s.velocity, s.acceleration, s.direction)
+        about = () if self.axis.is_linear else (self.start,)
+        row, known = self.axis.rows("idm_regressor", *motion, *about)
         return Equations(left=s.force, known=known[:, 0], regressor=row)
+
+    def at(self, physical: Array) -> "InverseForm":
+        """See `Form.at`."""
+        return self if self.axis.is_linear else replace(self, point=physical)
+
+    @property
+    def start(self) -> Array:
+        """See `Form.start`; where it is linearised, if it is."""
+        return self.axis.nominal if self.point is None else self.point
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """The estimate itself."""

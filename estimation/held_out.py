@@ -15,14 +15,13 @@ from axisid.codegen import GeneratedAxis
 from axisid.modeling import ModelError
 
 from .arrays import Array
-from .closed_loop import simulate
 from .errors import DataError, EstimationError
 from .estimate import Estimate
 from .forms import InverseForm
-from .identification import loop_reference, simulated_right
 from .linear import Solution, factor, instrumental_variables, least_squares
 from .prefilter import Prefilter
 from .record import Record
+from .simulated_rows import simulated_loops, simulated_right
 
 _BLOCKS = 10
 _FEW_ROWS = 5  # of training, for each parameter
@@ -195,11 +194,9 @@ def held_out_simulation(
     """
     form, squares = InverseForm(axis), []
     try:
-        reference = loop_reference(axis, record)
         for block, theta in zip(blocks, thetas, strict=True):
-            start = float(record.position[0])
-            loop = simulate(axis, theta, reference, record.period, start=start)
-            known, regressor = simulated_right(form, loop, theta, prefilter, record.period)
+            loops = simulated_loops(axis, record, theta)
+            known, regressor = simulated_right(form, loops, theta, prefilter, record.period)
             error = (estimate.y - regressor @ theta - known)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, AxisidError, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
-from .closed_loop import Simulation, signals_before, simulate
+from .closed_loop import Simulation
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
 from .estimate import Estimate, Iterate
@@ -24,11 +24,13 @@ from .linear import (
     instrumental_variables,
     least_squares,
 )
-from .loop_setup import no_control_law
+from .made_again import filter_bias, slopes_by_gain
 from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
 from .signals import measured_signals, settled
+from .simulated_rows import LoopDataError, loop_reference, simulated_loops, simulated_right
+from .variable_projection import damped_step, variable_projection
 
 #: Every method: model form, then estimator.
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -37,10 +39,12 @@ _MOST_ITERATIONS = 20
 # The iteration stops when no parameter moves by more than this share of its deviation.
 _STILL = 1e-2
 _ROUNDING = 1e-9  # the same as a share of the value, for records without noise
-_PERIOD_TOLERANCE = 0.01
 _IN_MOTION = 0.25  # of the largest speed
-_FEW_ROWS = 10  # for each parameter
+#: Rows for each parameter below which deviations cannot be believed.
+FEW_ROWS = 10
 _NOT_FOLLOWING = 100.0  # %
+_WORSE = 2.0  # simulation errors
+_AT_BOUND = 1e-6
 
 
 def identify(
@@ -89,7 +93,7 @@ def identify(
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
                 estimates[method] = study.estimate(method)
-        except (ModelError, _LoopDataError) as error:
+        except (ModelError, LoopDataError) as error:
             if asked is not None:
                 raise
             skipped[method] = str(error)
@@ -107,10 +111,6 @@ def identify(
     )
 
 
-class _LoopDataError(DataError):
-    """The record does not serve to simulate the loop."""
-
-
 class _Study:
     """One axis, one record, one prefilter."""
 
@@ -118,10 +118,11 @@ class _Study:
         self, axis: GeneratedAxis, record: Record, prefilter: Prefilter, lags: int | None
     ) -> None:
         self.axis, self.record, self.prefilter = axis, record, prefilter
+        self.hac = Hac(lags)
         self.covariances: dict[str, Covariance] = {
             "iid": Published(),
             "robust": Robust(),
-            "hac": Hac(lags),
+            "hac": self.hac,
         }
         if axis.hidden:
             raise EstimationError(
@@ -133,39 +134,59 @@ class _Study:
     def estimate(self, method: str) -> Estimate:
         """Run one method: regress, map to physical parameters, simulate."""
         model, estimator = method.split("-")
-        form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
+        form: Form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
         if estimator == "iv":
             with _adding("Instruments need it; idm-ls and ddm-ls do without."):
                 loop_reference(self.axis, self.record)
-        measured = form.equations(self._measured).reduced(self.prefilter, self.record.period)
+        if not self.axis.is_linear:
+            # Both estimators start where least squares ends; it searches more widely.
+            form = self._nearest(form)
+        fit = self._fit_once(form) if estimator == "ls" else self._iterate(method, form)
+        return self._result(method, form, fit)
+
+    def _nearest(self, form: Form) -> Form:
+        """A partially linear model linearised about its least-squares estimate."""
+        if not isinstance(form, InverseForm):
+            return form
+        return form.at(variable_projection(form, self._rows))
+
+    def _rows(self, form: Form) -> Equations:
+        """The measured rows of a form."""
+        return form.equations(self._measured).reduced(self.prefilter, self.record.period)
+
+    def _factored(self, form: Form, measured: Equations) -> Factored:
         with _adding(self._lacking()):
-            regressor = factor(
-                measured.regressor, [q.expression or q.name for q in form.quantities]
-            )
-        if estimator == "ls":
-            fit = self._fit_once(form, measured, regressor)
-        else:
-            fit = self._iterate(method, form, measured, regressor)
-        return self._result(method, form, measured, fit)
+            return factor(measured.regressor, [q.expression or q.name for q in form.quantities])
 
-    def _fit_once(self, form: Form, measured: Equations, regressor: Factored) -> "_Fit":
+    def _fit_once(self, form: Form) -> "_Fit":
         """Least squares. It needs no simulation; the simulation error is a courtesy."""
-        solution = least_squares(measured.left - measured.known, regressor)
+        measured = self._rows(form)
+        solution = least_squares(measured.left - measured.known, self._factored(form, measured))
+        if not self.axis.is_linear:
+            # The search ends within the bounds, where a step of the linearised model might not.
+            left = measured.left - measured.known - measured.regressor @ form.start
+            solution = replace(solution, theta=form.start, residuals=left)
         try:
-            known, Z = self._simulated(form, form.physical(solution.theta)[0])
+            loops, known, Z = self._simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
-            return _Fit(solution, None, (), None, (f"no simulation error, since {error}",))
-        return _Fit(solution, None, (), Z @ solution.theta + known, ())
+            reason = f"no simulation error, since {error}"
+            return _Fit(measured, solution, None, (), (), None, (reason,))
+        return _Fit(measured, solution, None, (), loops, Z @ solution.theta + known, ())
 
-    def _iterate(self, method: str, form: Form, measured: Equations, regressor: Factored) -> "_Fit":
+    def _iterate(self, method: str, form: Form) -> "_Fit":
         """Instruments from the loop simulated with the last estimate, until it stands still."""
         iterates: list[Iterate] = []
-        physical, still = self.axis.nominal, False
+        measured = self._rows(form)
+        regressor = self._factored(form, measured)
+        physical, still = form.start, False
         solution: Solution | None = None
         instruments: Factored | None = None
         while len(iterates) <= _MOST_ITERATIONS:
+            if iterates and not self.axis.is_linear:
+                measured = self._rows(form.at(physical))
+                regressor = self._factored(form, measured)
             with _naming(f"{method}, iterate {len(iterates)}"):
-                known, Z = self._simulated(form, physical)
+                loops, known, Z = self._simulated(form, physical)
                 theta = form.regressed(physical) if solution is None else solution.theta
                 # The loop satisfies the model row by row, so this is its left side.
                 simulated = Z @ theta + known
@@ -174,12 +195,17 @@ class _Study:
                     Iterate(physical=physical, theta=theta, simulation_error_percent=error)
                 )
                 if solution is not None and instruments is not None and still:
-                    return _Fit(solution, instruments.columns, tuple(iterates), simulated, ())
+                    self._check_valley(iterates)
+                    return _Fit(
+                        measured, solution, instruments, tuple(iterates), loops, simulated, ()
+                    )
                 instruments = factor(Z, regressor.names, "the simulated loop")
                 solution = instrumental_variables(
                     measured.left - measured.known, regressor, instruments
                 )
                 following, jacobian = form.physical(solution.theta)
+                if isinstance(form, InverseForm) and not self.axis.is_linear:
+                    following = damped_step(form, self._rows, instruments, physical, following)
             deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
             allowed = _STILL * deviation + _ROUNDING * np.abs(following)
             still = bool(np.all(np.abs(following - physical) <= allowed))
@@ -190,18 +216,30 @@ class _Study:
             "from better nominal values."
         )
 
-    def _simulated(self, form: Form, physical: Array) -> tuple[Array, Array]:
-        """Known part and regressor of the loop simulated with an estimate, reduced."""
-        reference, period = loop_reference(self.axis, self.record), self.record.period
-        loop = simulate(
-            self.axis, physical, reference, period, start=float(self.record.position[0])
-        )
-        return simulated_right(form, loop, physical, self.prefilter, period)
+    def _check_valley(self, iterates: list[Iterate]) -> None:
+        """A partially linear model's equations have several solutions, most of them wrong."""
+        first, last = (iterates[i].simulation_error_percent for i in (0, -1))
+        if not self.axis.is_linear and last > _WORSE * first:
+            raise EstimationError(
+                f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
+                f"{self.axis.describe(iterates[-1].physical)}, whose loop leaves {last:.3g} %; "
+                "that is another solution of the same equations. Believe idm-ls, or record a "
+                "motion that stays longer where the nonlinear terms change."
+            )
 
-    def _result(self, method: str, form: Form, measured: Equations, fit: "_Fit") -> Estimate:
-        solution, y, simulated = fit.solution, measured.left, fit.simulated
+    def _simulated(
+        self, form: Form, physical: Array
+    ) -> tuple[tuple[Simulation, ...], Array, Array]:
+        """The loops simulated with an estimate, and their known part and regressor, reduced."""
+        loops = simulated_loops(self.axis, self.record, physical)
+        right = simulated_right(form, loops, physical, self.prefilter, self.record.period)
+        return loops, *right
+
+    def _result(self, method: str, form: Form, fit: "_Fit") -> Estimate:
+        measured, solution, simulated = fit.measured, fit.solution, fit.simulated
+        y = measured.left
         physical, jacobian = form.physical(solution.theta)
-        if not (np.any(y) and np.all(np.isfinite(solution.residuals))):
+        if not (float(y @ y) > 0 and np.all(np.isfinite(solution.residuals))):
             raise self._not_finite(method, form)
         covariances = {name: c.matrix(solution) for name, c in self.covariances.items()}
         mapped = {name: delta_method(c, jacobian) for name, c in covariances.items()}
@@ -210,7 +248,7 @@ class _Study:
         direct = isinstance(form, DirectForm)
         return Estimate(
             method=method,
-            form=form,
+            form=form.at(physical),
             quantities=self.axis.parameters,
             theta=solution.theta,
             physical=physical,
@@ -220,8 +258,9 @@ class _Study:
             ddm_covariances=covariances if direct else {},
             y=y,
             X=measured.regressor,
-            Z=fit.instruments,
+            Z=None if fit.instruments is None else fit.instruments.columns,
             rows=self.prefilter.rows(len(self.record), self.record.period),
+            period=self.record.period,
             residuals=solution.residuals,
             simulated=simulated,
             equation_error_percent=relative_error_percent(solution.residuals, y),
@@ -236,23 +275,36 @@ class _Study:
                 *fit.remarks,
                 *_outside_bounds(self.axis, physical),
             ),
-            gain_relative_sd=self._gain_deviation(),
+            hac=self.hac,
+            gain_relative_sd=self._gain_relative_sd,
+            **self._made_again(form.at(physical), fit, physical),
         )
+
+    @property
+    def _gain_relative_sd(self) -> float:
+        """Of the gain that scaled the force; 0 for a measured force."""
+        return 0.0 if self.record.force is not None else self.axis.axis.drive.relative_sd
+
+    def _made_again(self, form: Form, fit: "_Fit", physical: Array) -> dict[str, Array | None]:
+        """What the gain and the filter alone move the estimate by."""
+        bias: Array | None = None
+        slopes: tuple[Array | None, Array | None] = (None, None)
+        try:
+            if self._gain_relative_sd:
+                slopes = slopes_by_gain(
+                    form, self._measured, self.prefilter, self.record.period, fit.instruments
+                )
+            if fit.loops:
+                bias = filter_bias(
+                    form, self.record, self.prefilter, fit.loops, physical, fit.instruments
+                )
+        except (DataError, EstimationError):
+            pass  # a simulated record that cannot be regressed says nothing
+        return {"gain_slopes": slopes[0], "theta_gain_slopes": slopes[1], "filter_bias": bias}
 
     def _lacking(self) -> str:
         facts = motion_lacks(self._measured)
         return f"In this record {', and '.join(facts)}." if facts else ""
-
-    def _gain_deviation(self) -> float | None:
-        """Relative deviation of the gain that scaled the force.
-
-        All parameters are proportional to the gain, as long as no known term keeps its size.
-        """
-        relative = self.axis.axis.drive.relative_sd
-        if self.record.force is not None or relative == 0:
-            return 0.0
-        known = InverseForm(self.axis).equations(self._measured).known
-        return None if np.any(known) else relative
 
     @staticmethod
     def _not_finite(method: str, form: Form) -> EstimationError:
@@ -265,7 +317,7 @@ class _Study:
         """What the user should know whatever the method."""
         remarks = list(self.prefilter.remarks(self.record.period))
         n, k = measured.regressor.shape
-        if n < _FEW_ROWS * k:
+        if n < FEW_ROWS * k:
             remarks.append(
                 f"{n} rows for {k} parameters are few: standard deviations cannot be believed; "
                 "record longer, or decimate less"
@@ -278,61 +330,25 @@ class _Study:
                 "reference and the signs and units of the columns"
             )
         speed = np.abs(self._measured.velocity)
-        if speed[0] > _IN_MOTION * speed.max():
+        starts = [start for start, _ in self.record.spans]
+        if speed[starts].max() > _IN_MOTION * speed.max():
+            what = "a segment of the record" if self.record.segments else "the record"
             remarks.append(
-                "the record begins in motion, the simulated loop at rest: its first transient is "
-                "in the simulation error; begin the record at rest, or drop more at the start"
+                f"{what} begins in motion, the simulated loop at rest: its first transient is "
+                "in the simulation error; begin it at rest, or drop more at the start"
             )
         return remarks
 
 
-def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
-    """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
-
-    Raises
-    ------
-    ModelError
-        The axis has no control law.
-    DataError
-        The record has no reference, or another period than the law.
-    """
-    law = axis.axis.control
-    if law is None:
-        raise no_control_law(axis.axis.name)
-    if record.reference is None:
-        raise _LoopDataError(
-            f"{record.provenance.source} has no reference column, from which the closed loop "
-            "is simulated; name it with --columns reference=NAME."
-        )
-    if abs(record.period / law.period - 1) > _PERIOD_TOLERANCE:
-        raise _LoopDataError(
-            f"the record is sampled every {record.period:g} s, the control law of axis "
-            f"{axis.axis.name!r} every {law.period:g} s; instruments need a record at the "
-            "law's period. Declare the drive's period."
-        )
-    return record.reference
-
-
-def simulated_right(
-    form: Form, loop: Simulation, physical: Array, prefilter: Prefilter, period: float
-) -> tuple[Array, Array]:
-    """Known part and regressor of a simulated loop, reduced like the measured ones.
-
-    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
-    """
-    equations = form.equations(loop.signals)
-    if prefilter.hold == "zoh":
-        equations = equations.mean(form.equations(signals_before(form.axis, physical, loop)))
-    return equations.reduced_right(prefilter, period)
-
-
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """A solution with the loop simulated from it."""
+    """A solution of measured rows, with the loops simulated from it."""
 
+    measured: Equations
     solution: Solution
-    instruments: Array | None
+    instruments: Factored | None
     iterates: tuple[Iterate, ...]
+    loops: tuple[Simulation, ...]
     simulated: Array | None
     remarks: tuple[str, ...]
 
@@ -358,7 +374,12 @@ def _naming(what: str) -> Iterator[None]:
 
 
 def _outside_bounds(axis: GeneratedAxis, physical: Array) -> list[str]:
-    return [
+    stopped = [
+        f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
+        for p, value, bent in zip(axis.axis.parameters, physical, axis.nonlinear, strict=True)
+        if bent and min(abs(value - p.lower), abs(value - p.upper)) <= _AT_BOUND * abs(value)
+    ]
+    return stopped + [
         f"{p.name} = {value:.6g} {p.unit} is outside its bounds [{p.lower:g}, {p.upper:g}]"
         for p, value in zip(axis.axis.parameters, physical, strict=True)
         if not p.lower <= value <= p.upper

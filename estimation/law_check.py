@@ -17,6 +17,7 @@ from axisid.codegen import GeneratedAxis, by_sample
 from axisid.modeling import MEASURED_VELOCITY, ControlLaw
 
 from .arrays import Array, relative_error_percent
+from .covariance import Hac
 from .errors import EstimationError
 from .linear import factor, least_squares
 from .prefilter import Prefilter
@@ -26,6 +27,9 @@ from .record import Record
 GOOD_RESIDUAL = 5.0
 _SMOOTH = 0.02  # of the sampling frequency
 _GOOD_FACTOR = 0.05  # distance from 1
+_EXACT_FACTOR = 0.01  # the same where the law fits otherwise
+_SAME_PERIOD = 2e-3
+_LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
 _CLEARLY_BETTER = 0.5  # of the residual without a shift
 _CONSTANT = "constant"
@@ -41,8 +45,9 @@ class LawCheck:
     factors : dict of str to float
         By product of gains; each is 1 if the law is the drive's. Empty where the record cannot
         tell the law's terms apart.
-    residual_percent : float
-        ``100 ||control - law|| / ||control||``, with the law as declared.
+    residual_percent : float or None
+        ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
+        another period than the law's.
     fitted_residual_percent : float
         The same with the factors: what no gain explains. None without factors.
     delay : int
@@ -54,7 +59,7 @@ class LawCheck:
     """
 
     factors: dict[str, float]
-    residual_percent: float
+    residual_percent: float | None
     fitted_residual_percent: float | None
     delay: int
     passed: bool
@@ -63,11 +68,14 @@ class LawCheck:
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     """Check an axis's control law against a record; or say why it cannot be checked."""
+    record = record.longest()  # a law's memory does not outlast a gap
     law = axis.axis.control
     if law is None:
         return "the axis declares no control law"
     if record.reference is None or record.control is None:
         return "the record has no reference or no control"
+    if abs(record.period / law.period - 1) > _SAME_PERIOD:
+        return _other_clock(record.period, law.period)
     settle = round(1 / _SMOOTH) if _takes_velocity(law) else _SETTLE
     if len(record.position) < 2 * settle + 10 * len(law.terms):
         return f"the record is too short for it, {len(record.position)} samples"
@@ -80,7 +88,8 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
     factors, fitted = _factors(control[used], terms[used], names)
-    passed = declared < GOOD_RESIDUAL and shift == 0
+    scaled = _scaled(control[used], terms[used], names)
+    passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
     constant = None if passed else _constant(control[used], terms[used], names)
     return LawCheck(
         factors=factors,
@@ -90,9 +99,24 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         if passed
+        else _slightly(scaled)
+        if declared < GOOD_RESIDUAL and shift == 0
         else _fault(
             factors, declared, fitted, shift, None if law.continuous else law.delay, constant
         ),
+    )
+
+
+def _other_clock(recorded: float, declared: float) -> LawCheck:
+    """A law of differences has other gains at another period."""
+    return LawCheck(
+        factors={},
+        residual_percent=None,
+        fitted_residual_percent=None,
+        delay=0,
+        passed=False,
+        meaning=f"the record is sampled every {recorded:.6g} s, the control law runs every "
+        f"{declared:.6g} s: check the time column and its unit, or declare the drive's period",
     )
 
 
@@ -139,6 +163,40 @@ def _factors(
         return {}, None
     factors = dict(zip(kept, map(float, fit.theta), strict=True))
     return factors, relative_error_percent(fit.residuals, control)
+
+
+def _scaled(control: Array, terms: Array, names: list[str]) -> dict[str, float]:
+    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    try:
+        fit = least_squares(control, factor(terms[:, moving], kept)) if kept else None
+    except EstimationError:
+        return {}
+    if fit is None:
+        return {}
+    deviations = np.sqrt(np.diag(Hac(_LAGS).matrix(fit)))
+    far = np.maximum(_EXACT_FACTOR, 3 * deviations)
+    return {
+        name: float(value)
+        for name, value, limit in zip(kept, fit.theta, far, strict=True)
+        if abs(value - 1) > limit
+    }
+
+
+def _slightly(scaled: dict[str, float]) -> str:
+    """What factors near 1 look like."""
+    listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
+    values = np.array(list(scaled.values()))
+    what = (
+        "the control's scaling, such as the gain of a converter"
+        if np.ptp(values) < _EXACT_FACTOR
+        else "the gains, the velocity filter and the period"
+    )
+    return (
+        f"the recorded control is the declared law's but for its factors ({listed}): check {what}; "
+        "what scales the control scales every estimate"
+    )
 
 
 def _constant(control: Array, terms: Array, names: list[str]) -> float | None:

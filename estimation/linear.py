@@ -1,18 +1,23 @@
 """The two linear solutions: least squares and instrumental variables.
 
 Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither the units
-nor the square of the condition number enter.
+nor the square of the condition number enter. Least squares runs in the widest floats of the
+machine: what a BLAS rounds one way or another would else cost an ill-conditioned fit its last
+digits.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arrays import Array
 from .errors import EstimationError
 
 _SMALLEST_RATIO = 1e-11
+
+Wide = NDArray[np.longdouble]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,9 +30,9 @@ class Factored:
         As they were given.
     scale : (k,) array
         Their norms.
-    basis : (n, k) array
+    basis : (n, k) wide array
         Orthonormal, Q.
-    inverse : (k, k) array
+    inverse : (k, k) wide array
         G with ``G G' = (W'W)^-1`` for the columns W.
     names : tuple of str
         Of the columns' parameters, for messages.
@@ -35,8 +40,8 @@ class Factored:
 
     columns: Array
     scale: Array
-    basis: Array
-    inverse: Array
+    basis: Wide
+    inverse: Wide
     names: tuple[str, ...]
 
 
@@ -91,25 +96,48 @@ def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Fa
             f"{what} cannot show {', '.join(silent)}: the regressor's column is zero in every row. "
             "Record a motion that excites it, or leave the parameter out."
         )
-    q, r = np.linalg.qr(columns / scale)
-    _check_rank(r, n, scale, names, what)
+    q, r = _orthonormal(columns.astype(np.longdouble) / scale)
+    _check_rank(r.astype(float), n, scale, names, what)
     return Factored(
         columns=columns,
         scale=scale,
         basis=q,
-        inverse=np.linalg.solve(r, np.eye(k)) / scale[:, None],
+        inverse=_inverse(r) / scale[:, None],
         names=tuple(names),
     )
+
+
+def _orthonormal(columns: Wide) -> tuple[Wide, Wide]:
+    """``Q R`` by Gram and Schmidt, twice over, which leaves Q orthogonal to rounding."""
+    k = columns.shape[1]
+    q, r = columns.copy(), np.zeros((k, k), dtype=np.longdouble)
+    for j in range(k):
+        for _ in range(2):
+            shared = q[:, :j].T @ q[:, j]
+            q[:, j] -= q[:, :j] @ shared
+            r[:j, j] += shared
+        r[j, j] = np.sqrt(q[:, j] @ q[:, j])
+        q[:, j] /= r[j, j] or 1.0
+    return q, r
+
+
+def _inverse(r: Wide) -> Wide:
+    """Inverse of an upper triangle, by back substitution."""
+    k = len(r)
+    inverse = np.eye(k, dtype=np.longdouble)
+    for i in reversed(range(k)):
+        inverse[i] = (inverse[i] - r[i, i + 1 :] @ inverse[i + 1 :]) / r[i, i]
+    return inverse
 
 
 def least_squares(y: Array, X: Factored) -> Solution:
     """``argmin ||y - X theta||``, y of shape (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
     return Solution(
-        theta=theta,
-        residuals=y - X.columns @ theta,
-        inverse_factor=X.inverse,
-        influence=X.basis @ X.inverse.T,
+        theta=theta.astype(float),
+        residuals=(y - X.columns @ theta).astype(float),
+        inverse_factor=X.inverse.astype(float),
+        influence=(X.basis @ X.inverse.T).astype(float),
     )
 
 
@@ -125,14 +153,15 @@ def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
     ----------
     Equation (16) of [Brunot2015]_.
     """
-    projected = Z.basis.T @ (X.columns / X.scale)
+    basis = Z.basis.astype(float)
+    projected = basis.T @ (X.columns / X.scale)
     _check_rank(projected, len(y), X.scale, X.names, "the instruments together with the record")
-    theta = np.linalg.solve(projected, Z.basis.T @ y) / X.scale
+    theta = np.linalg.solve(projected, basis.T @ y) / X.scale
     return Solution(
         theta=theta,
         residuals=y - X.columns @ theta,
-        inverse_factor=Z.inverse,
-        influence=np.linalg.solve(projected, Z.basis.T).T / X.scale,
+        inverse_factor=Z.inverse.astype(float),
+        influence=np.linalg.solve(projected, basis.T).T / X.scale,
     )
 
 

@@ -57,6 +57,30 @@ def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
     )
 
 
+def within_bounds(estimate: Estimate) -> Check:
+    """Every parameter against the bounds that it was declared with."""
+    declared = [p for p in estimate.form.axis.axis.parameters if p.is_bounded]
+    values = estimate.parameters
+    outside = [p for p in declared if not p.lower < values[p.name].value < p.upper]
+    if not declared:
+        return Check.missing("bounds", "no parameter is declared with bounds")
+    return Check(
+        name="bounds",
+        status=passed(not outside),
+        figure=float(len(outside)),
+        threshold=0.0,
+        source="declared physical bounds; parameters outside or at them, none is clipped",
+        meaning="every parameter is within its declared bounds"
+        if not outside
+        else "; ".join(
+            f"{p.name} = {values[p.name].value:.4g} {p.unit} is not within [{p.lower:g}, "
+            f"{p.upper:g}]"
+            for p in outside
+        )
+        + ": check the signs and units of the record",
+    )
+
+
 def _is_nothing(shown: Excitation, value: Value) -> bool:
     """Known to be small, not unknown: no other column and no missing motion hides it."""
     if shown.alike or shown.lacking or not value.value:

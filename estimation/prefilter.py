@@ -10,16 +10,19 @@ References
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.modeling import UsageError
 
 from .arrays import Array, frozen
 from .errors import DataError
+
+Span = tuple[int, int]
 
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
@@ -44,14 +47,18 @@ class Prefilter:
         Which rows: aligned to the record's end as MATLAB's ``decimate``, or to its start as
         SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
     drop : (int, int) or None
-        Samples left out at start and end, before decimation. None leaves out the low-pass
-        filter's transient (decay to 1e-3) at the start, where the simulated loop starts from rest
-        whatever the axis did; the end is kept, as in the published recipe.
+        Samples left out at start and end, before decimation. None leaves out, after it, the
+        low-pass transient (decay to 1e-3) at both ends: where the simulated loop starts from rest
+        whatever the axis did, and where the filters continue the record from its last sample.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
         after it, since a drive holds its force over the period; ``raw`` with the force after it,
         as the published recipe does. None takes ``zoh`` for a control that a drive holds, and
         ``raw`` where nothing is held: a measured force, or a continuous law.
+    segments, masked : tuple of (int, int)
+        Of the record that `settled` fits the settings to. Each segment is filtered by itself, and
+        loses its transients at both ends; one that is too short for that is left out. So are the
+        rows whose filters reach a masked sample.
 
     Raises
     ------
@@ -65,6 +72,8 @@ class Prefilter:
     decimation: Literal["matlab", "scipy"] = "matlab"
     drop: tuple[int, int] | None = None
     hold: Literal["raw", "zoh"] | None = None
+    segments: tuple[Span, ...] = ()
+    masked: tuple[Span, ...] = ()
 
     def __post_init__(self) -> None:
         whole = (self.order, self.decimate, *(self.drop or ()))
@@ -92,24 +101,46 @@ class Prefilter:
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
-        return (self._transient(period), 0) if self.drop is None else self.drop
+        return (self._transient(period),) * 2 if self.drop is None else self.drop
 
     def memory(self, period: float) -> int:
         """Rows over which both filters' responses decay to 1e-3, for a sampling period in s.
 
         Rows further apart are made of different samples.
         """
+        motion, rows = self.settling(period, _SETTLED)
+        return motion if self.decimate == 1 else math.ceil((motion + rows) / self.decimate)
+
+    def settling(self, period: float, level: float) -> tuple[int, int]:
+        """Samples over which the low-pass and the decimation filter decay to a level."""
         if self.decimate == 1:
-            return self._transient(period)
+            return self._transient(period, level), 0
         sections = _decimation_filter(self.decimate)
         slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
-        samples = self._transient(period) + math.log(_SETTLED) / math.log(slowest)
-        return math.ceil(samples / self.decimate)
+        return self._transient(period, level), math.ceil(math.log(level) / math.log(slowest))
 
-    def _transient(self, period: float) -> int:
+    def _transient(self, period: float, level: float = _SETTLED) -> int:
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
         slowest = 2 * math.pi * self.cutoff * math.sin(math.pi / (2 * self.order))
-        return math.ceil(-math.log(_SETTLED) / slowest / period)
+        return math.ceil(-math.log(level) / slowest / period)
+
+    def at_period(self, designed: float, period: float) -> "Prefilter":
+        """The same filter for a record of another period: edges in Hz stay, counts follow.
+
+        Parameters
+        ----------
+        designed, period : float
+            Sampling periods that the settings are for, and of the record, s.
+        """
+        ratio = designed / period
+        if abs(ratio - 1) < _SAME - 1:
+            return self
+        start, end = self.drop or (0, 0)
+        return replace(
+            self,
+            decimate=max(math.ceil(self.decimate * ratio - 1e-9), 1),
+            drop=None if self.drop is None else (round(start * ratio), round(end * ratio)),
+        )
 
     def check(self, samples: int, period: float) -> None:
         """Refuse a record that these settings cannot serve.
@@ -133,15 +164,28 @@ class Prefilter:
                 f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
                 "of the position loop), and check that time is in seconds."
             )
-        padding = 3 * _DECIMATION_ORDER if self.decimate > 1 else 0
-        needed = max(3 * self.order, padding, 2 * self.decimate) + sum(self.dropped(period)) + 1
-        if samples < needed:
+        needed = self._needed(period)
+        longest = max((b - a for a, b in self.segments), default=samples)
+        if longest < needed:
             start, end = self.dropped(period)
+            what = "the record's longest segment" if self.segments else "the record"
             raise DataError(
-                f"the record has {samples} samples; {start} + {end} are dropped and the filters' "
+                f"{what} has {longest} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {needed - 1 - start - end}. Record longer, drop fewer, raise the "
                 "cutoff, or lower the order or the decimation."
             )
+
+    def _needed(self, period: float) -> int:
+        """Samples that a segment needs to give a row."""
+        padding = 3 * _DECIMATION_ORDER if self.decimate > 1 else 0
+        return max(3 * self.order, padding, 2 * self.decimate) + sum(self.dropped(period)) + 1
+
+    def spans(self, samples: int, period: float) -> tuple[Span, ...]:
+        """The segments that are long enough; of a record without gaps, the record."""
+        if not self.segments:
+            return ((0, samples),)
+        needed = self._needed(period)
+        return tuple(span for span in self.segments if span[1] - span[0] >= needed)
 
     def remarks(self, period: float) -> tuple[str, ...]:
         """What the settings do to the estimates, where that is not what one would want."""
@@ -156,7 +200,15 @@ class Prefilter:
         )
 
     def motion(self, position: Array, period: float) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration, each (N,), SI."""
+        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out."""
+        q = np.array(position, dtype=float)
+        dq, ddq = np.zeros_like(q), np.zeros_like(q)
+        for start, stop in self.spans(len(q), period):
+            piece = self._motion(position[start:stop], period)
+            q[start:stop], dq[start:stop], ddq[start:stop] = piece
+        return q, dq, ddq
+
+    def _motion(self, position: Array, period: float) -> tuple[Array, Array, Array]:
         from scipy.signal import sosfiltfilt
 
         sections = _low_pass(self.order, 2 * self.cutoff * period)
@@ -165,22 +217,79 @@ class Prefilter:
         return q, dq, np.gradient(dq, period)
 
     def reduce(self, signals: Array, period: float) -> Array:
-        """Drop the ends and decimate: (N,) or (N, k) to (n,) or (n, k)."""
-        start, end = self.dropped(period)
+        """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k).
+
+        Ends that are named are dropped first, as in the published recipe. By default the whole
+        record is filtered, and rows near its ends are left out: the decimation filter too would
+        otherwise continue the record from the last sample that is kept, and give it much weight.
+        """
+        spans = self.spans(len(signals), period)
+        pieces = [self._reduce(signals[start:stop], period) for start, stop in spans]
+        reduced = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        return reduced[self._clean(len(signals), period)] if self.masked else reduced
+
+    def _reduce(self, signals: Array, period: float) -> Array:
+        start, end = self.cut_before(period)
         kept = signals[start : len(signals) - end]
-        if self.decimate == 1:
-            return kept
+        if self.decimate > 1:
+            kept = self.smoothed(kept)
+        rows = self.rows_between(len(signals), period, 0, len(signals))
+        return kept[rows - start]
+
+    def smoothed(self, signals: Array) -> Array:
+        """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
         from scipy.signal import sosfiltfilt
 
         sections = _decimation_filter(self.decimate)
-        smooth = sosfiltfilt(sections.copy(), kept, axis=0, padlen=3 * _DECIMATION_ORDER)
-        return np.asarray(smooth[self._first(len(kept)) :: self.decimate], dtype=float)
+        return np.asarray(
+            sosfiltfilt(sections.copy(), signals, axis=0, padlen=3 * _DECIMATION_ORDER), dtype=float
+        )
 
     def rows(self, samples: int, period: float) -> Array:
         """Sample numbers of the rows that `reduce` keeps, (n,)."""
+        rows = self._all_rows(samples, period)
+        return rows[self._clean(samples, period)] if self.masked else rows
+
+    def cut_before(self, period: float) -> tuple[int, int]:
+        """Samples that the decimation filter does not see, at start and end."""
+        return self.dropped(period) if self.drop is not None else (0, 0)
+
+    def masked_rows(self, samples: int, period: float) -> int:
+        """How many rows are left out because their filters reach a masked sample."""
+        return int(np.sum(~self._clean(samples, period)))
+
+    def kept(self, samples: int, period: float) -> NDArray[np.bool_]:
+        """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
         start, end = self.dropped(period)
-        first = self._first(samples - start - end)
-        return np.arange(start + first, samples - end, self.decimate, dtype=float)
+        kept = np.zeros(samples, dtype=bool)
+        for first, last in self.spans(samples, period):
+            kept[first + start : last - end] = True
+        for first, last in self.masked:
+            kept[first:last] = False
+        return kept
+
+    def _all_rows(self, samples: int, period: float) -> Array:
+        spans = self.spans(samples, period)
+        pieces = [a + self.rows_between(b - a, period, 0, b - a) for a, b in spans]
+        return np.concatenate(pieces).astype(np.float64)
+
+    def rows_between(self, samples: int, period: float, start: int, stop: int) -> NDArray[np.int64]:
+        """Rows of one segment of so many samples, from `start` to before `stop`."""
+        low, high = self.dropped(period)
+        cut, cut_end = self.cut_before(period)
+        first = cut + self._first(samples - cut - cut_end)
+        first += max(-(-(max(start, low) - first) // self.decimate), 0) * self.decimate
+        return np.arange(first, min(stop, samples - high), self.decimate)
+
+    def _clean(self, samples: int, period: float) -> NDArray[np.bool_]:
+        """Which rows no filter brings a masked sample into."""
+        rows = self._all_rows(samples, period)
+        clean = np.ones(len(rows), dtype=bool)
+        reach = self.memory(period) * self.decimate
+        for start, stop in self.masked:
+            first, last = np.searchsorted(rows, (start - reach, stop + reach))
+            clean[first:last] = False
+        return clean
 
     def _first(self, samples: int) -> int:
         if self.decimation == "scipy":

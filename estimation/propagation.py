@@ -65,8 +65,8 @@ class Bend:
     def ratio(self, gradient: Array, hessian: Array) -> float:
         """Second-order part of a function's standard deviation against the first.
 
-        For normal errors the variance is ``g' C g + tr(H C H C)/2``; the delta method keeps the
-        first term.
+        Of the variance ``g' C g + tr(H C H C)/2``, which is that of a quadratic function of normal
+        errors; the delta method keeps the first term. Third derivatives may add as much again.
 
         Parameters
         ----------

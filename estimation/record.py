@@ -1,38 +1,21 @@
 """The record: what was measured, checked once, then read-only."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .arrays import Array, frozen
 from .errors import DataError
+from .provenance import Provenance as Provenance
 
-_LARGEST_GAP = 1.5  # in sampling periods
-_PERIOD_TOLERANCE = 0.05
+#: A longer step is a gap, in sampling periods.
+LARGEST_GAP = 1.5
+#: Relative difference of a given period from the time column's.
+PERIOD_TOLERANCE = 0.005
 _UNEVEN = 0.02  # mean step against the median one
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Provenance:
-    """Where a record comes from.
-
-    Attributes
-    ----------
-    source : str
-        File name, or how the record was made.
-    sha256 : str
-        Of the file; empty if there is none.
-    columns : dict of str to str
-        Column name by role.
-    truth : dict of str to float
-        Parameters of a simulated record, SI; empty for a measured one.
-    """
-
-    source: str = "arrays"
-    sha256: str = ""
-    columns: dict[str, str] = field(default_factory=dict)
-    truth: dict[str, float] = field(default_factory=dict)
+_FEWEST = 3  # rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +25,7 @@ class Record:
     Attributes
     ----------
     time : (N,) array
-        s, strictly increasing without gaps.
+        s, strictly increasing, without gaps inside a segment.
     position : (N,) array
         Measured, m or rad.
     reference : (N,) array or None
@@ -53,6 +36,10 @@ class Record:
         Drive force, N or N m; taken instead of the control where both are given.
     sample_period : float or None
         s. None takes the mean of the time column's steps.
+    segments : tuple of (int, int)
+        First row and the one after the last of each piece without gaps; empty for one piece.
+    masked : tuple of (int, int)
+        Rows that are no measurements (clipped), likewise.
     provenance : Provenance
         Where the record comes from.
 
@@ -68,12 +55,15 @@ class Record:
     control: Array | None = None
     force: Array | None = None
     sample_period: float | None = None
+    segments: tuple[tuple[int, int], ...] = ()
+    masked: tuple[tuple[int, int], ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
         for role, values in self.channels().items():
             object.__setattr__(self, role, self._column(role, values))
         self._check_lengths()
+        self._check_spans()
         self._check_time()
         for role, values in self.channels().items():
             if role != "time" and np.ptp(values) == 0:
@@ -87,7 +77,23 @@ class Record:
         """Sampling period, s."""
         if self.sample_period is not None:
             return self.sample_period
-        return float((self.time[-1] - self.time[0]) / (len(self) - 1))
+        steps = sum(stop - start - 1 for start, stop in self.spans)
+        return float(sum(self.time[b - 1] - self.time[a] for a, b in self.spans) / steps)
+
+    @property
+    def spans(self) -> tuple[tuple[int, int], ...]:
+        """First row and the one after the last of each segment; of a whole record, its own."""
+        return self.segments or ((0, len(self)),)
+
+    def longest(self) -> "Record":
+        """The longest segment as a record of its own; a record of one piece itself."""
+        if not self.segments:
+            return self
+        start, stop = max(self.segments, key=lambda span: span[1] - span[0])
+        cut: dict[str, Any] = {role: v[start:stop] for role, v in self.channels().items()}
+        masked = [(max(a, start) - start, min(b, stop) - start) for a, b in self.masked]
+        inside = tuple((a, b) for a, b in masked if a < b)
+        return replace(self, **cut, segments=(), masked=inside)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -130,12 +136,25 @@ class Record:
         if len(set(lengths.values())) > 1:
             listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
             raise DataError(f"{self._name()}: the columns differ in length: {listed}.")
-        if len(self) < 3:
-            raise DataError(f"{self._name()}: a record needs 3 rows or more, not {len(self)}.")
+        if len(self) < _FEWEST:
+            raise DataError(
+                f"{self._name()}: a record needs {_FEWEST} rows or more, not {len(self)}."
+            )
+
+    def _check_spans(self) -> None:
+        joined = [0, *(row for span in self.segments for row in span), len(self)]
+        whole = not self.segments or joined[::2] == joined[1::2]
+        lasting = all(stop - start >= _FEWEST for start, stop in self.segments)
+        inside = all(0 <= start < stop <= len(self) for start, stop in self.masked)
+        if not (whole and lasting and inside):
+            raise DataError(
+                f"{self._name()}: the segments {self.segments} and masked rows {self.masked} are "
+                f"no parts of {len(self)} rows; segments follow one another, with {_FEWEST} rows "
+                "or more each."
+            )
 
     def _check_time(self) -> None:
-        steps = np.diff(self.time)
-        back = np.flatnonzero(steps <= 0)
+        back = np.flatnonzero(np.diff(self.time) <= 0)
         if back.size:
             row = back[0] + 2
             raise DataError(
@@ -143,23 +162,30 @@ class Record:
                 f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. Sort the rows and "
                 "remove repeated ones."
             )
-        typical = float(np.median(steps))
-        gaps = np.flatnonzero((steps > _LARGEST_GAP * typical) | (steps * _LARGEST_GAP < typical))
+        inside = np.ones(len(self) - 1, dtype=bool)
+        inside[[start - 1 for start, _ in self.segments[1:]]] = False
+        self._check_steps(np.diff(self.time), inside)
+
+    def _check_steps(self, steps: Array, inside: NDArray[np.bool_]) -> None:
+        """Refuse steps inside the segments that are not the sampling period."""
+        typical = float(np.median(steps[inside]))
+        uneven = (steps > LARGEST_GAP * typical) | (steps * LARGEST_GAP < typical)
+        gaps = np.flatnonzero(uneven & inside)
         if gaps.size:
             row = gaps[0] + 2
             raise DataError(
                 f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
-                f"{typical:.6g} s elsewhere ({gaps.size} in all). Resample the log evenly, or "
-                "cut it at the gap."
+                f"{typical:.6g} s elsewhere ({gaps.size} in all). Cut the log there (--gaps split) "
+                "or resample it evenly (--resample auto)."
             )
-        mean = float((self.time[-1] - self.time[0]) / len(steps))
+        mean = float(np.mean(steps[inside]))
         if not abs(mean / typical - 1) < _UNEVEN:
             raise DataError(
                 f"{self._name()}: the time steps are uneven: {typical:.6g} s in the middle, "
-                f"{mean:.6g} s in the mean. Resample the log evenly."
+                f"{mean:.6g} s in the mean. Resample the log evenly (--resample auto)."
             )
         period = self.sample_period
-        if period is not None and not abs(period / typical - 1) < _PERIOD_TOLERANCE:
+        if period is not None and not abs(period / typical - 1) < PERIOD_TOLERANCE:
             raise DataError(
                 f"{self._name()}: the sampling period is given as {period:g} s, but the time "
                 f"column steps by {typical:g} s. Correct one of them (time is in seconds)."

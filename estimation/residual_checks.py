@@ -1,5 +1,7 @@
 """What an estimate's residuals say, as checks."""
 
+from scipy.special import chdtri
+
 from .check import Check, passed
 from .estimate import Estimate
 from .residual_tests import ResidualTests
@@ -23,13 +25,14 @@ def _independence(tests: ResidualTests) -> Check:
     return Check(
         name="independent residuals",
         status=passed(independent),
-        figure=tests.durbin_watson,
-        threshold=2.0,
+        figure=tests.ljung_box,
+        threshold=float(chdtri(len(tests.autocorrelation) - 1, _SIGNIFICANT)),
         p_value=tests.ljung_box_p,
-        source="Durbin-Watson, 2 for independent neighbours; p-value: Ljung-Box at 5 %",
+        source="Ljung-Box at 5 %",
         meaning="the residuals look independent"
         if independent
-        else "the residuals are autocorrelated: believe the HAC deviations, not the i.i.d. ones",
+        else f"the residuals are autocorrelated (Durbin-Watson {tests.durbin_watson:.2f}, 2 if "
+        "not): believe the HAC deviations, not the i.i.d. ones",
     )
 
 
@@ -74,7 +77,8 @@ def _left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
         meaning="the residuals do not follow the motion"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
-        f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in the model",
+        f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in "
+        "the model, or the filter rounds reversals",
     )
 
 

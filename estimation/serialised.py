@@ -1,12 +1,14 @@
 """Results as plain numbers, texts and lists. The names are a contract with other programs."""
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 from axisid.codegen import Quantity
 
 from .arrays import Array, finite
 from .estimate import Estimate, Value
+from .physical import Physical
 from .prefilter import Prefilter
 from .record import Record
 from .serialised_diagnosis import diagnosis_dict as diagnosis_dict
@@ -24,6 +26,10 @@ def record_dict(record: Record) -> dict[str, Any]:
         "sha256": record.provenance.sha256 or None,
         "columns": dict(record.provenance.columns),
         "truth": dict(record.provenance.truth) or None,
+        "assumed": list(record.provenance.assumed),
+        "repairs": [asdict(repair) for repair in record.provenance.repairs],
+        "segments": [list(span) for span in record.segments],
+        "masked": [list(span) for span in record.masked],
         "samples": len(record),
         "sample_period": record.period,
     }
@@ -94,6 +100,26 @@ def drawn_dict(estimate: Estimate, draws: int) -> dict[str, Any]:
     }
 
 
+def physical_dict(physical: Physical | None) -> dict[str, Any]:
+    """The member ``physical`` of an estimate; nothing where the estimate is of these already."""
+    if physical is None:
+        return {}
+    base = physical.base
+    return {
+        "physical": {
+            "parameters": {name: _value(v) for name, v in physical.parameters.items()},
+            "covariance_hac": physical.covariances["hac"].tolist(),
+            "base": {p.name: p.description for p, _ in base.combined},
+            "fixed": {p.name: {"value": p.known, "sd": p.known_sd} for p in base.known},
+            "unsettled": list(physical.unsettled),
+            "statistic": physical.statistic,
+            "dof": physical.dof,
+            "p_value": physical.p_value,
+            "remarks": list(physical.remarks),
+        }
+    }
+
+
 def _value(value: Value) -> dict[str, Any]:
     return {
         "value": value.value,
@@ -104,6 +130,7 @@ def _value(value: Value) -> dict[str, Any]:
         "sd_hac": value.sd_hac,
         "interval_95": list(value.interval),
         "sd_gain": value.sd_gain,
+        "filter_bias": value.filter_bias,
     }
 
 

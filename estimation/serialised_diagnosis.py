@@ -71,6 +71,9 @@ def _alignment(profile: Alignment | str, names: Sequence[str]) -> dict[str, Any]
         return {"best": None, "reason": profile}
     return {
         "best": profile.best,
+        "deviation": finite(profile.deviation),
+        "at_the_end": profile.at_the_end,
+        "by_instruments": profile.by_instruments,
         "sensitivity": dict(zip(names, profile.sensitivity.tolist(), strict=True)),
         "delays": profile.delays.tolist(),
         "errors_percent": profile.errors_percent.tolist(),

@@ -1,6 +1,8 @@
 """The five signals a regressor is made of, measured or simulated."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -40,23 +42,40 @@ def drive_force(axis: GeneratedAxis, record: Record) -> Array:
 
 
 def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:
-    """The prefilter with its hold chosen, if it leaves that to the record."""
-    if prefilter.hold is not None:
-        return prefilter
+    """The prefilter for a record: its segments and masked rows, and its hold if that is open."""
+    hold = chosen_hold(prefilter, axis, measured=record.force is not None)
+    return replace(prefilter, hold=hold, segments=record.segments, masked=record.masked)
+
+
+def chosen_hold(
+    prefilter: Prefilter, axis: GeneratedAxis, *, measured: bool
+) -> Literal["raw", "zoh"]:
+    """The hold of the prefilter, or what suits a force that is measured or commanded."""
     law = axis.axis.control
-    held = record.force is None and not (law is not None and law.continuous)
-    return replace(prefilter, hold="zoh" if held else "raw")
+    held = not measured and not (law is not None and law.continuous)
+    return prefilter.hold or ("zoh" if held else "raw")
 
 
 def measured_signals(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Signals:
     """Filtered motion beside the force, aligned as the prefilter says."""
+    prefilter = settled(prefilter, axis, record)
     prefilter.check(len(record), record.period)
-    position, velocity, acceleration = prefilter.motion(record.position, record.period)
+    starts = [start for start, _ in record.spans]
     force = drive_force(axis, record)
-    if settled(prefilter, axis, record).hold == "zoh":
-        force = (force + np.concatenate([force[:1], force[:-1]])) / 2
+    return filtered_signals(prefilter, record.position, force, record.period, starts)
+
+
+def filtered_signals(
+    prefilter: Prefilter, position: Array, force: Array, period: float, starts: Sequence[int]
+) -> Signals:
+    """Filtered motion beside the force, both (N,); the segments begin at `starts`."""
+    q, velocity, acceleration = prefilter.motion(position, period)
+    if prefilter.hold == "zoh":
+        before = np.concatenate([force[:1], force[:-1]])
+        before[starts] = force[starts]
+        force = (force + before) / 2
     return Signals(
-        position=position,
+        position=q,
         velocity=velocity,
         acceleration=acceleration,
         force=force,

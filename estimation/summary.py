@@ -5,16 +5,21 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.codegen import GeneratedAxis
+from axisid.codegen import GeneratedAxis, Quantity
+from axisid.modeling import Parameter
 
 from .check import Check
 from .estimate import Estimate, Value
+from .filter_check import shift
+from .physical import Physical
+from .physical_text import physical_notes
 from .prefilter import Prefilter
 from .record import Record
 
 Row = Sequence[str]
 
 _WIDTH = 96
+_NOTICEABLE = 0.5  # deviations
 
 
 def summary_text(
@@ -24,17 +29,19 @@ def summary_text(
     estimates: Sequence[Estimate],
     missing: Mapping[str, str],
     checks: Sequence[Check],
+    physical: Mapping[str, Physical],
 ) -> str:
-    """Heading, one table for each model form, and numbered notes."""
+    """Heading, one table for each model form, physical parameters, and numbered notes."""
     blocks = [_heading(axis, record)]
     for form in ("idm", "ddm"):
         of_form = [e for e in estimates if e.method.startswith(form)]
         if of_form:
             blocks.append(_estimates_table(of_form))
+    blocks += _physical_table(list(physical.values()))
     blocks.append(_verdict(checks))
     rows = rows_text(record, prefilter, len(estimates[0].y))
     made = f"{rows} Generated code {axis.signature[:12]}."
-    notes = [*_notes(estimates), made, *_left_out(missing)]
+    notes = [*_notes(estimates), *physical_notes(physical), made, *_left_out(missing)]
     blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -59,11 +66,23 @@ def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
     start, end = f.dropped(record.period)
     kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
     force = "drive gain x control" if record.force is None else "force column"
+    masked = f.masked_rows(len(record), record.period) if f.masked else 0
+    lost = f", {masked} left out that masked samples reach" if masked else ""
+    each = " of each" if record.segments else ""
     return (
-        f"{used} rows of {len(record)} samples: {start} dropped at the start, {end} at the end, "
-        f"then {kept}. Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-        f"forward and backward. Force: {force}, hold {f.hold}."
+        f"{used} rows of {len(record)} samples{_of_segments(record, f)}: {start} dropped at the "
+        f"start, {end} at the end{each}, then {kept}{lost}. Position low-passed by Butterworth "
+        f"{f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold {f.hold}."
     )
+
+
+def _of_segments(record: Record, prefilter: Prefilter) -> str:
+    if not record.segments:
+        return ""
+    used, there = len(prefilter.spans(len(record), record.period)), len(record.segments)
+    if used == there:
+        return f" in {there} segments"
+    return f" in {used} of {there} segments (the others are too short)"
 
 
 def number_with_sd(value: Value) -> tuple[str, str, str, str]:
@@ -83,31 +102,54 @@ def number_with_sd(value: Value) -> tuple[str, str, str, str]:
 
 def _heading(axis: GeneratedAxis, record: Record) -> str:
     declared, source = axis.axis, record.provenance
-    lines = {
-        "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+    return heading_text(
+        {
+            "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+            **record_lines(record),
+            "truth": _truth(axis.declared.parameters, source.truth),
+            "": _truth([p for p, _ in axis.base.combined], source.truth),
+        }
+    )
+
+
+def record_lines(record: Record) -> dict[str, str]:
+    """What a heading says of a record: its size, columns, what was assumed and repaired."""
+    source = record.provenance
+    return {
         "record": f"{source.source}, {len(record)} samples of {1e3 * record.period:.6g} ms",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
-        "truth": ", ".join(
-            f"{p.name} = {source.truth[p.name]:g} {p.unit}"
-            for p in axis.parameters
-            if p.name in source.truth
-        ),
+        "assumed": "; ".join(source.assumed),
+        "repaired": "; ".join(repair.text for repair in source.repairs),
     }
-    return "\n".join(f"{name:<11}{text}" for name, text in lines.items() if text)
+
+
+def heading_text(lines: Mapping[str, str]) -> str:
+    """Named lines under one another, without those that say nothing."""
+    return "\n".join(
+        textwrap.fill(
+            text,
+            _WIDTH,
+            initial_indent=f"{name:<11}",
+            subsequent_indent=" " * 11,
+            break_on_hyphens=False,
+            break_long_words=False,
+        )
+        for name, text in lines.items()
+        if text
+    )
+
+
+def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
+    return ", ".join(
+        f"{p.name} = {truth[p.name]:g} {p.unit}" for p in parameters if p.name in truth
+    )
 
 
 def _estimates_table(estimates: Sequence[Estimate]) -> str:
-    header = ["", "unit"]
-    for estimate in estimates:
-        header += [estimate.method.upper(), "sd [1]", "rel. sd", "i.i.d. [2]"]
+    header = _header("", [e.method for e in estimates])
     first = estimates[0]
-    rows = _value_rows(
-        [e.parameters for e in estimates], {q.name: q.name for q in first.quantities}
-    )
-    rows += _value_rows(
-        [e.ddm_parameters for e in estimates],
-        {q.name: f"{q.name} = {q.expression}" for q in first.ddm_quantities},
-    )
+    rows = _value_rows([e.parameters for e in estimates], _labels(first.quantities))
+    rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
     rows.append(_row("equation error", "%", [f"{e.equation_error_percent:.4f}" for e in estimates]))
     rows.append(
         _row(
@@ -125,6 +167,28 @@ def _estimates_table(estimates: Sequence[Estimate]) -> str:
         _row("iterations", "", [str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates])
     )
     return text_table(header, rows)
+
+
+def _physical_table(found: Sequence[Physical]) -> list[str]:
+    """Physical parameters that are no base parameters, if there are any, of one model form."""
+    every = [physical for physical in found if physical.shows_more]
+    shown = [physical for physical in every if physical.method.startswith("idm")] or every
+    if not shown:
+        return []
+    header = _header("physical parameters", [physical.method for physical in shown])
+    names = {name: name for name in shown[0].parameters}
+    return [text_table(header, _value_rows([physical.parameters for physical in shown], names))]
+
+
+def _header(what: str, methods: Iterable[str]) -> list[str]:
+    header = [what, "unit"]
+    for method in methods:
+        header += [method.upper(), "sd [1]", "rel. sd", "i.i.d. [2]"]
+    return header
+
+
+def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
+    return {q.name: f"{q.name} = {q.expression}" if q.expression else q.name for q in quantities}
 
 
 def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str]) -> list[Row]:
@@ -174,6 +238,7 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
     ]
     notes += _gain_notes(estimates[-1])
+    notes += _filter_notes(estimates)
     if any(method.startswith("ddm") for method in methods):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
@@ -193,15 +258,26 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
     return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
+def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
+    """What the filter alone moves, where that is a noticeable part of a deviation."""
+    moved = [
+        f"{e.method} {n} {v.filter_bias:+.2g} {v.unit}"
+        for e in estimates
+        for n, v in e.parameters.items()
+        if shift(v.filter_bias, v.sd_hac) > _NOTICEABLE
+    ]
+    if not moved:
+        return []
+    return [
+        "The prefilter's own bias, found on the loop simulated with the estimate and in no figure: "
+        f"{', '.join(moved)}; subtract it to correct the value."
+    ]
+
+
 def _gain_notes(estimate: Estimate) -> list[str]:
     relative = estimate.gain_relative_sd
     if relative == 0:
         return []
-    if relative is None:
-        return [
-            "The declared deviation of the drive gain is in no figure: the model has known terms, "
-            "which the gain does not scale."
-        ]
     listed = ", ".join(
         f"{name} +- {value.sd_gain:.3g} {value.unit}" for name, value in estimate.parameters.items()
     )

@@ -8,25 +8,31 @@ are always low-passed alike.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, as_generated
+from axisid.codegen import GeneratedAxis, Progress, as_generated, each
 from axisid.modeling import Axis, UsageError
 
 from .errors import DataError, EstimationError
 from .estimate import Estimate
-from .identification import METHODS, identify
+from .filter_check import filter_bias
+from .identification import FEW_ROWS, METHODS, identify
+from .instruments import STRONG_F, biased_parameters, endogeneity_of, instrument_tests
+from .law_check import check_law
 from .prefilter import Prefilter
 from .record import Record
 from .results import Identification
-from .summary import text_table
+from .summary import heading_text, record_lines, text_table
 
-_DEFAULT_POINTS = 12
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
+_LEAST_PERCENT = 1e-6
 _SCHEMA = "axisid.sweep/1"
-_COVERED = 3.0  # i.i.d. deviations within which least squares and instruments agree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +68,9 @@ class Sweep:
     def summary(self) -> str:
         """Values by cut-off and method as text, and the recommendation."""
         methods = [m for m in METHODS if any(m in r.estimates for r in self.results)]
-        blocks = []
+        heading = record_lines(self.results[0].record)
+        told = heading_text({name: heading[name] for name in ("assumed", "repaired")})
+        blocks = [told] if told else []
         for quantity in self.results[0].axis.parameters:
             header = ["cut-off [Hz]", "1 of"]
             for method in methods:
@@ -71,6 +79,10 @@ class Sweep:
                 text_table(header, [self._row(r, quantity.name, methods) for r in self.results])
             )
         lines = [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in self.failures.items()]
+        first = self.results[0]
+        law = check_law(first.axis, first.record)
+        if not isinstance(law, str) and not law.passed:
+            lines.append(f"believe nothing before this is mended: {law.meaning}.")
         lines.append(f"recommended: {self.recommended:g} Hz, {self.reason}.")
         return "\n\n".join([*blocks, "\n".join(lines)]) + "\n"
 
@@ -81,6 +93,13 @@ class Sweep:
             value = estimate and estimate.parameters[name]
             row += [f"{value.value:.5g}", f"{value.sd_hac:.2g}"] if value else ["-", "-"]
         return row
+
+    def plot(self) -> "Figure":
+        """Draw every parameter over the cut-off."""
+        from .drawing import drawn
+        from .result_plots import sweep_plot
+
+        return drawn(sweep_plot(self))
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes."""
@@ -99,6 +118,8 @@ def sweep(
     cutoffs: Sequence[float] | None = None,
     prefilter: Prefilter | None = None,
     methods: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -112,6 +133,8 @@ def sweep(
         The other settings; its cut-off and decimation are not used.
     methods : sequence of str, optional
         As in `identify`.
+    progress : callable, optional
+        Told before each cut-off how many are done, of how many, and which it is.
 
     Raises
     ------
@@ -124,8 +147,10 @@ def sweep(
     rate = 1 / record.period
     if cutoffs is None:
         cutoffs = default_cutoffs(rate)
+    if not len(cutoffs):
+        raise UsageError("no cut-off is given; give one or more, in Hz.")
     results, failures = [], {}
-    for cutoff in sorted(set(cutoffs)):
+    for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, rate))
         try:
             results.append(identify(generated, record, chosen, methods))
@@ -156,10 +181,10 @@ def default_cutoffs(
     """
     first = _LOWEST * rate if lowest is None else lowest
     last = _HIGHEST * rate if highest is None else highest
-    if not 0 < first <= last or points < 1:
+    if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
         raise UsageError(
-            f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 or more, from a "
-            "lower to a higher frequency."
+            f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
+            f"{_MOST_POINTS}, from a lower to a higher frequency."
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
 
@@ -177,11 +202,17 @@ def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
         if all("idm-iv" not in result.estimates for result in results):
             return lowest, "the lowest, since there are no instruments to compare with"
         return lowest, "the lowest, since least squares and instruments agree nowhere"
-    best = min(agreeing, key=_vagueness)
+    straight = [result for result in agreeing if filter_bias(result["idm-iv"]).status != "fail"]
+    best = min(straight or agreeing, key=_vagueness)
+    if not straight:
+        return best.prefilter.cutoff, (
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
+        )
     return (
         best.prefilter.cutoff,
         "where the deviations are smallest among the cut-offs at which least squares and "
-        "instruments agree",
+        "instruments agree and the prefilter's own bias is below a deviation",
     )
 
 
@@ -189,10 +220,19 @@ def _agrees(result: Identification) -> bool:
     ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
     if ls is None or iv is None:
         return False
-    deviations = np.sqrt(np.diag(iv.covariance))
-    return bool(np.all(np.abs(ls.physical - iv.physical) <= _COVERED * deviations))
+    if (
+        len(iv.y) < FEW_ROWS * len(iv.theta)
+        or iv.Z is None
+        or instrument_tests(iv.X, iv.Z).weakest < STRONG_F
+    ):
+        return False
+    return not biased_parameters(ls, iv, endogeneity_of(iv))
 
 
 def _vagueness(result: Identification) -> float:
-    """Largest relative deviation of the instrumental estimate."""
-    return max(v.relative_sd_hac_percent for v in result["idm-iv"].parameters.values())
+    """Mean relative deviation of the instrumental estimate, geometric.
+
+    One parameter that is about zero must not decide for all.
+    """
+    relative = [v.relative_sd_hac_percent for v in result["idm-iv"].parameters.values()]
+    return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

@@ -3,11 +3,13 @@
 import numpy as np
 
 from axisid.codegen import GeneratedAxis, as_generated
-from axisid.modeling import Axis, ModelError, Move
+from axisid.modeling import Axis, ModelError, Move, Parameter
 
 from .arrays import Array
 from .closed_loop import simulate
 from .record import Provenance, Record
+
+_MOST_SAMPLES = 2e6
 
 
 def trajectory(moves: tuple[Move, ...], period: float) -> Array:
@@ -65,8 +67,15 @@ def twin_record(
             f"axis {declared.name!r} declares no {missing}, so it has no twin. Give a record, or "
             f"declare {'experiment' if experiment is None else 'control'}=..."
         )
+    samples = sum(move.duration for move in experiment.moves) / law.period
+    if not samples <= _MOST_SAMPLES:
+        raise ModelError(
+            f"axis {declared.name!r}: its experiment would take {samples:.3g} samples of "
+            f"{law.period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
+            "the drive in seconds)."
+        )
     reference = trajectory(experiment.moves, law.period)
-    truth = [experiment.truth.get(p.name, p.nominal) for p in declared.parameters]
+    truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
@@ -80,9 +89,17 @@ def twin_record(
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
             f"{declared.coordinate.unit}",
-            truth=dict(zip(generated.names, truth, strict=True)),
+            truth={
+                **{p.name: _true(generated.declared, p) for p in generated.declared.parameters},
+                **dict(zip(generated.names, truth, strict=True)),
+            },
         ),
     )
+
+
+def _true(axis: Axis, parameter: Parameter) -> float:
+    truth = axis.experiment.truth if axis.experiment else {}
+    return truth.get(parameter.name, parameter.nominal)
 
 
 def _phases(move: Move) -> tuple[float, float, float]:

@@ -17,6 +17,7 @@ from axisid import (
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    Constant,
     ControlLaw,
     Coordinate,
     Drive,
@@ -26,7 +27,7 @@ from axisid import (
     lagrange,
 )
 
-GRAVITY = 9.81  # m/s^2
+GRAVITY = Constant(9.81, "m/s^2", "g")  # as the authors have it, so that mc compares
 
 q = Coordinate("q", unit="rad")  # 0 hangs down
 J = Parameter("J", "kg m^2", nominal=0.15, lower=0.0, description="inertia about the pivot")

@@ -11,7 +11,7 @@ import numpy as np
 from dfki_pendulum import GRAVITY, axis
 from scipy import signal
 
-from axisid import Prefilter, Record, read_record
+from axisid import Prefilter, Record, read_record, simulate
 
 #: J, mc, Fv, Fc, tau0 of the authors' system_identification.txt; their Fc multiplies atan(100 dq).
 PUBLISHED = np.array([0.06259, 0.1022, 0.04707, 0.1839 * math.pi / 2, -0.07586])
@@ -25,8 +25,11 @@ MOTIONS = {
     "direct collocation": "direct_collocation_measured.csv",
     "DDP": "ddp_measured.csv",
 }
+_G = GRAVITY.value
+SHOWN = 15.0  # Hz, the lowest cut-off of the authors' recipe
 
 Array = np.ndarray
+Rows = list[list[str]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +134,7 @@ def authors_recipe(record: Record, velocity: Array, share: float = 0.1) -> tuple
     ones = np.ones_like(dq)
     columns = [
         _twice(rate, share),
-        GRAVITY * np.sin(record.position),
+        _G * np.sin(record.position),
         dq,
         np.arctan(100 * dq),
         ones,
@@ -150,18 +153,53 @@ def percent(error: Array, values: Array) -> float:
     return float(100 * np.linalg.norm(error) / np.linalg.norm(values))
 
 
-def columns_by_hand(record: Record, settings: Prefilter) -> tuple[Array, Array]:
+def columns_by_hand(
+    record: Record, settings: Prefilter, ends: tuple[int, int] | None = None
+) -> tuple[Array, Array]:
     """Regressor and torque of least squares, without axisid's generated functions."""
     low = signal.butter(settings.order, 2 * settings.cutoff * record.period, output="sos")
     q = signal.sosfiltfilt(low, record.position, padlen=3 * settings.order)
     dq = derivative(q, record.period)
-    ones = np.ones_like(q)
-    motion = [derivative(dq, record.period), GRAVITY * np.sin(q), dq, np.sign(dq), ones]
-    start, _ = settings.dropped(record.period)
-    both = np.column_stack([*motion, np.asarray(record.control)])[start:]
-    thin = signal.cheby1(8, 0.05, 0.8 / settings.decimate, output="sos")
-    kept = signal.sosfiltfilt(thin, both, axis=0, padlen=24)[::-1][:: settings.decimate][::-1]
+    columns = (*_terms(q, dq, derivative(dq, record.period)), np.asarray(record.control))
+    kept = thinned(np.column_stack(columns), settings, record.period, ends)
     return kept[:, :5], kept[:, 5]
+
+
+def instruments_by_hand(
+    record: Record, physical: Array, settings: Prefilter, ends: tuple[int, int] | None = None
+) -> Array:
+    """The regressor of the loop simulated with given values, without axisid's regressor."""
+    reference, start = np.asarray(record.reference), float(record.position[0])
+    loop = simulate(axis, physical, reference, record.period, start=start)
+    terms = _terms(loop.position, loop.velocity, loop.acceleration)
+    return thinned(np.column_stack(terms), settings, record.period, ends)
+
+
+def _terms(q: Array, dq: Array, ddq: Array) -> tuple[Array, ...]:
+    return ddq, _G * np.sin(q), dq, np.sign(dq), np.ones_like(q)
+
+
+def thinned(
+    columns: Array, settings: Prefilter, period: float, ends: tuple[int, int] | None = None
+) -> Array:
+    """Decimate the whole record, rows counted from its end, and leave out those near the ends.
+
+    Parameters
+    ----------
+    columns : (N, k) array
+    settings : Prefilter
+    period : float
+        s.
+    ends : (int, int), optional
+        Samples at start and end whose rows are left out; by default the low-pass transient's.
+    """
+    slowest = 2 * np.pi * settings.cutoff * np.sin(np.pi / (2 * settings.order))
+    transient = math.ceil(np.log(1e3) / slowest / period)
+    start, end = ends or (transient, transient)
+    thin = signal.cheby1(8, 0.05, 0.8 / settings.decimate, output="sos")
+    smooth = signal.sosfiltfilt(thin, columns, axis=0, padlen=24)
+    rows = np.arange(len(columns))[:: -settings.decimate][::-1]
+    return np.asarray(smooth[rows[(rows >= start) & (rows < len(columns) - end)]])
 
 
 def weak_form(record: Record, window: float = 0.5) -> tuple[Array, float]:
@@ -183,7 +221,7 @@ def weak_form(record: Record, window: float = 0.5) -> tuple[Array, float]:
     rows, left = [], []
     for start in range(0, len(record) - count, count // 6):
         part = slice(start, start + count)
-        gravity = GRAVITY * weight @ np.sin(q[part])
+        gravity = _G * weight @ np.sin(q[part])
         friction = weight @ direction[part]
         rows.append([twice @ q[part], gravity, -once @ q[part], friction, weight.sum()])
         left.append(weight @ torque[part])

@@ -14,7 +14,8 @@ from dfki_pendulum_data import (
     columns_by_hand,
     prefilter,
 )
-from dfki_pendulum_study import DELAYS, delay_profile, shown, twin_delays
+from dfki_pendulum_study import shown
+from dfki_pendulum_twins import DELAYS, delay_profile, twin_delays
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -37,7 +38,8 @@ def draw(
     paths = []
     for name, figure in figures.items():
         path = folder / f"{name}.png"
-        figure.savefig(path, dpi=100, metadata={"Software": "axisid"})
+        settings = {"optimize": True}
+        figure.savefig(path, dpi=100, metadata={"Software": "axisid"}, pil_kwargs=settings)
         paths.append(path)
     return tuple(paths)
 
@@ -87,7 +89,7 @@ def _sweep(data: Data, results: Sequence[Identification]) -> Figure:
         for method, (color, label) in styles.items():
             # Beyond 20 Hz the direct model's inertia passes through infinity.
             highest = 20.0 if method == "ddm-ls" else 60.0
-            kept = [r for r in results if r.prefilter.cutoff <= highest]
+            kept = [r for r in results if r.prefilter.cutoff <= highest and method in r.estimates]
             cutoffs = [r.prefilter.cutoff for r in kept]
             values = [r[method].parameters[name] for r in kept]
             low, high = zip(*(v.interval for v in values), strict=True)
@@ -113,7 +115,7 @@ def _sweep(data: Data, results: Sequence[Identification]) -> Figure:
 
 def _delay(data: Data, twins: Sequence[Data]) -> Figure:
     """Equation error over the delay of the torque, of records and of twins without any."""
-    figure, panels = _panels(2, 6.5, sharex=True)
+    figure, panels = _panels(2, 5.6, sharex=True)
     colors = dict(zip(data.records, (_RED, _BLUE, _GREEN), strict=True))
     for axes, cutoff in zip(panels, (_SMOOTH, 15.0), strict=True):
         _, profiles = twin_delays(twins, cutoff)

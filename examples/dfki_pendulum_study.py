@@ -12,7 +12,7 @@ sample's instant, so that `hold` is raw.
 import argparse
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,19 +22,21 @@ from dfki_pendulum_data import (
     DOCUMENTED,
     MOTIONS,
     PUBLISHED,
+    SHOWN,
     Array,
     Data,
+    Rows,
     authors_recipe,
     columns_by_hand,
-    derivative,
     facts,
-    high_pass,
+    instruments_by_hand,
     percent,
     prefilter,
     read_data,
     weak_form,
 )
-from scipy import signal
+from dfki_pendulum_twins import delay_table, twin, twin_delay_table, twin_table
+from scipy.special import stdtrit
 
 from axisid import (
     DataError,
@@ -43,16 +45,13 @@ from axisid import (
     Prefilter,
     Record,
     identify,
-    simulate,
     sweep,
     validate,
 )
-from axisid.estimation import Check
+from axisid.estimation import Check, Hac
+from axisid.estimation.linear import factor, instrumental_variables
 
 CUTOFFS = (3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 60.0)  # Hz
-SHOWN = 15.0  # Hz, the lowest cut-off of the authors' recipe
-
-Rows = list[list[str]]
 
 
 def recipe_table(data: Data) -> Rows:
@@ -83,13 +82,20 @@ def sweep_table(results: Sequence[Identification]) -> Rows:
     rows = []
     for result in results:
         row = [f"{result.prefilter.cutoff:g}"]
+        row.append(f"{len(result['idm-ls'].residuals)}")
         for name in ("J", "mc"):
             row += [_value(result.estimates.get(m), name) for m in ("idm-ls", "ddm-ls", "idm-iv")]
         strength = check_of(result, "instrument strength")
         compared = check_of(result, "least squares against instruments")
         p = f"{compared.p_value:.0e}" if compared.p_value is not None else "-"
-        rows.append([*row, f"{strength.figure:.3g}, {strength.status}", p])
+        rows.append([*row, f"{_strength(strength.figure)}, {strength.status}", p])
     return rows
+
+
+def _strength(f: float | None) -> str:
+    if f is None:
+        return "-"
+    return f"{f:.0f}" if f >= 100 else f"{f:.2g}"
 
 
 def _value(estimate: Estimate | None, name: str) -> str:
@@ -111,7 +117,7 @@ def gains_table(data: Data, cutoff: float = SHOWN) -> Rows:
         result = identify(assumed, record, prefilter(record, cutoff), ["idm-iv"])
         estimate, (held,) = result["idm-iv"], validate(result, record)
         off = 1e3 * (held.position_error_rms or math.nan)
-        strength = f"{check_of(result, 'instrument strength').figure:.3g}"
+        strength = _strength(check_of(result, "instrument strength").figure)
         values = [_value(estimate, "J"), _value(estimate, "mc")]
         rows.append([name, *values, strength, f"{off:.1f}"])
     return rows
@@ -120,97 +126,114 @@ def gains_table(data: Data, cutoff: float = SHOWN) -> Rows:
 _GAINS = ((50, 4), (40, 4), (60, 4), (50, 3.2), (50, 4.8), (40, 3.2), (60, 4.8), (25, 2), (100, 8))
 
 
-def delayed(record: Record, samples: float) -> Record:
-    """The record with its torque taken so many samples earlier."""
-    torque, at = np.asarray(record.control), np.arange(len(record), dtype=float)
-    return replace(record, control=np.interp(at - samples, at, torque))
-
-
-def delay_profile(record: Record, cutoff: float, delays: Array) -> tuple[Array, Array]:
-    """Equation error in percent and estimate of least squares over the delay, in s."""
-    settings = prefilter(record, cutoff)
-    record = replace(record, reference=None)  # no simulation is needed
-    estimates = [
-        identify(axis, delayed(record, d / record.period), settings, ["idm-ls"])["idm-ls"]
-        for d in delays
-    ]
-    return (
-        np.array([e.equation_error_percent for e in estimates]),
-        np.array([e.physical for e in estimates]),
-    )
-
-
-DELAYS = np.arange(-12.0, 36.1, 2.0) * 1e-3  # s
-
-
-def delay_table(data: Data) -> Rows:
-    """Where the equation error is smallest, and what that place is worth."""
+def stretch_table(data: Data, cutoff: float = SHOWN) -> Rows:
+    """How the instruments' estimate moves with the stretch of the record that is kept."""
+    settings = prefilter(data.run, cutoff)
+    once, _ = settings.dropped(data.run.period)
     rows = []
-    for name, record in data.records.items():
-        for cutoff in (3.0, 5.0, 8.0, 15.0):
-            errors, physical = delay_profile(record, cutoff, DELAYS)
-            best, none = int(errors.argmin()), int(np.abs(DELAYS).argmin())
-            row = [name, f"{cutoff:g}", f"{1e3 * DELAYS[best]:.0f}"]
-            row += [f"{errors[best]:.1f}", f"{errors[none]:.1f}"]
-            rows.append([*row, f"{physical[none, 1]:.3f}", f"{physical[best, 1]:.3f}"])
-    return rows
-
-
-def twin_delays(twins: Sequence[Data], cutoff: float) -> tuple[Array, Array]:
-    """Best delay of each twin, s, whose torque has none; and the profiles, (twins, delays)."""
-    profiles = np.array([delay_profile(one.run, cutoff, DELAYS)[0] for one in twins])
-    return DELAYS[profiles.argmin(axis=1)], profiles
-
-
-def twin_delay_table(twins: Sequence[Data]) -> Rows:
-    """What the same search finds where there is no delay."""
-    rows = []
-    for cutoff in (3.0, 5.0, 8.0, 15.0):
-        best = 1e3 * twin_delays(twins, cutoff)[0]
-        listed = ", ".join(f"{b:.0f}" for b in sorted(best))
-        rows.append([f"{cutoff:g}", f"{best.mean():.0f} +- {best.std():.0f}", listed])
-    return rows
-
-
-def candidates(data: Data) -> Iterator[tuple[str, Identification | Array]]:
-    """What is held against every motion: published values, then this study's."""
-    yield "published", PUBLISHED
-    for method in ("idm-ls", "idm-iv"):
-        result = identify(axis, data.run, prefilter(data.run, SHOWN), [method])
-        yield f"{method.upper()}, {SHOWN:g} Hz", result
-
-
-def validation_table(data: Data, cutoff: float = 5.0) -> Rows:
-    """Equation error of frozen estimates on each motion, in percent, both filtered at `cutoff`."""
-    rows = []
-    for name, candidate in candidates(data):
-        row = [name]
-        for record in data.records.values():
-            settings = prefilter(record, cutoff)
-            if isinstance(candidate, Identification):
-                # The other motions were sampled faster: the decimation must follow.
-                (held,) = validate(replace(candidate, prefilter=settings), record)
-                row.append(f"{held.equation_error_percent:.1f}")
-            else:
-                regressor, torque = columns_by_hand(record, settings)
-                row.append(f"{percent(torque - regressor @ candidate, torque):.1f}")
+    for start, end in ((0, 0), (1, 0), (0, 1), (1, 1), (2, 1), (1, 2), (2, 2), (3, 3)):
+        ends = (start * once, end * once)
+        theta, deviation, samples = stretch_estimate(data.run, settings, ends)
+        row = [f"{ends[0]} / {ends[1]}", f"{samples}"]
+        wide = float(stdtrit(samples - len(theta), 0.975)) * deviation
+        for i in range(2):
+            row.append(f"{theta[i]:.3f} +- {deviation[i]:.3f}")
+            row.append(f"{theta[i] - wide[i]:.3f} to {theta[i] + wide[i]:.3f}")
         rows.append(row)
     return rows
 
 
-def motions_table(data: Data, cutoff: float = 5.0) -> Rows:
+def stretch_estimate(
+    run: Record, settings: Prefilter, ends: tuple[int, int]
+) -> tuple[Array, Array, int]:
+    """IDM-IV on rows of the whole record, filtered: estimate, HAC deviations, how many rows.
+
+    `Prefilter.drop` would cut before the decimation filter, and so move the last sample's weight.
+    """
+    regressor, torque = columns_by_hand(run, settings, ends)
+    theta = np.array([p.nominal or 0.0 for p in axis.parameters])
+    names = [p.name for p in axis.parameters]
+    for _ in range(6):  # it contracts by ten times and more in each
+        instruments = instruments_by_hand(run, theta, settings, ends)
+        factored = factor(regressor, names), factor(instruments, names)
+        solution = instrumental_variables(torque, *factored)
+        theta = solution.theta
+    return theta, np.sqrt(np.diag(Hac().matrix(solution))), len(torque)
+
+
+def frozen_error(record: Record, physical: Array, settings: Prefilter) -> float:
+    """Equation error of given values on a record, in percent, without axisid's functions."""
+    regressor, torque = columns_by_hand(record, settings)
+    return percent(torque - regressor @ physical, torque)
+
+
+def validation_table(data: Data) -> Rows:
+    """Equation error in percent on each motion, of values that are frozen."""
+    settings = prefilter(data.run, SHOWN)
+    errors = [
+        frozen_error(record, PUBLISHED, settings.at_period(data.run.period, record.period))
+        for record in data.records.values()
+    ]
+    rows = [["published", *(f"{error:.1f}" for error in errors)]]
+    for method in ("idm-ls", "idm-iv"):
+        result = identify(axis, data.run, settings, [method])
+        held = [validate(result, record)[0] for record in data.records.values()]
+        values = [f"{one.equation_error_percent:.1f}" for one in held]
+        rows.append([f"{method.upper()}, {SHOWN:g} Hz", *values])
+    return rows
+
+
+def motions_table(data: Data) -> Rows:
     """Least squares on each motion by itself; J/mc is free of the torque's scale."""
     rows = []
     for name, record in data.records.items():
-        estimate = identify(axis, record, prefilter(record, cutoff), ["idm-ls"])["idm-ls"]
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            ratio = estimate.derive("J/mc")
-        values = [_value(estimate, parameter) for parameter in ("J", "mc", "Fv", "Fc")]
-        curved = " (curved)" if caught else ""  # the delta method says that it is not enough
-        quotient = f"{ratio.value:.3f} +- {ratio.sd_hac:.3f}{curved}"
-        rows.append([name, *values, quotient, f"{estimate.equation_error_percent:.1f}"])
+        for cutoff in (5.0, 8.0):
+            estimate = identify(axis, record, prefilter(record, cutoff), ["idm-ls"])["idm-ls"]
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                ratio = estimate.derive("J/mc")
+            values = [_value(estimate, parameter) for parameter in ("J", "mc", "Fv", "Fc")]
+            curved = " (curved)" if caught else ""  # the delta method says that it is not enough
+            quotient = f"{ratio.value:.3f} +- {ratio.sd_hac:.3f}{curved}"
+            counted = [f"{cutoff:g}", f"{len(estimate.residuals)}"]
+            error = f"{estimate.equation_error_percent:.1f}"
+            rows.append([name, *counted, *values, quotient, error])
     return rows
+
+
+def weight_table(data: Data, cutoff: float = SHOWN, force: float = 5.0) -> Rows:
+    """What one sample of the torque weighs: the estimates' change for so many N m on it."""
+    settings = prefilter(data.run, cutoff)
+    ends = settings.dropped(data.run.period)
+    named, count = replace(settings, drop=ends), len(data.run)
+    last = count - 1 - ends[1]
+    cases = [("last of the record", settings, count - 1), ("last kept", settings, last)]
+    cases += [
+        ("heaviest", settings, heaviest(data.run, settings)),
+        ("last kept, ends named", named, last),
+    ]
+    rows = []
+    for name, chosen, place in cases:
+        torque = np.array(data.run.control)
+        torque[place] += force
+        row = [name]
+        for method in ("idm-ls", "idm-iv"):
+            before, after = (
+                identify(axis, record, chosen, [method])[method].physical
+                for record in (data.run, replace(data.run, control=torque))
+            )
+            row += [f"{change:.3f}" for change in (after - before)[[0, 1, 3]]]
+        rows.append(row)
+    return rows
+
+
+def heaviest(run: Record, settings: Prefilter) -> int:
+    """The torque sample that moves mc by IDM-IV most, for the instruments as they are."""
+    estimate = identify(axis, run, settings, ["idm-iv"])["idm-iv"]
+    instruments = np.asarray(estimate.Z)
+    by_row = np.linalg.solve(instruments.T @ estimate.X, instruments.T)
+    by_sample = by_row @ settings.reduce(np.eye(len(run)), run.period)
+    return int(np.abs(by_sample[1]).argmax())
 
 
 def weak_table(data: Data) -> Rows:
@@ -220,57 +243,6 @@ def weak_table(data: Data) -> Rows:
         [name, f"{theta[0]:.3f}", f"{theta[1]:.3f}", f"{theta[0] / theta[1]:.3f}", f"{error:.1f}"]
         for name, (theta, error) in found.items()
     ]
-
-
-def twin(data: Data, truth: Array, seed: int, *, shaken: bool = True, spiked: bool = True) -> Data:
-    """The run simulated with known parameters, with what the record has beside such a motion.
-
-    Parameters
-    ----------
-    data : Data
-    truth : (5,) array
-    seed : int
-        Of the shuffle.
-    shaken : bool
-        Add to the position what the recorded one has above 5 Hz and the simulated one has not.
-    spiked : bool
-        Add to the torque what the recorded one has beside the truth's, its samples shuffled, so
-        that no timing is left in it.
-    """
-    run = data.run
-    loop = simulate(axis, truth, np.asarray(run.reference), run.period)
-    position, torque = loop.position, loop.force
-    if shaken:
-        apart = run.position - loop.position
-        position = position + signal.sosfiltfilt(high_pass(5.0, run.period), apart)
-    if spiked:
-        spikes = np.asarray(run.control) - loop.force
-        torque = torque + np.random.default_rng(seed).permutation(spikes - spikes.mean())
-    name = "identification run"
-    record = replace(run, position=position, control=torque)
-    return Data(records={name: record}, velocity={name: derivative(position, run.period)})
-
-
-def twin_table(data: Data, truth: Array) -> Rows:
-    """What each estimator makes of twins: mean and spread over ten shuffles."""
-    rows = []
-    for shaken, spiked in ((False, False), (True, False), (False, True), (True, True)):
-        found: dict[str, list[Array]] = {}
-        for seed in range(10 if spiked else 1):
-            one = twin(data, truth, seed, shaken=shaken, spiked=spiked)
-            theta, _ = authors_recipe(one.run, one.velocity["identification run"])
-            result = identify(axis, one.run, prefilter(one.run, SHOWN), ["idm-ls", "idm-iv"])
-            found.setdefault("recipe", []).append(theta)
-            for method, estimate in result.estimates.items():
-                found.setdefault(method, []).append(estimate.physical)
-        added = " and ".join(["shaking"] * shaken + ["spikes"] * spiked) or "nothing"
-        cells = (np.array(values) for values in found.values())
-        rows.append([added, *(f"{_spread(c[:, 0])} / {_spread(c[:, 1])}" for c in cells)])
-    return rows
-
-
-def _spread(values: Array) -> str:
-    return f"{values.mean():.3f}" + (f" +- {values.std():.3f}" if len(values) > 1 else "")
 
 
 def table(title: str, header: str, rows: Rows) -> str:
@@ -294,17 +266,36 @@ def report(data: Data, results: Sequence[Identification], twins: Sequence[Data])
             table("The record", "what | figure", listed),
             f"documented: J = {DOCUMENTED['J']:.4f} kg m^2, mc = {DOCUMENTED['mc']:.4f} kg m\n",
             table("Recipe", f"record | edge [Hz] | {both} | error [%]", recipe_table(data)),
-            table("Sweep", f"Hz | {estimates} | weakest F | p of LS = IV", sweep_table(results)),
+            table(
+                "Sweep", f"Hz | rows | {estimates} | weakest F | p of LS = IV", sweep_table(results)
+            ),
             f"control law: {check_of(shown(results), 'control law').meaning}\n",
             table("Gains", f"p / d | {both} | weakest F | off [mrad]", gains_table(data)),
+            table(
+                "Stretch kept",
+                "left out at start / end | rows | J | 95 % | mc | 95 %",
+                stretch_table(data),
+            ),
             table("Timing", f"record | Hz | {best}", delay_table(data)),
             table("Timing of twins", "Hz | best [ms] | each", twin_delay_table(twins)),
             table(
-                "Motions", f"motion | {both} | Fv | Fc | J/mc [m] | error [%]", motions_table(data)
+                "Motions",
+                f"motion | Hz | rows | {both} | Fv | Fc | J/mc [m] | error [%]",
+                motions_table(data),
             ),
             table("Weak form", f"motion | {both} | J/mc [m] | error [%]", weak_table(data)),
             table("Validation", f"estimate | {' | '.join(MOTIONS)}", validation_table(data)),
-            table("Twins", "added | recipe, J / mc | IDM-LS | IDM-IV", twin_table(data, truth)),
+            table(
+                "Twins",
+                "added | recipe, J / mc | IDM-LS | IDM-IV | IDM-IV converged | "
+                "mc holds truth / published",
+                twin_table(data, truth),
+            ),
+            table(
+                "Weight of one torque sample",
+                "5 N m on | LS J | LS mc | LS Fc | IV J | IV mc | IV Fc",
+                weight_table(data),
+            ),
         ]
     )
 

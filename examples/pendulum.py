@@ -29,7 +29,7 @@ fc = Parameter("fc", "N m", lower=0.0)
 last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
 
 axis = lagrange(
-    "pendulum",
+    "swing",
     title="pendulum with Coulomb friction",
     coordinate=theta,
     parameters=(J, mgl, fv, fc),

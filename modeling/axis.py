@@ -6,13 +6,16 @@ from types import MappingProxyType, UnionType
 
 import sympy
 
+from .constants import KnownSymbol, with_numbers
 from .control import ControlLaw
 from .drive import Drive
 from .errors import ModelError
 from .experiment import Experiment
 from .names import check_distinct, check_name
 from .numbers import number
+from .size import check_size
 from .symbols import Coordinate, Parameter
+from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
 ROLES = ("time", "position", "reference", "control", "force")
@@ -31,8 +34,8 @@ class Axis:
     parameters : tuple of Parameter
         What is to be identified, in the order of every vector and table.
     force : sympy.Expr
-        Inverse dynamics: the drive force that the motion needs, from position, velocity,
-        acceleration and the parameters.
+        Inverse dynamics: the force that the motion needs, from position, velocity, acceleration
+        and the parameters, each term in newtons (or newton metres).
     drive : Drive
         From control to force.
     control : ControlLaw or None
@@ -68,6 +71,12 @@ class Axis:
         self._check_symbols()
         self._check_columns()
         self._check_truth()
+        self._check_units()
+
+    @property
+    def unchecked_terms(self) -> tuple[str, ...]:
+        """Terms of the equation of motion whose unit a plain number in them leaves open."""
+        return checked_terms(self.force, self.coordinate, self.parameters)
 
     def _check_types(self) -> None:
         wanted: dict[str, type | UnionType] = {
@@ -102,12 +111,16 @@ class Axis:
 
     def _check_symbols(self) -> None:
         q = self.coordinate
-        if self.force.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-            raise ModelError(
-                f"axis {self.name!r}: the equation of motion is not finite: {self.force}."
-            )
+        check_size(self.force, f"axis {self.name!r}: the equation of motion")
+        profile = self.drive.profile
+        for value in (self.force, with_numbers(self.force), with_numbers(1 / profile)):
+            if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+                raise ModelError(
+                    f"axis {self.name!r}: the equation of motion is not finite: {value}."
+                )
         declared = {p.symbol for p in self.parameters}
-        used = self.force.free_symbols
+        used = self.force.free_symbols | profile.free_symbols
+        used -= self.force.atoms(KnownSymbol) | profile.atoms(KnownSymbol)
         known = declared | {q.symbol, q.velocity, q.acceleration}
         if unknown := sorted(map(str, used - known)):
             raise ModelError(
@@ -147,3 +160,10 @@ class Axis:
                     f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
                     f"{', '.join(names)}."
                 )
+
+    def _check_units(self) -> None:
+        try:
+            checked_terms(self.force, self.coordinate, self.parameters)
+            check_profile(self.drive.profile, self.coordinate, self.parameters)
+        except ModelError as error:
+            raise ModelError(f"axis {self.name!r}: {error}") from error

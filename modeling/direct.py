@@ -79,6 +79,9 @@ def direct_regressor(
     }
     scales = {p: scale for p, scale in scales.items() if scale != 0}
     moving = inertia.free_symbols - set(parameters)
+    if idm.nonlinear:
+        names = ", ".join(map(str, idm.nonlinear))
+        return f"its friction or load is not linear in {names}; use idm-ls or idm-iv"
     if moving:
         return (
             f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "

@@ -3,14 +3,17 @@
 import math
 from dataclasses import dataclass
 
+import sympy
+
 from .errors import ModelError
 from .numbers import number
+from .symbols import expression
 from .units import parse_unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """A drive with constant gain: ``tau = gain * control``, the control clipped at `limit`.
+    """A drive: ``tau = gain * control``, the control clipped at `limit`.
 
     Attributes
     ----------
@@ -23,6 +26,11 @@ class Drive:
     relative_sd : float
         Standard deviation of the gain over the gain, 0.005 for 0.5 %. What it adds to the
         estimates is shown apart from their statistical uncertainty.
+    profile : expression
+        The force at a position over its nominal value `tau`, from the coordinate and constants: a
+        motor whose force constant depends on the position. It divides the force balance, so that
+        `tau`, and a force column of a record, are nominal; the inertia that `tau` sees then depends
+        on the position, and there is no direct regressor.
 
     References
     ----------
@@ -33,6 +41,7 @@ class Drive:
     unit: str = "V"
     limit: float = math.inf
     relative_sd: float = 0.0
+    profile: sympy.Expr = sympy.S.One
 
     def __post_init__(self) -> None:
         parse_unit(self.unit)
@@ -48,5 +57,6 @@ class Drive:
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
                 "from 0 to below 1, such as 0.005 for 0.5 %."
             )
+        object.__setattr__(self, "profile", expression(self.profile, "the drive's profile"))
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import sympy
 
+from .base import BaseModel
+from .base_text import describe_hidden
 from .direct import DirectRegressor
-from .identifiability import describe_combinations, describe_direction
+from .identifiability import describe_direction, rounded
 from .model import AxisModel
 from .parameter_map import ParameterMap
 from .symbols import DIRECTION, FORCE
@@ -48,7 +50,7 @@ class Section:
 
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
-    """Inverse and direct model, their regressors, the parameter map, what is identifiable."""
+    """Base parameters if others were declared, both models, the map, what is identifiable."""
     q = model.axis.coordinate
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if model.ddm is None or model.parameter_map is None:
@@ -56,6 +58,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     else:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
+        *_base_sections(model.base),
         Section(
             title="Inverse dynamic model",
             lines=(Formula(name=FORCE, value=model.force),),
@@ -76,16 +79,36 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             lines=(Formula(name=q.acceleration, value=model.acceleration),),
         ),
         *direct,
+        *_unchecked(model),
         Section(
             title="Identifiability",
-            lines=tuple(
-                f"only {describe_combinations(hidden)}: no motion shows a change of "
-                f"{describe_direction(hidden)}"
-                for hidden in model.hidden
+            lines=(
+                *describe_hidden(model.base),
+                *(f"no motion shows a change of {describe_direction(h)}" for h in model.hidden),
             )
             or ("every parameter has an effect of its own",),
         ),
     )
+
+
+def _base_sections(base: BaseModel) -> list[Section]:
+    if not base.changed:
+        return []
+    lines = tuple(
+        Formula(name=p.symbol, value=rounded(value), unit=p.unit) for p, value in base.combined
+    )
+    return [
+        Section(
+            title="Base parameters",
+            lines=lines,
+            note="what a record identifies: the force is linear in these and the other parameters",
+        )
+    ]
+
+
+def _unchecked(model: AxisModel) -> tuple[Section, ...]:
+    terms = model.axis.unchecked_terms
+    return (Section(title="Units not checked", lines=terms),) if terms else ()
 
 
 def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Section]:

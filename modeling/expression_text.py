@@ -15,6 +15,7 @@ from typing import Any
 
 import sympy
 
+from .size import MOST_NODES, MOST_TERMS, most_terms
 from .text_error import TextError, nearest
 
 #: What SymPy and floating point raise where a number is none.
@@ -22,7 +23,6 @@ CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
 _LARGEST_POWER = 20
 _DEEPEST, _DEEPEST_CALLS = 15, 6
-_MOST_TERMS, _MOST_NODES = 500, 4000
 _EXACT = 10**9
 _SHOWN = 60  # characters of a name or piece
 
@@ -205,7 +205,7 @@ class _Reader:
     def check_size(self, result: sympy.Expr) -> None:
         """Refuse what would not stay small and real when it is derived."""
         for count, node in enumerate(sympy.preorder_traversal(result)):
-            if count > _MOST_NODES:
+            if count > MOST_NODES:
                 raise TextError("it is too large; write it shorter.", self._text, 0)
             if node.is_Number and not _finite(node):
                 raise TextError("a number in it is too large for a float.", self._text, 0)
@@ -217,9 +217,9 @@ class _Reader:
                     self._text,
                     0,
                 )
-        if _terms(result) > _MOST_TERMS:
+        if most_terms(result) > MOST_TERMS:
             raise TextError(
-                f"multiplied out it may have more than {_MOST_TERMS} terms; write less of it, or "
+                f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, or "
                 "smaller powers of sums.",
                 self._text,
                 0,
@@ -358,18 +358,3 @@ def _finite(number: sympy.Expr) -> bool:
         return math.isfinite(float(number))
     except CANNOT:
         return False
-
-
-def _terms(value: sympy.Expr) -> int:
-    """Bound on the terms of an expression, or of one in it, once it and a derivative expand."""
-    parts = [_terms(argument) for argument in value.args]
-    if value.is_Add:
-        return min(sum(parts), _MOST_TERMS + 1)
-    if value.is_Mul:
-        return min(math.prod(parts), _MOST_TERMS + 1)
-    if value.is_Pow and parts[0] > 1:
-        power = abs(float(value.exp)) if value.exp.is_Number else 1
-        times = math.ceil(power) + (0 if value.exp.is_Integer and value.exp > 0 else 2)
-        return min(math.comb(parts[0] + times - 1, times), _MOST_TERMS + 1)
-    inside = max(parts, default=1)
-    return inside if inside > _MOST_TERMS else 1

@@ -25,16 +25,22 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
     ModelError
         The force jumps with the velocity in another way.
     """
-    rewritten = sympy.expand(
-        force.subs(
-            {
-                sympy.sign(velocity): DIRECTION,
-                sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
-            }
+    directed = force.subs(
+        {
+            sympy.sign(velocity): DIRECTION,
+            sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
+        }
+    )
+    # An exponential stays whole: the factors of a narrow Gaussian are beyond floating point.
+    bells = [e for e in directed.atoms(sympy.exp) if DIRECTION not in e.free_symbols]
+    whole = {e: sympy.Dummy(real=True) for e in bells}
+    rewritten = (
+        sympy.expand(directed.xreplace(whole))
+        .replace(
+            lambda node: node.is_Pow and node.base == DIRECTION and node.exp.is_Integer,
+            lambda node: DIRECTION if node.exp % 2 else sympy.S.One,
         )
-    ).replace(
-        lambda node: node.is_Pow and node.base == DIRECTION and node.exp.is_Integer,
-        lambda node: DIRECTION if node.exp % 2 else sympy.S.One,
+        .xreplace({dummy: e for e, dummy in whole.items()})
     )
     for kind in _DISCONTINUOUS:
         for node in rewritten.atoms(kind):

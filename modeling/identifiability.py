@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import sympy
 
 _EXTREME = 100  # decimal exponent
+_SIMPLE, _DIGITS = 1000, 6
 
 Direction = dict[sympy.Symbol, sympy.Expr]
 
@@ -35,7 +36,7 @@ def hidden_directions(
             if weight != 0:
                 row = basis.setdefault(function, len(basis))
                 if row == len(scales):
-                    scales.append(_power_of_ten(weight))
+                    scales.append(power_of_ten(weight))
                 exact = sympy.nsimplify(weight * scales[row], rational=True)
                 entries[row, j] = entries.get((row, j), sympy.S.Zero) + exact
     matrix = sympy.Matrix(
@@ -47,7 +48,7 @@ def hidden_directions(
     )
 
 
-def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
+def power_of_ten(weight: sympy.Expr) -> sympy.Expr:
     """What brings an extreme weight near 1; 1 for any other.
 
     Scaling a row does not change the null space, and a number such as exp(-1e4), which expanding a
@@ -58,8 +59,26 @@ def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
 
 
 def describe_direction(direction: Direction) -> str:
-    """Say which parameters trade against each other: ``m +1, J -0.25``."""
-    return ", ".join(f"{p} {float(weight):+.4g}" for p, weight in direction.items())
+    """Say which parameters trade against each other: ``m +1, J -0.25``; or ``m +m, l -l``."""
+    return ", ".join(f"{p} {_signed(weight)}" for p, weight in direction.items())
+
+
+def _signed(weight: sympy.Expr) -> str:
+    if weight.is_number:
+        return f"{float(weight):+.4g}"
+    text = str(rounded(weight))
+    return f"+({text})" if weight.is_Add else text if text.startswith("-") else f"+{text}"
+
+
+def rounded(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with six digits where a number is no simple fraction."""
+    return expression.xreplace(
+        {
+            x: sympy.Float(x, _DIGITS)
+            for x in expression.atoms(sympy.Rational)
+            if max(abs(x.p), x.q) >= _SIMPLE
+        }
+    )
 
 
 def describe_combinations(direction: Direction) -> str:

@@ -1,10 +1,17 @@
-"""The inverse dynamic model: its regressor, with the proof that it is one."""
+"""The inverse dynamic model: its regressor, with the proof that it is one.
+
+Most axes are linear in all parameters. Some have a few that enter nonlinearly (a Stribeck velocity,
+an exponent); such an axis is *partially linear*, and its regressor is that of the force linearised
+about given parameters.
+"""
 
 from dataclasses import dataclass
 
 import sympy
 
 from .errors import ModelError
+
+_LEAST = sympy.Float(1e-300)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -14,35 +21,60 @@ class Regressor:
     Attributes
     ----------
     columns : tuple of sympy.Expr
-        One per parameter, without parameters in them.
+        One per parameter, the derivative of the force; without parameters in them if the axis is
+        linear.
     known : sympy.Expr
-        The part that no parameter scales.
+        What the columns leave over: the part that no parameter scales, if the axis is linear.
+    nonlinear : tuple of sympy.Symbol
+        The parameters that enter nonlinearly, in the axis's order; empty for a linear axis.
+        Of the parameters, only these and the weights of their terms are in the columns.
     """
 
     columns: tuple[sympy.Expr, ...]
     known: sympy.Expr
+    nonlinear: tuple[sympy.Symbol, ...] = ()
 
 
 def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Regressor:
     """Split the inverse dynamics into its regressor and what is known.
 
-    The force is affine in the parameters exactly when none of its derivatives with respect to them
-    contains one; the derivatives are then the columns.
+    A parameter is nonlinear if the force has a second derivative by it. In the others the force
+    must be affine together, which it is exactly when no derivative by one of them has another.
 
     Raises
     ------
     ModelError
-        The force is not linear in the parameters; the offending term is named.
+        The force is not affine in its linear parameters (it has their product); the offending term
+        is named.
 
     References
     ----------
-    Equations (3) and (4) of [Brunot2015]_.
+    Equations (3) and (4) of [Brunot2015]_; [GolubPereyra1973]_ for partially linear models.
     """
     expanded = sympy.expand_mul(force)
     columns = tuple(sympy.expand_mul(expanded.diff(p)) for p in parameters)
-    if any(column.free_symbols & set(parameters) for column in columns):
-        raise _not_linear(expanded, parameters)
-    return Regressor(columns=columns, known=expanded.subs(dict.fromkeys(parameters, 0)))
+    bent = tuple(
+        p
+        for p, column in zip(parameters, columns, strict=True)
+        if p in column.free_symbols and sympy.expand(column.diff(p)) != 0
+    )
+    straight = set(parameters) - set(bent)
+    for p, column in zip(parameters, columns, strict=True):
+        if p in straight and column.free_symbols & straight:
+            raise _not_linear(expanded, parameters)
+    if not bent:
+        return Regressor(columns=columns, known=expanded.subs(dict.fromkeys(parameters, 0)))
+    columns = tuple(map(_finite_at_rest, columns))
+    left = expanded - sum((p * c for p, c in zip(parameters, columns, strict=True)), sympy.S.Zero)
+    return Regressor(columns=columns, known=left, nonlinear=bent)
+
+
+def _finite_at_rest(column: sympy.Expr) -> sympy.Expr:
+    """The derivative of ``x**p`` by p is ``x**p log(x)``, which is 0 for x = 0, not 0 times -oo."""
+    return column.replace(
+        lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
+        lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
+    )
 
 
 def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> ModelError:

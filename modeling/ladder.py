@@ -10,7 +10,7 @@ import sympy
 
 from .axis import Axis
 from .errors import ModelError
-from .names import check_name
+from .names import fresh_name
 from .numbers import number
 from .symbols import Coordinate, Parameter
 
@@ -153,17 +153,4 @@ def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
 
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
     """A new parameter by a name that nothing else has."""
-    stem, i = name[:28], 1
-    while name.lower() in taken or not _is_allowed(name):
-        i += 1
-        name = f"{stem}_{i}"
-    taken.add(name.lower())
-    return Parameter(name, unit)
-
-
-def _is_allowed(name: str) -> bool:
-    try:
-        check_name(name, "a parameter")
-    except ModelError:
-        return False
-    return True
+    return Parameter(fresh_name(name, taken), unit)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import sympy
 
 from .axis import Axis
+from .base import BaseModel, base_model
+from .constants import with_numbers
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .errors import ModelError
 from .friction import with_direction
@@ -20,8 +22,10 @@ class AxisModel:
 
     Attributes
     ----------
+    base : BaseModel
+        What was declared, and its base parameters.
     axis : Axis
-        What was declared.
+        The axis in its base parameters; those declared if they are told apart and enter linearly.
     force : sympy.Expr
         Inverse dynamics with the friction direction in place of ``sign(dq)``.
     inertia : sympy.Expr
@@ -29,17 +33,18 @@ class AxisModel:
     acceleration : sympy.Expr
         Direct dynamics.
     idm : Regressor
-        Of the inverse model; one column per physical parameter.
+        Of the inverse model; one column per parameter.
     ddm : DirectRegressor or None
         Of the direct model; None where the acceleration is linear in no finite parameter set.
     ddm_refusal : str
         Why `ddm` is None, else empty.
     parameter_map : ParameterMap or None
-        Between ``theta_ddm`` and the physical parameters.
+        Between ``theta_ddm`` and the parameters.
     hidden : tuple of dict
-        Changes of the physical parameters that no motion shows; empty if all are identifiable.
+        Changes of the parameters that no motion shows; empty for a linear model.
     """
 
+    base: BaseModel
     axis: Axis
     force: sympy.Expr
     inertia: sympy.Expr
@@ -54,22 +59,22 @@ class AxisModel:
 def derive(axis: Axis) -> AxisModel:
     """Derive the inverse and direct models, their regressors and the map between them.
 
+    Where parameters enter as products, or are not told apart, the models are in base parameters.
+
     Raises
     ------
     ModelError
         The equation of motion is not linear in the parameters or the acceleration, or jumps with
         the velocity in a way that is not friction.
     """
-    q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
     try:
-        force = with_direction(axis.force, q.velocity)
-        inertia = inertia_of(force, q.acceleration)
-        if inertia == 0:
-            raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
+        force, inertia = _dynamics(axis)
+        base = base_model(axis)
+        if base.changed:
+            axis = base.axis
+            force, inertia = _dynamics(axis)
+        q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
         idm = inverse_regressor(force, symbols)
-        silent = [str(p) for p, c in zip(symbols, idm.columns, strict=True) if c == 0]
-        if silent:
-            raise ModelError(f"{', '.join(silent)} has no effect: its terms cancel. Remove it.")
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}") from error
     except RecursionError as error:
@@ -80,6 +85,7 @@ def derive(axis: Axis) -> AxisModel:
     refusal = f"axis {axis.name!r} has no direct regressor: {ddm}" if isinstance(ddm, str) else ""
     direct = None if isinstance(ddm, str) else ddm
     return AxisModel(
+        base=base,
         axis=axis,
         force=force,
         inertia=inertia,
@@ -90,6 +96,18 @@ def derive(axis: Axis) -> AxisModel:
         parameter_map=None if direct is None else _map(axis, direct),
         hidden=hidden_directions(idm.columns, symbols),
     )
+
+
+def _dynamics(axis: Axis) -> tuple[sympy.Expr, sympy.Expr]:
+    """Force with the friction direction in it, and inertia."""
+    q = axis.coordinate
+    profile = with_numbers(axis.drive.profile)
+    force = with_direction(with_numbers(axis.force), q.velocity)
+    force = force if profile == 1 else sympy.expand(force / profile)
+    inertia = inertia_of(force, q.acceleration)
+    if inertia == 0:
+        raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
+    return force, inertia
 
 
 def _map(axis: Axis, ddm: DirectRegressor) -> ParameterMap:

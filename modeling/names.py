@@ -57,6 +57,32 @@ def check_name(name: str, what: str) -> None:
             raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")
 
 
+def fresh_name(name: str, taken: set[str]) -> str:
+    """A name that may be used and is not taken, even but for case; it is then taken.
+
+    Parameters
+    ----------
+    name : str
+        What it is like.
+    taken : set of str
+        In lower case.
+    """
+    stem, i = name[:28], 1
+    while name.lower() in taken or not _is_allowed(name):
+        i += 1
+        name = f"{stem}_{i}"
+    taken.add(name.lower())
+    return name
+
+
+def _is_allowed(name: str) -> bool:
+    try:
+        check_name(name, "it")
+    except ModelError:
+        return False
+    return True
+
+
 def check_distinct(names: Iterable[tuple[str, str]]) -> None:
     """Refuse two names that are equal, or differ only by case.
 

@@ -7,13 +7,13 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, TypeAlias
 
 import sympy
 
 from .errors import UsageError
 from .expression_text import CANNOT, Function, Grammar, read_expression
+from .expression_units import UnitReader, UnitsError
 from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
 
@@ -21,8 +21,6 @@ from .units import Unit, parse_unit
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 
 _LONGEST_TEXT = 500
-_ROOT, _NEAR = 12, 1e-9
-_NUMBER = parse_unit("1")
 
 
 class _Abs(sympy.Function):  # type: ignore[misc]
@@ -138,7 +136,11 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
                 f"arithmetic, pi and {', '.join(_FUNCTIONS)}."
             )
     known = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
-    return ParameterFunction(function, _unit(function, known), tuple(symbols.values()))
+    try:
+        unit = UnitReader(known, absolute=(_Abs,)).unit(function)
+    except UnitsError as error:
+        raise UsageError(str(error)) from error
+    return ParameterFunction(function, unit, tuple(symbols.values()))
 
 
 def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
@@ -160,58 +162,3 @@ def _float(function: sympy.Expr, known: dict[sympy.Expr, float]) -> float:
             raise ValueError("it is not real")
         known[function] = value
     return known[function]
-
-
-def _unit(function: sympy.Expr, units: Mapping[sympy.Symbol, Unit]) -> Unit:
-    """Unit of a function; what has none is a number."""
-    if function.is_Symbol:
-        return units[function]
-    parts = [_unit(argument, units) for argument in function.args]
-    if function.is_number:
-        return _NUMBER
-    if function.is_Add:
-        return _common(function, parts)
-    if function.is_Mul:
-        return _product(parts)
-    if function.is_Pow:
-        return _power(function, parts)
-    return _applied(function, parts[0])
-
-
-def _applied(function: sympy.Expr, argument: Unit) -> Unit:
-    if isinstance(function, _Abs):
-        return argument
-    if not argument.same_dimension(_NUMBER):
-        raise UsageError(f"{function} takes a number, not {argument}.")
-    return _NUMBER
-
-
-def _product(parts: list[Unit]) -> Unit:
-    """The one unit there is as it was written; of several, the canonical product."""
-    first, *others = [p for p in parts if not p.same_dimension(_NUMBER)] or [_NUMBER]
-    for part in others:
-        first = first * part
-    return first
-
-
-def _common(function: sympy.Expr, parts: list[Unit]) -> Unit:
-    for part in parts:
-        if not part.same_dimension(parts[0]):
-            raise UsageError(f"{function} adds {parts[0]} and {part}; units must agree.")
-    return parts[0]
-
-
-def _power(function: sympy.Expr, parts: list[Unit]) -> Unit:
-    base, power = parts
-    if not power.same_dimension(_NUMBER):
-        raise UsageError(f"the power in {function} is in {power}; give a number.")
-    if base.same_dimension(_NUMBER):
-        return _NUMBER
-    exponent = _number(function.exp, {})
-    power_of_unit = Fraction(0 if math.isnan(exponent) else exponent).limit_denominator(_ROOT)
-    if math.isnan(exponent) or abs(float(power_of_unit) - exponent) > _NEAR:
-        raise UsageError(
-            f"{function} has no unit: {base} to a power that is no fraction with a denominator up "
-            f"to {_ROOT}."
-        )
-    return base**power_of_unit

@@ -14,6 +14,7 @@ import sympy
 from .errors import ModelError
 from .names import check_name
 from .numbers import number
+from .size import check_size
 from .units import Unit, parse_unit
 
 #: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
@@ -131,6 +132,10 @@ class Parameter(Symbolic):
         Physical bounds. An estimate outside is reported, never clipped.
     description : str
         A few words for tables.
+    known : float or None
+        Its value where it is known apart from the record (weighed, from CAD); see `fix`.
+    known_sd : float
+        Standard deviation of `known`, in `unit`; 0 if it is exact.
     """
 
     name: str
@@ -139,6 +144,8 @@ class Parameter(Symbolic):
     lower: float = -math.inf
     upper: float = math.inf
     description: str = ""
+    known: float | None = None
+    known_sd: float = 0.0
 
     def __post_init__(self) -> None:
         check_name(self.name, "a parameter")
@@ -153,11 +160,35 @@ class Parameter(Symbolic):
                 f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
                 f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
             )
+        self._check_known(what)
+
+    def _check_known(self, what: str) -> None:
+        spread = number(self.known_sd, f"the standard deviation of the known value {what}")
+        object.__setattr__(self, "known_sd", spread)
+        if spread < 0 or (spread > 0 and self.known is None):
+            raise ModelError(
+                f"parameter {self.name!r}: the standard deviation of its known value is "
+                f"{self.known_sd!r}; give 0 or more, with a known value."
+            )
+        if self.known is None:
+            return
+        value = number(self.known, f"the known value {what}")
+        object.__setattr__(self, "known", value)
+        if not self.lower <= value <= self.upper:
+            raise ModelError(
+                f"parameter {self.name!r}: its known value {self.known!r} is outside its bounds "
+                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
+            )
 
     @property
     def symbol(self) -> sympy.Symbol:
         """The SymPy symbol."""
         return sympy.Symbol(self.name, real=True)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether it has a bound at all."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
 
 
 def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
@@ -165,6 +196,7 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
     if isinstance(value, Symbolic):
         return value.symbol
     if isinstance(value, sympy.Expr):
+        check_size(value, what)
         return value
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)

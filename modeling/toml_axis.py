@@ -4,6 +4,7 @@ Expressions are text, read by `read_expression`. All mistakes of a file are told
 """
 
 import inspect
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import sympy
 
 from .axis import ROLES, Axis
+from .constants import Constant, G
 from .control import (
     LAWS,
     MEASURED_POSITION,
@@ -34,7 +36,7 @@ from .toml_table import Symbols, Table
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
-_PARTS = ("coordinate", "parameters", "drive", "control", "columns", "experiment")
+_PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
 _ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
 
 
@@ -96,23 +98,24 @@ def _text(file: Path) -> str:
 
 def _axis(root: Table) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
-    root.only("name", "title", *_PARTS[:2], "newton", "lagrange", *_PARTS[2:])
+    root.only("name", "title", *_PARTS[:3], "newton", "lagrange", *_PARTS[3:])
     root.needs("name", "coordinate", "parameters", "drive")
     name = _name(root, "name", root.values.get("name", "axis"), "the axis")
     coordinate, moving = _coordinate(root)
-    parameters, constants = _parameters(root)
+    parameters, unknown = _parameters(root)
+    known = _constants(root, list(unknown))
     fields = {
         "name": name or "axis",
         "title": root.text("title"),
         "coordinate": coordinate,
         "parameters": parameters,
     }
-    dynamics = _dynamics(root, {**constants, **moving} if moving else None)
+    dynamics = _dynamics(root, {**known, **unknown, **moving} if moving else None)
     parts = {
-        "drive": _drive(root) or Drive(gain=1.0),
+        "drive": _drive(root, {**known, **moving}) or Drive(gain=1.0),
         "control": _control(root),
         "columns": _columns(root),
-        "experiment": _experiment(root, list(constants)),
+        "experiment": _experiment(root, list(unknown)),
     }
     if coordinate is None or parameters is None or dynamics is None:
         return None
@@ -163,18 +166,41 @@ def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
 def _parameter(root: Table, name: str) -> Parameter | None:
     checked = _name(root, name, name, "a parameter")
     table = root.table(name)
-    table.only("unit", "nominal", "lower", "upper", "description")
+    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
     table.needs("unit")
     fields: dict[str, Any] = {"description": table.text("description")}
     fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
     fields |= {
-        key: table.number(key, finite=key == "nominal")
-        for key in ("nominal", "lower", "upper")
+        key: table.number(key, finite=key not in ("lower", "upper"))
+        for key in ("nominal", "lower", "upper", "known", "known_sd")
         if key in table.values
     }
     neutral = {"name": checked or "p", "unit": "1"}
     parameter = table.made(Parameter, fields, neutral, apart=("unit",))
     return parameter if checked else None
+
+
+def _constants(root: Table, taken: list[str]) -> Symbols:
+    """Known numbers with a unit; `G` and `pi` too, unless a parameter has their name."""
+    table = root.table("constants")
+    given = (G, Constant(math.pi, "1", "pi"))
+    symbols = {constant.name: constant.symbol for constant in given if constant.name not in taken}
+    for name in table.values:
+        checked = _name(table, name, name, "a constant")
+        if name in taken:
+            table.say(name, "it is a parameter too; give one of them another name.")
+        entry = table.table(name)
+        entry.only("value", "unit")
+        entry.needs("value", "unit")
+        fields: dict[str, Any] = {"value": entry.number("value")}
+        fields |= {"unit": entry.values["unit"]} if "unit" in entry.values else {}
+        neutral = {"value": 1.0, "unit": "1", "name": checked or "c"}
+        constant = entry.made(
+            Constant, {**fields, "name": checked or "c"}, neutral, apart=("unit",)
+        )
+        if constant is not None:
+            symbols[name] = constant.symbol
+    return symbols
 
 
 def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]] | None:
@@ -201,13 +227,15 @@ def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]
     return (lagrange, fields) if table.fine else None
 
 
-def _drive(root: Table) -> Drive | None:
+def _drive(root: Table, symbols: Symbols) -> Drive | None:
     if "drive" not in root.values:
         return None
     table, keys = root.table("drive"), ("gain", "unit", "limit", "relative_sd")
-    table.only(*keys)
+    table.only(*keys, "profile")
     table.needs("gain")
     fields = {key: value for key, value in table.values.items() if key in keys}
+    if "profile" in table.values:
+        fields["profile"] = table.expression("profile", symbols)
     return table.made(Drive, fields, {"gain": 1.0}, apart=keys)
 
 

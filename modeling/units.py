@@ -116,11 +116,17 @@ def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
         base = _SYMBOLS[head]
     else:
         raise _malformed(text, head)
-    power = 1
+    power: Fraction | int = 1
     if tokens and tokens[0] in ("^", "**"):
-        if len(tokens) < 2 or not re.fullmatch(r"-?\d", tokens[1]):
-            raise _malformed(text, tokens[0])
-        power, tokens = int(tokens[1]), tokens[2:]
+        match tokens[1:]:
+            case [whole, *rest] if re.fullmatch(r"-?\d{1,2}", whole):
+                power, tokens = int(whole), rest
+            case ["(", above, "/", below, ")", *rest] if re.fullmatch(
+                r"-?\d/[1-9]", f"{above}/{below}"
+            ):
+                power, tokens = Fraction(int(above), int(below)), rest
+            case _:
+                raise _malformed(text, tokens[0])
     return _combine((0, 0, 0, 0), base, power), tokens
 
 

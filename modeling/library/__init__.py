@@ -5,7 +5,17 @@ from importlib import import_module
 from axisid.modeling.axis import Axis
 
 #: Names of the library's axes, in the order of tables.
-LIBRARY = ("emps2015", "emps")
+LIBRARY = (
+    "emps2015",
+    "emps",
+    "pendulum",
+    "vertical_screw",
+    "belt_axis",
+    "rotary_table",
+    "valve",
+    "crank",
+    "linear_motor",
+)
 
 
 def library_axis(name: str) -> Axis:

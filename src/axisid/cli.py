@@ -6,8 +6,8 @@ Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 d
 
 import io
 import json
-import math
 import os
+import shlex
 import sys
 import warnings
 from pathlib import Path
@@ -17,6 +17,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from axisid import __version__
+from axisid.completion import complete_axis, complete_file, completion
+from axisid.export_command import export
+from axisid.progress import ProgressLine
+from axisid.record_options import LOG_ENDINGS, Reading, record_options
+from axisid.terminal import show_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -24,19 +29,25 @@ if TYPE_CHECKING:
     from axisid.codegen import GeneratedAxis
     from axisid.estimation import Identification, Prefilter, Record
     from axisid.modeling import Axis
+    from axisid.report import Outputs
 
 _INTERRUPTED = 130
+_FIGURES = (".png", ".svg", ".pdf")
 _METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
 @click.group(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Exit codes: 0 done, 1 stale code or internal fault, 2 usage, 3 data, 4 model, "
-    "6 estimation.",
+    epilog="Example: axisid identify emps2015. Exit codes: 0 done, 1 stale code or internal fault, "
+    "2 usage, 3 data, 4 model, 6 estimation.",
 )
 @click.version_option(__version__, prog_name="axisid", message="%(prog)s %(version)s")
 def cli() -> None:
     """Identify one-degree-of-freedom electromechanical axes, from Newton to trustworthy numbers."""
+
+
+cli.add_command(export)
+cli.add_command(completion)
 
 
 def main() -> NoReturn:
@@ -94,9 +105,13 @@ def _fault(error: Exception) -> str:
     )
 
 
-@cli.command(epilog="Example: axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json")
-@click.argument("axis")
-@click.argument("record", required=False)
+@cli.command(
+    epilog="Example: axisid identify emps2015, or "
+    "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
+    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01"
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
 @click.option(
     "--method",
     type=click.Choice([*_METHODS, "all"]),
@@ -125,20 +140,27 @@ def _fault(error: Exception) -> str:
     help="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
     "after it.  [default: zoh for a control that a drive holds, else raw]",
 )
+@record_options
 @click.option(
-    "--sample-period", type=float, metavar="S", help="In place of the time column's mean step."
-)
-@click.option(
-    "--columns",
-    metavar="ROLE=NAME,...",
-    help="Column names; roles: time, position, reference, control, force.",
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE[+-SD]",
+    help="A parameter that is known apart from the record, SI, with its standard deviation; again "
+    "for each.",
 )
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--validate",
     "second",
     metavar="RECORD",
+    shell_complete=complete_file,
     help="Hold the estimates, frozen, against a second record.",
+)
+@click.option(
+    "--lags",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
 )
 @click.option(
     "--draws",
@@ -147,47 +169,93 @@ def _fault(error: Exception) -> str:
     help="Add intervals from N draws of each estimate, which do without the delta method.",
 )
 @click.option(
+    "--stream", is_flag=True, help="Read a log larger than memory in blocks; IDM-LS alone."
+)
+@click.option(
     "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
 )
+@click.option(
+    "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
+)
+@click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
+@click.option(
+    "--figure-format",
+    type=click.Choice(["pdf", "svg", "png"]),
+    default="pdf",
+    show_default=True,
+    help="Of --figures.",
+)
+@click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
 def identify(
     axis: str,
     record: str | None,
     method: str,
     second: str | None,
-    sample_period: float | None,
-    columns: str | None,
+    reading: Reading,
+    lags: int | None,
     draws: int | None,
+    stream: bool,
     json_file: str | None,
+    fix: tuple[str, ...],
     no_native: bool,
+    report: str | None,
+    figures: str | None,
+    figure_format: str,
+    no_sweep: bool,
     **settings: Any,
 ) -> None:
     """Identify AXIS from RECORD, or from its built-in twin if no record is given.
 
     AXIS is a name of the library (emps2015, emps) or a TOML or Python file that declares one.
-    RECORD is a .csv with a header row or a .mat file; values are SI.
+    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS or a
+    ROS bag. Values are SI unless the file or --columns says otherwise.
     """
     prefilter = _prefilter(settings)
     _check_json(json_file, record, axis, second)
+    check_output(report, "--report", record, axis, second, json_file)
+    _check_folder(figures)
+    if stream:
+        beyond = {
+            "--method": method not in ("all", "idm-ls"),
+            "--validate": second,
+            "--draws": draws,
+            "--lags": lags is not None,
+            "--fix": fix,
+            "--report": report,
+            "--figures": figures,
+        }
+        _streamed(axis, record, reading, prefilter, json_file, [o for o, x in beyond.items() if x])
+        return
 
-    generated, data = _axis_and_record(
-        axis, record, sample_period, columns, second, no_native=no_native
-    )
+    with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
+        generated, data = _axis_and_record(
+            axis, record, reading, second, fixed=fix, no_native=no_native
+        )
 
     from axisid.estimation import identify as run
-    from axisid.estimation import read_record
     from axisid.estimation.signals import measured_signals
 
     other = None
     if second is not None:
-        roles = _roles(columns)
-        other = read_record(second, generated, columns=roles, sample_period=sample_period)
+        other = reading.record(second, generated)
         measured_signals(generated, other, prefilter)  # refused before the long part
-    result = run(generated, data, prefilter, None if method == "all" else [method])
-    _report(result, json_file, other, draws or 0)
+    with ProgressLine(f"identifying {generated.axis.name}"):
+        result = run(generated, data, prefilter, None if method == "all" else [method], lags=lags)
+    from axisid.report import Outputs
+
+    outputs = Outputs(
+        report=report,
+        figures=figures,
+        form=figure_format,
+        swept=not no_sweep,
+        draws=draws or 0,
+        command=shlex.join(["axisid", *sys.argv[1:]]),
+    )
+    _report(result, json_file, other, draws or 0, outputs)
 
 
 @cli.command(epilog="Example: axisid generate --check")
-@click.argument("axes", nargs=-1)
+@click.argument("axes", nargs=-1, shell_complete=complete_axis)
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
 @click.option("-v", "--verbose", is_flag=True, help="Say how long each stage takes.")
 @click.option(
@@ -208,9 +276,12 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     declared = _declared(axes)
     if verbose:
         for axis in declared:
-            stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in stage_times(axis))
+            with ProgressLine(f"timing {axis.name}"):
+                times = stage_times(axis)
+            stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in times)
             click.echo(f"{axis.name}: {stages}")
-    files = expected_files(declared)
+    with ProgressLine("generating") as line:
+        files = expected_files(declared, line)
     _check_targets({(output / path).resolve() for path in files}, axes)
     if not check:
         written = write_files(output, files)
@@ -252,8 +323,8 @@ def new(name: str, newton: bool, toml: bool) -> None:
     click.echo(f"  axisid identify {file}")
 
 
-@cli.command(epilog="Example: axisid show my_axis.toml --format latex > my_axis.tex")
-@click.argument("axis")
+@cli.command(epilog="Example: axisid show emps --format latex > emps.tex")
+@click.argument("axis", shell_complete=complete_axis)
 @click.option(
     "--format",
     "form",
@@ -271,19 +342,26 @@ def show(axis: str, form: str) -> None:
     from axisid.modeling import derive, load_axis
     from axisid.show import shown
 
-    click.echo(shown(derive(load_axis(axis)), form), nl=False)
+    with ProgressLine(f"deriving {axis}"):
+        text = shown(derive(load_axis(axis)), form)
+    if form == "text":
+        show_text(text)
+    else:
+        click.echo(text, nl=False)
 
 
-@cli.command(epilog="Example: axisid sweep emps DATA_EMPS.mat --figure sweep.png")
-@click.argument("axis")
-@click.argument("record", required=False)
+@cli.command(
+    epilog="Examples: axisid sweep emps2015 --points 3, or "
+    "axisid sweep emps DATA_EMPS.mat --figure sweep.png"
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @click.option("--order", type=int, metavar="N", help="Of the Butterworth filter.  [default: 4]")
 @click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
-@click.option("--sample-period", type=float, metavar="S", help="As in identify.")
-@click.option("--columns", metavar="ROLE=NAME,...", help="As in identify.")
+@record_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @click.option(
     "--json", "json_file", metavar="FILE", help="Write the results as JSON; - for stdout."
@@ -295,8 +373,7 @@ def sweep(
     lowest: float | None,
     highest: float | None,
     points: int,
-    sample_period: float | None,
-    columns: str | None,
+    reading: Reading,
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -308,22 +385,28 @@ def sweep(
     cut-off.
     """
     _check_json(json_file, record, axis)
-    _check_json(figure, record, axis, json_file)
-    generated, data = _axis_and_record(axis, record, sample_period, columns, no_native=no_native)
+    check_output(figure, "--figure", record, axis, json_file)
+    if figure is not None and Path(figure).suffix not in _FIGURES:
+        raise click.BadParameter(
+            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
+        )
+    with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
+        generated, data = _axis_and_record(axis, record, reading, no_native=no_native)
 
     from axisid.estimation import default_cutoffs
     from axisid.estimation import sweep as run
 
     cutoffs = default_cutoffs(1 / data.period, lowest, highest, points)
-    result = run(generated, data, cutoffs, _prefilter(settings))
+    with ProgressLine(f"sweeping {generated.axis.name}") as line:
+        result = run(generated, data, cutoffs, _prefilter(settings), progress=line)
+    if json_file != "-":
+        show_text(result.summary())
     if json_file is not None:
         _put_json(json_file, result.to_dict())
     if figure is not None:
         from axisid.figures import sweep_figure
 
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
-    if json_file != "-":
-        click.echo(result.summary(), nl=False)
 
 
 class _ListedAxes(click.Command):
@@ -342,7 +425,7 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
         further = listing and before != option
         if arg.startswith("-"):
             listing = arg == option
-        elif further and Path(arg).suffix.lower() in (".csv", ".mat"):
+        elif further and Path(arg).suffix.lower() in LOG_ENDINGS:
             listing = False
         elif further:
             yield option
@@ -351,12 +434,23 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
 
 @cli.command(
     cls=_ListedAxes,
-    epilog="Examples: axisid compare DATA_EMPS.mat --ladder emps, or "
+    epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
-@click.argument("record", required=False)
-@click.option("--axes", multiple=True, metavar="AXIS...", help="The candidates, two or more.")
-@click.option("--ladder", metavar="AXIS", help="One axis under each friction law as candidates.")
+@click.argument("record", required=False, shell_complete=complete_file)
+@click.option(
+    "--axes",
+    multiple=True,
+    metavar="AXIS...",
+    shell_complete=complete_axis,
+    help="The candidates, two or more.",
+)
+@click.option(
+    "--ladder",
+    metavar="AXIS",
+    shell_complete=complete_axis,
+    help="One axis under each friction law as candidates.",
+)
 @click.option("--quadratic", is_flag=True, help="One more rung of the ladder: Fq dq |dq|.")
 @click.option(
     "--stribeck",
@@ -377,8 +471,7 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
 @click.option("--decimation", type=click.Choice(["matlab", "scipy"]), help="As in identify.")
 @click.option("--drop", type=int, nargs=2, metavar="START END", help="As in identify.")
 @click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
-@click.option("--sample-period", type=float, metavar="S", help="As in identify.")
-@click.option("--columns", metavar="ROLE=NAME,...", help="As in identify.")
+@record_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @click.option(
     "--json", "json_file", metavar="FILE", help="Write the results as JSON; - for stdout."
@@ -390,8 +483,7 @@ def compare(
     quadratic: bool,
     stribeck: float | None,
     method: str,
-    sample_period: float | None,
-    columns: str | None,
+    reading: Reading,
     no_native: bool,
     json_file: str | None,
     **settings: Any,
@@ -410,7 +502,8 @@ def compare(
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    first, data = _axis_and_record(named[0], record, sample_period, columns, no_native=no_native)
+    with ProgressLine(f"reading {record or f'the twin of {named[0]}'}"):
+        first, data = _axis_and_record(named[0], record, reading, no_native=no_native)
 
     from axisid.codegen import build
     from axisid.estimation import compare as run
@@ -418,14 +511,42 @@ def compare(
 
     candidates: dict[str, Axis] = {}
     if ladder is not None:
-        candidates |= friction_ladder(first.axis, quadratic=quadratic, stribeck=stribeck)
+        candidates |= friction_ladder(first.declared, quadratic=quadratic, stribeck=stribeck)
     _add_named(candidates, axes)
-    built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
-    result = run(built, data, prefilter, method)
+    with ProgressLine("comparing") as line:
+        built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
+        result = run(built, data, prefilter, method, progress=line)
     if json_file is not None:
         _put_json(json_file, result.to_dict())
     if json_file != "-":
-        click.echo(result.summary(), nl=False)
+        show_text(result.summary())
+
+
+@cli.command(
+    "compare-results",
+    epilog="Example: axisid identify emps2015 --json a.json && "
+    "axisid identify emps2015 --cutoff 40 --json b.json && axisid compare-results a.json b.json",
+)
+@click.argument("first", shell_complete=complete_file)
+@click.argument("second", shell_complete=complete_file)
+@click.option(
+    "--json", "json_file", metavar="FILE", help="Write the comparison as JSON; - for stdout."
+)
+def compare_results(first: str, second: str, json_file: str | None) -> None:
+    """Set the results FIRST and SECOND side by side, as identify --json wrote them.
+
+    Parameters with their difference in combined deviations, and the settings and checks that
+    differ.
+    """
+    _check_json(json_file, first, second)
+
+    from axisid.two_results import compare_results as run
+
+    result = run(first, second)
+    if json_file is not None:
+        _put_json(json_file, result.to_dict())
+    if json_file != "-":
+        show_text(result.summary())
 
 
 def _add_named(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
@@ -445,7 +566,8 @@ def _drawn(draw: "Callable[[], None]", figure: str) -> None:
     from axisid.modeling import UsageError
 
     try:
-        draw()
+        with ProgressLine(f"drawing {figure}"):
+            draw()
     except (OSError, ValueError) as error:
         raise UsageError(f"{figure} cannot be drawn: {error}.") from error
 
@@ -485,40 +607,70 @@ def paper(output: Path | None) -> None:
     """
     from axisid.paper import run_study, study_tables, write_study
 
-    study = run_study()
-    click.echo(study_tables(study))
+    with ProgressLine("the paper's study") as line:
+        study = run_study(line)
+    show_text(f"{study_tables(study)}\n")
     if output is not None:
-        for path in write_study(study, output):
+        with ProgressLine("drawing figures"):
+            written = write_study(study, output)
+        for path in written:
             click.echo(f"wrote {path}")
 
 
 def _axis_and_record(
     axis: str,
     record: str | None,
-    sample_period: float | None,
-    columns: str | None,
+    reading: Reading,
     second: str | None = None,
     *,
+    fixed: tuple[str, ...] = (),
     no_native: bool,
 ) -> "tuple[GeneratedAxis, Record]":
     """The axis that was named, and its record or its twin's."""
-    roles = _roles(columns)
-    if sample_period is not None and not (math.isfinite(sample_period) and sample_period > 0):
-        raise click.BadParameter(
-            f"{sample_period!r} is no period; give a positive number of seconds",
-            param_hint="--sample-period",
-        )
-
     from axisid.codegen import build
-    from axisid.estimation import read_record, twin_record
-    from axisid.modeling import UsageError, load_axis
+    from axisid.estimation import twin_record
+    from axisid.modeling import UsageError, fix, load_axis, read_fixed
 
-    generated = build(load_axis(axis), native=not no_native)
+    generated = build(fix(load_axis(axis), **read_fixed(fixed)), native=not no_native)
     if record is not None:
-        return generated, read_record(record, generated, columns=roles, sample_period=sample_period)
-    if (sample_period is not None or columns) and second is None:
-        raise UsageError("--sample-period and --columns describe a record; name its file.")
+        return generated, reading.record(record, generated)
+    if reading.given and second is None:
+        raise UsageError(f"{' and '.join(reading.given)} describe a record; name its file.")
     return generated, twin_record(generated)
+
+
+def _streamed(
+    axis: str,
+    record: str | None,
+    reading: Reading,
+    prefilter: "Prefilter",
+    json_file: str | None,
+    beyond: list[str],
+) -> None:
+    """Identify from a log that is read in blocks; some options ask for more than that can give."""
+    if record is None or beyond:
+        raise click.UsageError(
+            "--stream identifies a RECORD by idm-ls alone; "
+            + (f"leave out {' and '.join(beyond)}." if beyond else "name its file.")
+        )
+    from axisid.codegen import build
+    from axisid.estimation import identify_stream
+    from axisid.modeling import load_axis
+
+    with ProgressLine(f"reading {record} in blocks"):
+        generated = build(load_axis(axis), native=False)
+        blocks = reading.blocks(record, generated)
+        result = identify_stream(
+            generated,
+            blocks,
+            prefilter,
+            sample_period=reading.sample_period,
+            provenance=blocks.provenance(),
+        )
+    if json_file is not None:
+        _put_json(json_file, result.to_dict())
+    if json_file != "-":
+        show_text(result.summary())
 
 
 def _prefilter(settings: dict[str, Any]) -> "Prefilter":
@@ -527,27 +679,19 @@ def _prefilter(settings: dict[str, Any]) -> "Prefilter":
     return Prefilter(**{name: value for name, value in settings.items() if value is not None})
 
 
-def _roles(columns: str | None) -> dict[str, str]:
-    roles: dict[str, str] = {}
-    for pair in columns.split(",") if columns else ():
-        role, equals, name = (part.strip() for part in pair.partition("="))
-        if not equals or not role or not name or role in roles:
-            raise click.BadParameter(
-                f"{pair!r} is not ROLE=NAME with each role once, as in time=t,position=qm",
-                param_hint="--columns",
-            )
-        roles[role] = name
-    return roles
-
-
 def _check_json(json_file: str | None, *inputs: str | None) -> None:
+    """As `check_output`, for ``--json``."""
+    check_output(json_file, "--json", *inputs)
+
+
+def check_output(json_file: str | None, option: str, *inputs: str | None) -> None:
     """Refuse a place that cannot be written to before anything is computed."""
     if json_file is None:
         return
     path = Path(json_file)
-    if json_file == "-":
+    if json_file == "-" and option == "--json":
         problem = "standard output is closed" if sys.stdout is None else ""
-    elif not json_file or os.path.isdir(json_file):
+    elif json_file in ("", "-") or os.path.isdir(json_file):
         problem = "it is no file; name one"
     elif not os.path.isdir(path.parent):
         problem = "the folder does not exist; make it first"
@@ -556,7 +700,18 @@ def _check_json(json_file: str | None, *inputs: str | None) -> None:
     else:
         problem = ""
     if problem:
-        raise click.BadParameter(f"{json_file!r}: {problem}", param_hint="--json")
+        raise click.BadParameter(f"{json_file!r}: {problem}", param_hint=option)
+
+
+def _check_folder(folder: str | None) -> None:
+    """Refuse a folder that can neither be used nor made."""
+    if folder is None or os.path.isdir(folder):
+        return
+    if not folder or os.path.exists(folder) or not os.path.isdir(Path(folder).parent):
+        raise click.BadParameter(
+            f"{folder!r}: it is no folder, nor a new one in a folder; name one",
+            param_hint="--figures",
+        )
 
 
 def _file_of(argument: str) -> Path:
@@ -566,34 +721,58 @@ def _file_of(argument: str) -> Path:
 
 
 def _report(
-    result: "Identification", json_file: str | None, other: "Record | None", draws: int
+    result: "Identification",
+    json_file: str | None,
+    other: "Record | None",
+    draws: int,
+    outputs: "Outputs",
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation import EstimationError, validate, validation_dict, validation_text
+    from axisid.modeling import UsageError
 
-    validations = None if other is None else validate(result, other)
-    if json_file is not None:
+    with ProgressLine("judging the estimates"):
+        validations = None if other is None else validate(result, other)
+        written = None if json_file is None else result.to_dict(draws)
+        text = "" if json_file == "-" else result.summary(draws)
+    refused: UsageError | None = None
+    if json_file is not None and written is not None:
         added = {} if other is None else {"validation": validation_dict(validations or (), other)}
-        _put_json(json_file, {**result.to_dict(draws), **added})
+        try:
+            _put_json(json_file, {**written, **added})
+        except UsageError as error:
+            refused = error  # told after the result, which it must not cost
     if json_file == "-":
         for method, reason in result.skipped.items():
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
-        click.echo(result.summary(draws), nl=False)
+        show_text(text)
         if validations is not None and other is not None:
             unit = result.axis.axis.coordinate.unit
-            click.echo(f"\n{validation_text(validations, other, unit)}", nl=False)
+            show_text(f"\n{validation_text(validations, other, unit)}")
+    if refused is not None:
+        raise refused
+
+    def say(line: str) -> None:
+        click.echo(f"axisid: {line}", err=True)
+
+    for path in outputs.write(result, validations or (), say):
+        click.echo(f"wrote {path}", err=json_file == "-")
     if result.failed:
         raise EstimationError("; ".join(result.failed.values()))
 
 
 def _put_json(file: str, result: dict[str, Any]) -> None:
     """Write a result as JSON into a file, or to standard output for ``-``."""
-    text = json.dumps(result, indent=2, allow_nan=False)
-    if file == "-":
-        click.echo(text)
+    write_output(file, json.dumps(result, indent=2, allow_nan=False) + "\n")
+
+
+def write_output(file: str | None, text: str) -> None:
+    """Write a text into a file, or to standard output for ``-`` or None."""
+    if file is None or file == "-":
+        click.echo(text, nl=False)
     else:
-        _write(Path(file), text + "\n")
+        _write(Path(file), text)
 
 
 def _write(path: Path, text: str) -> None:

@@ -44,15 +44,21 @@ def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
 
 def symbol_latex(name: str) -> str:
     """A name as one symbol: ``Fv`` is not F times v, digits and what follows ``_`` are indices."""
-    head, *indices = name.split("_")
-    if digits := re.search(r"\d+$", head):
-        head, indices = head[: digits.start()], [digits[0], *indices]
+    head, indices = name_parts(name)
     if head in _GREEK:
         head = f"\\{head}"
     elif len(head) > 1:
         head = rf"\mathit{{{head}}}"
-    index = r",\,".join(i if i.isdigit() else rf"\mathrm{{{i}}}" for i in indices if i)
+    index = r",\,".join(i if i.isdigit() else rf"\mathrm{{{i}}}" for i in indices)
     return f"{head}_{{{index}}}" if index else head
+
+
+def name_parts(name: str) -> tuple[str, list[str]]:
+    """A name's head and its indices: ``J_motor_2`` has two, ``tau0`` one."""
+    head, *indices = name.split("_")
+    if digits := re.search(r"\d+$", head):
+        head, indices = head[: digits.start()], [digits[0], *indices]
+    return head, [index for index in indices if index]
 
 
 def unit_latex(unit: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from axisid.codegen import build, replace_file
+from axisid.codegen import Progress, build, each, replace_file
 from axisid.estimation import (
     Estimate,
     EstimationError,
@@ -112,11 +112,12 @@ class Study:
         return self.appropriate if appropriate else self.inappropriate
 
 
-def run_study() -> Study:
+def run_study(progress: Progress | None = None) -> Study:
     """Identify the twin of `emps2015` by every method under both filters."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
-    return Study(identify(axis, record, APPROPRIATE), identify(axis, record, INAPPROPRIATE))
+    filters = each((APPROPRIATE, INAPPROPRIATE), progress, lambda f: f"filter of {f.cutoff:g} Hz")
+    return Study(*(identify(axis, record, prefilter) for prefilter in filters))
 
 
 def study_tables(study: Study) -> str:
@@ -165,14 +166,12 @@ def write_study(study: Study, folder: Path) -> list[Path]:
         "figure3.png": (study.appropriate["idm-iv"], "IDM-IV, appropriate filter (figure 3)"),
         "figure4.png": (study.inappropriate["idm-ls"], "IDM-LS, inappropriate filter (figure 4)"),
     }
-    period = study.appropriate.record.period
-    unit = str(study.appropriate.axis.axis.coordinate.force_unit)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             replace_file(folder / name, text)
         for name, (estimate, title) in figures.items():
-            force_figure(estimate, period, unit, title, folder / name)
+            force_figure(estimate, title, folder / name)
     except OSError as error:
         raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
     return [folder / name for name in (*texts, *figures)]

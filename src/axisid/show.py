@@ -15,6 +15,10 @@ from axisid.modeling import (
     Formula,
     Section,
     derived_sections,
+    describe_settled,
+    describe_unsettled,
+    known_text,
+    rounded,
 )
 
 from .formulas import aligned_latex, escaped_latex
@@ -28,7 +32,12 @@ _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 def shown(model: AxisModel, form: str = "text") -> str:
     """Return the page of an axis in one of `FORMATS`."""
     title = f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
-    sections = [*_equation(model), *derived_sections(model), *_around(model.axis)]
+    sections = [
+        *_equation(model),
+        *derived_sections(model),
+        *_physical(model),
+        *_around(model.base.declared),
+    ]
     if form == "text":
         return _text(title, sections)
     write = _latex if form == "latex" else _markdown
@@ -36,9 +45,10 @@ def shown(model: AxisModel, form: str = "text") -> str:
 
 
 def _equation(model: AxisModel) -> list[Section]:
-    q = model.axis.coordinate
-    motion = Formula(name=FORCE, value=model.axis.force, unit=str(q.force_unit))
-    inertia = Formula(name="inertia", value=model.inertia)
+    q, declared = model.axis.coordinate, model.base.declared
+    motion = Formula(name=FORCE, value=declared.force, unit=str(q.force_unit))
+    combined = {p.symbol: value for p, value in model.base.combined}
+    inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
     return [
         Section(
             title="Equation of motion",
@@ -46,8 +56,18 @@ def _equation(model: AxisModel) -> list[Section]:
             note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
             f"{q.acceleration}; {FORCE} is the drive's force on the load side",
         ),
-        Section(title="Parameters", lines=tuple(_parameters(model.axis))),
+        Section(title="Parameters", lines=tuple(_parameters(declared))),
     ]
+
+
+def _physical(model: AxisModel) -> list[Section]:
+    """Which declared parameters follow from base parameters and known values, and which do not."""
+    base = model.base
+    if not (base.changed or base.known):
+        return []
+    settled = describe_settled(base)
+    lines = (*((settled,) if settled else ()), *describe_unsettled(base))
+    return [Section(title="Physical parameters", lines=lines)]
 
 
 def _parameters(axis: Axis) -> Iterable[str]:
@@ -57,6 +77,7 @@ def _parameters(axis: Axis) -> Iterable[str]:
         facts = [f"nominal {p.nominal:g}"]
         facts += [f"at least {p.lower:g}"] if p.lower > -math.inf else []
         facts += [f"at most {p.upper:g}"] if p.upper < math.inf else []
+        facts += [] if p.known is None else [f"known to be {known_text(p)}"]
         facts += [p.description] if p.description else []
         yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(facts)}"
 

@@ -110,9 +110,9 @@ def test_the_table_names_covariance_filter_rows_and_code(run: Run) -> None:
     notes = " ".join(out.split())
     for part in (
         "i.i.d., residual variance with n - 1",
-        "lags (plug-in rule)",
+        "lags (plug-in rule",
         "Butterworth 60 Hz, order 4",
-        "samples: 48 dropped at the start, 0 at the end",
+        "samples: 48 dropped at the start, 48 at the end",
         "hold zoh",
         "Generated code",
         "delta method",
@@ -148,7 +148,7 @@ def bad_logs(twin: Record) -> dict[str, tuple[dict[str, Any], str]]:
                 "reference": twin.reference[short],
                 "control": twin.control[short],
             },
-            "the record has 60 samples; 48 + 0 are dropped and the filters' transients take",
+            "the record has 60 samples; 48 + 48 are dropped and the filters' transients take",
         ),
     }
 
@@ -227,7 +227,8 @@ def test_instruments_without_a_control_law_exit_4(
     ("text", "message"),
     [
         ("import nonsense_xyz", "does not import"),
-        (NO_LAW.replace("viscous(Fv, q)", "M*Fv*q.velocity"), "see the term Fv*M*dq"),
+        (NO_LAW.replace("viscous(Fv, q)", "1.0*Fv*q.acceleration**2"), "not linear in the accel"),
+        (NO_LAW.replace("viscous(Fv, q)", "Fv*q"), "the term Fv*q is in kg m/s"),
         (NO_LAW.replace('"Fv"', '"double"'), "keyword of C"),
     ],
 )
@@ -239,7 +240,7 @@ def test_bad_axes_exit_4(run: Run, tmp_path: Path, text: str, message: str) -> N
     assert "Traceback" not in err
 
 
-def test_rank_deficiency_exits_6_and_names_the_combination(
+def test_masses_that_only_add_up_are_identified_as_their_sum(
     run: Run, log: Callable[..., Path], tmp_path: Path
 ) -> None:
     two = NO_LAW.replace("M, Fv =", "M, Fv, M2 =").replace(
@@ -247,9 +248,33 @@ def test_rank_deficiency_exits_6_and_names_the_combination(
     )
     two = two.replace("(M, Fv)", "(M, Fv, M2)").replace("inertia=M,", "inertia=M + 4*M2,")
     (tmp_path / "two.py").write_text(two)
-    code, _, err = run("identify", tmp_path / "two.py", log(), "--method", "idm-ls")
-    assert code == 6
-    assert "only M + 4 M2 can be identified" in err
+    code, out, err = run("identify", tmp_path / "two.py", log(), "--method", "idm-ls")
+    assert (code, err) == (0, "")
+    assert "M_plus_M2 = M + 4*M2" in out
+    assert "no values" not in out
+    assert "M and M2 cannot be told apart" in out
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("M", "'M' fixes nothing; write NAME=VALUE"),
+        ("mass=1", "there is no parameter 'mass' to fix"),
+        ("M=1+-x", "fixes nothing"),
+    ],
+)
+def test_what_cannot_be_fixed_exits_2(run: Run, given: str, message: str) -> None:
+    code, out, err = run("identify", "emps2015", "--fix", given)
+    assert (code, out) == (2, "")
+    assert message in err
+
+
+def test_a_fixed_mass_that_the_record_contradicts_is_told(run: Run) -> None:
+    code, out, _ = run("identify", "emps2015", "--method", "idm-ls", "--fix", "M=110+-0.5")
+    assert code == 0
+    words = " ".join(out.split())
+    assert "FAIL fixed values: no values of the parameters agree" in words
+    assert "M is fixed at 110 +- 0.5 kg, the record alone gives 9" in words
 
 
 def test_record_without_reversal_cannot_tell_friction_from_offset(run: Run, tmp_path: Path) -> None:

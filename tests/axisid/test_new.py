@@ -21,7 +21,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=" ".join)
-def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_intervals(
+def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_intervals_and_rounding(
     run: Run, here: Path, options: list[str]
 ) -> None:
     code, out, err = run("new", "mine", *options)
@@ -40,7 +40,9 @@ def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_inter
     (estimate,) = json.loads(out)["estimates"]
     for name, value in estimate["parameters"].items():
         low, high = value["interval_95"]
-        assert low < axis.experiment.truth[name] < high, name
+        # At 60 Hz the filter rounds the reversals; with this little noise that shows, at 0.2 %.
+        rounded = 2e-3 * abs(value["value"])
+        assert low - rounded < axis.experiment.truth[name] < high + rounded, name
     assert run("generate", file.name)[0] == 0
     assert (here / "generated" / "mine" / "functions.py").is_file()
 
@@ -86,10 +88,11 @@ def test_mistakes_of_a_toml_file_are_listed_under_one_headline(run: Run, here: P
     assert (code, out) == (4, "")
     assert err.splitlines() == [
         "axisid: mine.toml has 3 mistakes:",
-        "  newton.resistance[1]: column 3: there is no name v; there are m, b, c, x, dx, ddx.",
+        "  newton.resistance[1]: column 3: there is no name v; there are G, pi, m, b, c, x, dx, "
+        "ddx.",
         "      b*v",
         "        ^",
-        "  drive.gian: there is no such key; the keys here are gain, unit, limit, relative_sd. Did "
-        "you mean 'gain'?",
+        "  drive.gian: there is no such key; the keys here are gain, unit, limit, relative_sd, "
+        "profile. Did you mean 'gain'?",
         "  drive.gain: it is missing; add it.",
     ]

@@ -65,6 +65,39 @@ def test_identification_that_lacks_what_can_be_lacking(
     checker.validate(identify(emps2015, twin, methods="ddm-iv").to_dict())
 
 
+def test_physical_parameters_by_known_values(
+    checker: Draft202012Validator, run: Any, root: Path, tmp_path: Path
+) -> None:
+    declared = (root / "examples" / "pendulum.py").read_text(encoding="utf-8")
+    mass = 'm, l = Parameter("m", "kg", nominal=1.0), Parameter("l", "m", nominal=0.3)'
+    for old, new in (
+        ("theta = Coord", f"{mass}\ntheta = Coord"),
+        ("J, mgl, fv", "J, m, l, fv"),
+        ("-mgl *", "-9.81 * m * l *"),
+        ('"mgl": 1.0', '"m": 0.5, "l": 0.2'),
+    ):
+        assert old in declared
+        declared = declared.replace(old, new)
+    (tmp_path / "rod.py").write_text(declared)
+    plain, fixed = (
+        json.loads(run("identify", tmp_path / "rod.py", *options, "--json", "-")[1])
+        for options in ([], ["--fix", "m=0.5+-0.01", "--fix", "J=0.0626"])
+    )
+    for written in (plain, fixed):
+        checker.validate(written)
+    names = [set(w["estimates"][0]["physical"]["parameters"]) for w in (plain, fixed)]
+    assert names == [{"J", "fv", "fc"}, {"J", "m", "l", "fv", "fc"}]
+    physical = fixed["estimates"][2]["physical"]
+    assert physical["base"] == {"m_l": "l*m"}
+    assert physical["fixed"] == {
+        "J": {"value": 0.0626, "sd": 0.0},
+        "m": {"value": 0.5, "sd": 0.01},
+    }
+    assert physical["parameters"]["l"]["value"] == pytest.approx(0.2, rel=1e-3)
+    assert physical["parameters"]["l"]["sd"] == pytest.approx(0.2 * 0.02, rel=1e-2)
+    assert [c["status"] for c in fixed["verdict"] if c["name"] == "fixed values"] == ["pass"]
+
+
 def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record) -> None:
     checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
 

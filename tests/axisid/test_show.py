@@ -8,7 +8,7 @@ import pytest
 import sympy
 from matplotlib.mathtext import MathTextParser
 
-from axisid import Axis, Coordinate, Drive, Parameter, derive, lagrange, load_axis, newton
+from axisid import Axis, Coordinate, Drive, Parameter, derive, fix, lagrange, load_axis, newton
 from axisid.formulas import symbol_latex, unit_latex
 from axisid.show import FORMATS, shown
 
@@ -46,7 +46,17 @@ CRANK = lagrange(
     * sympy.Symbol("dphi", real=True) ** 2,
     drive=Drive(gain=1.0),
 )
+PHI, RADIUS = Coordinate("phi", unit="rad"), Parameter("r", "m", nominal=0.3)
+ROD = lagrange(
+    "rod",
+    coordinate=PHI,
+    parameters=(m, RADIUS, J),
+    kinetic=(m * RADIUS**2 + J) * PHI.velocity**2 / 2,
+    potential=-9.81 * m * RADIUS * sympy.cos(PHI.symbol),
+    drive=Drive(gain=1.0),
+)
 AXES = [
+    ROD,
     load_axis("emps"),
     load_axis(ROOT / "examples" / "pendulum.py"),
     WIDE,
@@ -87,10 +97,31 @@ def test_page_of_the_library_axis_says_everything(run: Run) -> None:
 
 
 def test_what_cannot_be_told_apart_and_why_there_is_no_direct_model_are_said() -> None:
-    assert "only m + 4 K: no motion shows a change of m -4, K +1" in shown(derive(MERGED))
+    page = shown(derive(MERGED))
+    assert "m_plus_K = 4*K + m  [kg]" in page
+    words = " ".join(page.split())
+    assert "only 4*K + m: no motion shows a change of m -4, K +1" in words
+    assert "only 4*K + m: the rest follows if one of m, K is known" in words
     text = " ".join(shown(derive(CRANK)).split())
     assert "none: axis 'crank' has no direct regressor: its inertia" in text
     assert "none: least squares only" in text
+
+
+def test_base_parameters_and_what_follows_from_known_values_are_said() -> None:
+    page = shown(derive(fix(ROD, m=(1.0, 0.02))))
+    for line in (
+        "  tau = ddphi*(J + m*r**2) + 9.81*m*r*sin(phi)  [N m]",
+        "  inertia = J + m*r**2",
+        "  m  [kg]      nominal 1, known to be 1 +- 0.02",
+        "  m_r = m*r  [kg m]",
+        "  J_plus_m_r2 = J + m*r**2  [kg m^2]",
+        "  J_plus_m_r2  [kg m^2]  : ddphi",
+        "  m, r and J follow from a record, with m = 1 +- 0.02 kg known",
+    ):
+        assert line in page.splitlines(), line
+    assert "no motion shows a change of m +m, r -r, J +m*r**2" in " ".join(page.split())
+    plain = " ".join(shown(derive(ROD)).split())
+    assert "the rest follows if one of m, r, J is known" in plain
 
 
 def environments(text: str) -> list[str]:

@@ -393,15 +393,15 @@ def test_names_that_c_knows_are_harmless(name: str, cache: Path) -> None:
 
 
 def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path) -> None:
-    x, c = Coordinate("x"), Parameter("c", "N")
-    m = Parameter("m", "kg", nominal=1.0)
+    x, c = Coordinate("x", unit="rad"), Parameter("c", "N m")
+    m = Parameter("m", "kg m^2", nominal=1.0)
     axis = newton(
         "clipped",
         coordinate=x,
         parameters=(m, c),
         inertia=m,
         resistance=(
-            c * sympy.Min(5, sympy.sqrt(x.symbol - 1)) + sympy.Max(3, sympy.log(x.symbol)),
+            c * sympy.Min(5, sympy.sqrt(x.symbol - 1)) + 1.0 * sympy.Max(3, sympy.log(x.symbol)),
         ),
         drive=Drive(gain=1.0),
         control=cascade_pd(kp=10.0, kv=10.0, period=1e-3),

@@ -32,10 +32,12 @@ Fc = Parameter("Fc", "N", nominal=20.0)
 F0 = Parameter("F0", "N", nominal=-3.0)
 Fb = Parameter("Fb", "N", nominal=5.0)
 k = Parameter("k", "N/m", nominal=500.0)
+Fr = Parameter("Fr", "N/(m/s)^(1/2)", nominal=200.0)
 theta = Coordinate("theta", unit="rad")
 J = Parameter("J", "kg m^2", nominal=0.06)
 mgl = Parameter("mgl", "N m", nominal=1.0)
 fc = Parameter("fc", "N m", nominal=0.1)
+J1 = Parameter("J1", "kg m^2", nominal=1.0)
 
 _DRIVE = Drive(gain=35.15, limit=10.0)
 _PD = cascade_pd(kp=160.18, kv=243.45, period=1e-3)
@@ -107,9 +109,9 @@ AXES = MappingProxyType(
         "root_of_speed": newton(
             "root_of_speed",
             coordinate=q,
-            parameters=(M, Fv, Fc),
+            parameters=(M, Fr, Fc),
             inertia=M,
-            resistance=(Fv * sympy.sqrt(sympy.Abs(q.velocity)) * _SIGN, coulomb(Fc, q)),
+            resistance=(Fr * sympy.sqrt(sympy.Abs(q.velocity)) * _SIGN, coulomb(Fc, q)),
             drive=_DRIVE,
             control=cascade_pd_averaged(kp=160.18, kv=243.45, period=1e-3),
         ),
@@ -141,8 +143,8 @@ AXES = MappingProxyType(
         "crank": lagrange(
             "crank",
             coordinate=theta,
-            parameters=(J, mgl, fc),
-            kinetic=(J + mgl * sympy.sin(theta.symbol) ** 2) * theta.velocity**2 / 2,
+            parameters=(J, J1, fc),
+            kinetic=(J + J1 * sympy.sin(theta.symbol) ** 2) * theta.velocity**2 / 2,
             dissipation=fc * sympy.Abs(theta.velocity),
             drive=Drive(gain=1.0, unit="A"),
             control=cascade_pd(kp=40.0, kv=15.0, period=1e-3),

@@ -40,8 +40,10 @@ def test_profile_holds_the_estimates_of_both_holds(emps2015: GeneratedAxis, twin
     for hold, delay in (("raw", 0.0), ("zoh", 0.5)):
         estimate = identify(emps2015, twin, Prefilter(hold=hold), ["idm-ls"])["idm-ls"]  # type: ignore[arg-type]
         i = int(np.flatnonzero(profile.delays == delay)[0])
-        assert profile.physical[i] == pytest.approx(estimate.physical, rel=1e-9)
-        assert profile.errors_percent[i] == pytest.approx(estimate.equation_error_percent, rel=1e-9)
+        assert profile.physical[i] == pytest.approx(estimate.physical, rel=1e-3 if delay else 1e-9)
+        assert profile.errors_percent[i] == pytest.approx(
+            estimate.equation_error_percent, rel=1e-2 if delay else 1e-9
+        )
 
 
 def test_alignment_does_not_depend_on_the_prefilters_hold(
@@ -49,3 +51,40 @@ def test_alignment_does_not_depend_on_the_prefilters_hold(
 ) -> None:
     raw, zoh = (profile_alignment(emps2015, twin, Prefilter(hold=h)).best for h in ("raw", "zoh"))  # type: ignore[arg-type]
     assert raw == zoh
+
+
+def test_deviation_of_the_delay_is_the_scatter_of_its_estimates(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    rng = np.random.default_rng(8)
+    found = []
+    for _ in range(60):
+        noise = rng.normal(0.0, 1.0, len(record))
+        noisy = replace(record, control=record.control + noise)
+        found.append(profile_alignment(emps2015, noisy, Prefilter()))
+    scatter = float(np.std([p.best for p in found], ddof=1))
+    assert np.mean([p.deviation for p in found]) == pytest.approx(scatter, rel=0.3)
+
+
+def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    late = replace(record, control=np.roll(record.control, -5))
+    profile = profile_alignment(emps2015, late, FINE)
+    assert profile.at_the_end
+    (check,) = (
+        c for c in identify(emps2015, late, FINE, "idm-ls").verdict if c.name == "alignment"
+    )
+    assert check.status == "fail"
+    assert "best 3 samples, the end of the range that was tried, or more earlier" in check.meaning
+
+
+def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    noise = np.random.default_rng(8).normal(0.0, 30.0, len(record))
+    noisy = replace(record, control=record.control + noise)
+    (check,) = (c for c in identify(emps2015, noisy, methods="idm-ls").verdict[-1:])
+    assert check.name == "alignment"
+    assert check.status == "not evaluated"
+    assert "samples only" in check.meaning

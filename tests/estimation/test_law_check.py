@@ -180,3 +180,24 @@ def test_what_cannot_be_checked_says_why(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, without)
     assert result.to_dict()["law_check"]["passed"] is None
     assert "control law: not evaluated, the record has no reference" in result.summary()
+
+
+@pytest.mark.parametrize("scale", [1.03, 0.97, 1.045])
+def test_a_scale_near_one_is_found_on_the_twin(
+    emps2015: GeneratedAxis, twin: Record, scale: float
+) -> None:
+    assert twin.control is not None
+    check = check_law(emps2015, replace(twin, control=scale * twin.control))
+    assert not isinstance(check, str)
+    assert not check.passed
+    assert "scal" in check.meaning
+
+
+def test_a_scale_near_one_is_found_on_the_real_record(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    assert emps_record.control is not None
+    check = check_law(emps, replace(emps_record, control=1.03 * emps_record.control))
+    assert not isinstance(check, str)
+    assert not check.passed
+    assert "check the control's scaling" in check.meaning

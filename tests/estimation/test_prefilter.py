@@ -79,7 +79,7 @@ def test_decimating_columns_together_is_decimating_each(rng: np.random.Generator
 
 def test_default_drop_is_the_transient_of_the_low_pass() -> None:
     start, end = Prefilter(cutoff=60.0).dropped(PERIOD)
-    assert (start, end) == (48, 0)
+    assert (start, end) == (48, 48)
     impulse = np.zeros(1001)
     impulse[500] = 1.0
     response = np.abs(Prefilter(cutoff=60.0).motion(impulse, PERIOD)[0])
@@ -122,3 +122,37 @@ def test_a_record_long_enough_for_check_is_long_enough_for_the_filters(
         return
     position = np.linspace(0.0, 1.0, samples)
     assert np.all(np.isfinite(f.reduce(f.motion(position, PERIOD)[2], PERIOD)))
+
+
+def test_prefilter_for_another_period_has_the_same_edges() -> None:
+    f = Prefilter(cutoff=30.0, decimate=10, drop=(50, 20))
+    assert f.at_period(1e-3, 1.001e-3) is f
+    faster = f.at_period(1e-3, 5e-4)
+    assert (faster.cutoff, faster.decimate, faster.drop) == (30.0, 20, (100, 40))
+    assert Prefilter(decimate=3).at_period(1e-3, 1e-2).decimate == 1
+
+
+def test_no_row_hangs_on_the_last_sample_by_default() -> None:
+    """The filters continue a record from its ends, which would give them much weight."""
+    last = np.zeros(2000)
+    last[-1] = 1.0
+    inner = np.roll(last, -700)
+    by_default, published = Prefilter(cutoff=60.0), Prefilter(cutoff=60.0, drop=(48, 0))
+    assert (
+        np.abs(by_default.reduce(last, PERIOD)).max()
+        < np.abs(by_default.reduce(inner, PERIOD)).max()
+    )
+    assert (
+        np.abs(published.reduce(last, PERIOD)).max()
+        > 5 * np.abs(by_default.reduce(last, PERIOD)).max()
+    )
+
+
+def test_default_rows_lie_between_the_transients() -> None:
+    for decimation in ("matlab", "scipy"):
+        f = Prefilter(cutoff=60.0, decimation=decimation)  # type: ignore[arg-type]
+        rows = f.rows(2003, PERIOD)
+        assert rows.min() >= 48
+        assert rows.max() < 2003 - 48
+        ramp = np.arange(2003.0)
+        assert f.reduce(ramp, PERIOD) == pytest.approx(rows, rel=0.03)

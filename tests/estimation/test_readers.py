@@ -79,11 +79,13 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
         ("time,position,position\n0,1,2\n", "position occurs twice"),
         ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
         ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),
-        ("time,position\n0,1\n1,\n", "line 3: '' in column 'position'"),
-        ("time;position\n0;1,5\n1;2,5\n", "line 2: '1,5' in column 'position'.*decimal point"),
+        ("time,position\n0,1\n1,\n", "position is nan in data row 2"),
+        ("time;position\n0;1.5\n1;2,5\n", "line 3: '2,5' in column 'position'.*decimal point"),
+        ("time;position\n0;1,5\n1;2.5\n", "line 2: '1,5' in column 'position'.*decimal point"),
+        ("time;position\n0;1,234\n1;2,345\n", "'1,234' may be read with a decimal comma or"),
         ("time,position\n0,1,2\n1,2,3\n", "names 2 columns"),
         ("time,position\n0,1_000\n1,2\n", "line 2: '1_000' in column 'position'"),
-        ("# scope\ntime,position\n0,1\n", "remove lines above it"),
+        ("time,position\n0,001,1,5\n0,002,1,6\n", "names 2 columns.*, the rows have 4.*semicolon"),
         ("time,angle,control\n0,1,1\n1,2,2\n", "no column 'position'.*found time, angle, control"),
     ],
 )
@@ -151,6 +153,6 @@ def test_damaged_compressed_mat_file_is_explained(tmp_path: Path, rng: np.random
 
 def test_mat_file_without_vectors_lists_its_variables(tmp_path: Path) -> None:
     file = tmp_path / "log.mat"
-    savemat(file, {"data": {"t": np.arange(3.0)}, "kp": 1.0})
+    savemat(file, {"data": {"t": "text"}, "kp": 1.0})
     with pytest.raises(DataError, match="no numeric vectors; its variables are data, kp"):
         read_record(file)

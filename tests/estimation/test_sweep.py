@@ -89,7 +89,7 @@ def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path:
     [
         (("--from", 300, "--to", 30), "are no range"),
         (("--to", 900), "not below 500 Hz"),
-        (("--figure", "sweep.xyz"), "cannot be drawn"),
+        (("--figure", "sweep.xyz"), "the name must end in"),
         (("--figure", "no/such/sweep.png"), "the folder does not exist"),
     ],
 )

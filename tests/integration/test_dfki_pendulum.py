@@ -4,6 +4,7 @@ import importlib
 import json
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Identification, identify, load_axis
+from axisid import Constant, Identification, Prefilter, identify, load_axis, sweep, validate
 
 ROOT = Path(__file__).resolve().parents[2]
 AXIS = ROOT / "examples" / "dfki_pendulum.py"
@@ -66,8 +67,10 @@ def test_equation_of_motion_is_the_one_that_is_stated() -> None:
     axis = load_axis(AXIS)
     J, mc, Fv, Fc, tau0 = (p.symbol for p in axis.parameters)
     q, dq, ddq = (getattr(axis.coordinate, n) for n in ("symbol", "velocity", "acceleration"))
-    stated = J * ddq + mc * sympy.Float(9.81) * sympy.sin(q) + Fv * dq + Fc * sympy.sign(dq) + tau0
+    g = Constant(9.81, "m/s^2", "g").symbol
+    stated = J * ddq + mc * g * sympy.sin(q) + Fv * dq + Fc * sympy.sign(dq) + tau0
     assert sympy.expand(axis.force - stated) == 0
+    assert axis.unchecked_terms == ()
 
 
 def test_law_is_pd_on_the_reference_and_its_difference() -> None:
@@ -127,10 +130,10 @@ def test_document_has_the_recipe_and_the_records_by_themselves(
 ) -> None:
     for row in study.recipe_table(data):
         check_documented(row[:2], row[2:])
-    motions, weak = study.motions_table(data), study.weak_table(data)
-    for motion, integrated in zip(motions, weak, strict=True):
-        name, J, mc, _, Fc, ratio, error = motion
-        check_documented([name], [J, mc, Fc, ratio, error, *integrated[1:3]])
+    for name, cutoff, rows, J, mc, _, Fc, ratio, error in study.motions_table(data):
+        check_documented([name, cutoff, rows], [J, mc, Fc, ratio, error])
+    for row in study.weak_table(data):
+        check_documented(row[:1], row[1:])
 
 
 def test_document_has_the_sweep_and_the_gains(
@@ -138,17 +141,63 @@ def test_document_has_the_sweep_and_the_gains(
     data: Any,
     swept: dict[float, Identification],
 ) -> None:
-    for cutoff, J_ls, _, J_iv, mc_ls, _, mc_iv, *_ in study.sweep_table(list(swept.values())):
-        if float(cutoff) >= 5:
-            line = next(row for row in DOCUMENT.splitlines() if row.startswith(f"| {cutoff} | "))
-            computed = numbers(" ".join([J_ls, J_iv, mc_ls, mc_iv]))
-            assert numbers(line)[1:9] == pytest.approx(computed, rel=0.02, abs=2e-3)
+    for row in study.sweep_table(list(swept.values())):
+        cutoff, count, J_ls, _, J_iv, mc_ls, _, mc_iv, strength, p = row
+        cells = [J_ls, J_iv, mc_ls, mc_iv, strength.split(",")[0], p]
+        check_documented([cutoff, count], cells)
     rows = {row[0]: row[1:] for row in study.gains_table(data)}
     for gains in ("50 / 4", "40 / 4", "60 / 4", "50 / 3.2", "50 / 4.8", "25 / 2", "100 / 8"):
         check_documented([gains], rows[gains])
     check_documented(["50 / 4, reference one sample late"], list(rows.values())[-1])
     values = np.array([numbers(row[1])[0] for row in rows.values()])
-    assert np.ptp(values) < 0.02 * values[0]
+    assert values == pytest.approx(values[0], rel=0.05)
+
+
+def test_document_has_the_stretches_and_what_they_hold(study: ModuleType, data: Any) -> None:
+    documented, published = study.DOCUMENTED, dict(zip(("J", "mc"), study.PUBLISHED, strict=False))
+    held = []
+    for ends, rows, J, J_interval, mc, mc_interval in study.stretch_table(data):
+        check_documented([ends, rows], [J, J_interval, mc, mc_interval])
+        intervals = {"J": numbers(J_interval), "mc": numbers(mc_interval)}
+        assert all(low < documented[name] < high for name, (low, high) in intervals.items())
+        if all(low < published[name] < high for name, (low, high) in intervals.items()):
+            held.append(ends)
+    assert held == ["116 / 58", "116 / 116"]
+
+
+def test_document_has_the_weight_of_a_torque_sample(study: ModuleType, data: Any) -> None:
+    rows = study.weight_table(data)
+    for row in rows:
+        check_documented(row[:1], row[1:])
+    default, named = (abs(float(row[5])) for row in (rows[1], rows[3]))
+    assert default < 0.004
+    assert named > 20 * default
+    assert max(abs(float(row[5])) for row in rows[:3]) < 0.02
+
+
+def test_instruments_are_those_of_numpy(
+    study: ModuleType, data: Any, swept: dict[float, Identification]
+) -> None:
+    """Rows from SciPy's filters, of the record and of the loop simulated with the estimate."""
+    hand = importlib.import_module("dfki_pendulum_data")
+    found, settings = swept[15.0]["idm-iv"].physical, study.prefilter(data.run, 15.0)
+    regressor, torque = study.columns_by_hand(data.run, settings)
+    instruments = hand.instruments_by_hand(data.run, found, settings)
+    expected = np.linalg.solve(instruments.T @ regressor, instruments.T @ torque)
+    assert found[:2] == pytest.approx(expected[:2], rel=0.01)
+
+
+def test_stretch_at_the_default_ends_is_what_identify_gives(
+    study: ModuleType, data: Any, swept: dict[float, Identification]
+) -> None:
+    settings = study.prefilter(data.run, 15.0)
+    ends = settings.dropped(data.run.period)
+    theta, deviation, rows = study.stretch_estimate(data.run, settings, ends)
+    found = swept[15.0]["idm-iv"]
+    assert rows == len(found.rows)
+    assert theta[:2] == pytest.approx(found.physical[:2], rel=0.01)
+    hac = [found.parameters[name].sd_hac for name in ("J", "mc")]
+    assert deviation[:2] == pytest.approx(hac, rel=0.02)
 
 
 def test_document_has_the_frozen_estimates(study: ModuleType, data: Any) -> None:
@@ -156,18 +205,70 @@ def test_document_has_the_frozen_estimates(study: ModuleType, data: Any) -> None
     for row in rows:
         check_documented(row[:1], row[1:])
     published, least_squares, instruments = ([float(cell) for cell in row[1:]] for row in rows)
+    assert least_squares[0] < instruments[0]
     for other in (published, least_squares):
-        assert all(iv < 0.5 * value for iv, value in zip(instruments[1:], other[1:], strict=True))
+        assert all(iv < 0.85 * value for iv, value in zip(instruments[1:], other[1:], strict=True))
 
 
-def test_document_has_the_timing(study: ModuleType, data: Any) -> None:
-    record = data.records["direct collocation"]
-    errors, physical = study.delay_profile(record, 5.0, study.DELAYS)
-    best, none = int(errors.argmin()), int(np.abs(study.DELAYS).argmin())
-    figures = [1e3 * study.DELAYS[best], errors[best], errors[none]]
-    moved = [physical[none, 1], physical[best, 1]]
-    cells = [*(f"{f:.1f}" for f in figures), *(f"{m:.3f}" for m in moved)]
-    check_documented(["direct collocation", "5"], cells)
+@pytest.mark.parametrize("name", ["identification run", "direct collocation", "DDP"])
+def test_validation_is_that_of_numpy_at_the_same_edges(
+    study: ModuleType, data: Any, swept: dict[float, Identification], name: str
+) -> None:
+    record, result = data.records[name], swept[15.0]
+    decimate = {"identification run": 8, "direct collocation": 9, "DDP": 14}[name]
+    settings = Prefilter(cutoff=15.0, decimate=decimate, hold="raw")
+    for held in validate(result, record):
+        if held.method.startswith("idm"):
+            physical = result[held.method].physical
+            expected = study.frozen_error(record, physical, settings)
+            assert held.equation_error_percent == pytest.approx(expected, rel=1e-6)
+
+
+def test_document_has_the_timing_and_it_grows_with_the_cut_off(
+    study: ModuleType, data: Any
+) -> None:
+    twins = importlib.import_module("dfki_pendulum_twins")
+    rows = twins.delay_table(study.Data(records=slow(data.records), velocity={}))
+    for name, cutoff, *cells in rows:
+        if float(cutoff) >= 5:
+            check_documented([name, cutoff], cells)
+    found = {(name, float(cutoff)): float(best) for name, cutoff, best, *_ in rows}
+    for name in slow(data.records):
+        assert abs(found[name, 5.0]) < 5
+        assert found[name, 15.0] - found[name, 5.0] > 12
+
+
+def slow(records: Any) -> dict[str, Any]:
+    """The smooth motions."""
+    return {name: records[name] for name in ("direct collocation", "DDP")}
+
+
+def test_spike_at_the_start_of_what_is_kept_does_not_move_the_estimate(
+    study: ModuleType, data: Any, swept: dict[float, Identification]
+) -> None:
+    """Named ends of 10.3 Hz begin at a spike; by default the record is filtered before."""
+    settings = study.prefilter(data.run, 10.3)
+    named = replace(settings, drop=settings.dropped(data.run.period))
+    whole, cut = (
+        identify(study.axis, data.run, chosen, ["idm-iv"])["idm-iv"].physical[1]
+        for chosen in (settings, named)
+    )
+    assert whole == pytest.approx(swept[10.0]["idm-iv"].physical[1], rel=0.05)
+    assert cut > 1.25 * whole
+
+
+def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -> None:
+    base = Prefilter(hold="raw")
+    by_default = sweep(study.axis, data.run, prefilter=base)
+    assert by_default.recommended == pytest.approx(7.88)
+    chosen = next(r for r in by_default.results if r.prefilter.cutoff == by_default.recommended)
+    instruments, least_squares = (chosen[m].physical[:2] for m in ("idm-iv", "idm-ls"))
+    assert instruments == pytest.approx([0.139, 0.274], abs=1e-3)
+    assert least_squares / instruments == pytest.approx([1.22, 1.25], abs=0.01)
+    assert sweep(study.axis, data.run, study.CUTOFFS, base).recommended == 8.0
+    highest = by_default.results[-1]
+    assert "idm-iv" in highest.failed
+    assert study.check_of(highest, "alignment").figure == pytest.approx(2.4, abs=0.1)
 
 
 def test_what_should_complain_complains(
@@ -179,17 +280,29 @@ def test_what_should_complain_complains(
     assert law.figure == pytest.approx(78.1, abs=0.5)
     precision = study.check_of(shown, "precision")
     assert precision.status == "fail"
-    assert "Fv, Fc, tau0" in precision.meaning
+    assert re.findall(r"(\w+) is not identified", precision.meaning) == ["Fv", "Fc", "tau0"]
+    assert study.check_of(shown, "simulation").status == "fail"
+    assert study.check_of(shown, "normal residuals").status == "fail"
+    compared = study.check_of(shown, "least squares against instruments")
+    assert compared.status == "fail"
+    assert compared.figure == pytest.approx(41.0, abs=0.1)  # percent, of the second rule
+    assert compared.threshold == 10.0
+    assert re.findall(r"(\w+) by -\d", compared.meaning) == ["J", "mc"]
     assert study.check_of(shown, "instrument strength").status == "pass"
     strength = study.check_of(weak, "instrument strength")
     assert strength.status == "fail"
     assert re.search(r"\bJ\b", strength.meaning)
-    assert study.check_of(shown, "alignment").status != "pass"
+    assert "vibration" in study.check_of(swept[20.0], "runs of one sign").meaning
+    for cutoff in (5.0, 10.0, 15.0):
+        assert study.check_of(swept[cutoff], "alignment").status == "not evaluated"
     p = {
         f: study.check_of(r, "least squares against instruments").p_value for f, r in swept.items()
     }
     assert p[5.0] > 0.05
-    assert max(p[f] for f in (12.0, 15.0, 20.0, 30.0, 60.0)) < 1e-6
+    assert max(p[f] for f in (12.0, 15.0)) < 1e-5
+    for cutoff in (20.0, 30.0, 60.0):
+        for name in ("least squares against instruments", "alignment"):
+            assert study.check_of(swept[cutoff], name).status == "not evaluated"
     assert any("few" in remark for remark in swept[5.0]["idm-iv"].remarks)
     assert any("outside its bounds" in remark for remark in weak["idm-ls"].remarks)
 
@@ -197,7 +310,7 @@ def test_what_should_complain_complains(
 def test_instruments_hold_the_documented_masses_and_not_the_published(
     study: ModuleType, swept: dict[float, Identification]
 ) -> None:
-    for cutoff in (10.0, 12.0, 15.0, 20.0, 30.0):
+    for cutoff in (8.0, 10.0, 12.0, 15.0, 20.0, 30.0):
         for i, name in enumerate(("J", "mc")):
             low, high = swept[cutoff]["idm-iv"].parameters[name].interval
             assert low < study.DOCUMENTED[name] < high
@@ -213,8 +326,9 @@ def test_shaking_alone_pulls_the_recipe_down_and_not_the_instruments(
     shaken = study.twin(data, truth, 0, spiked=False)
     theta, _ = study.authors_recipe(shaken.run, shaken.velocity["identification run"])
     result = identify(study.axis, shaken.run, study.prefilter(shaken.run, 15.0), ["idm-iv"])
-    assert theta[:2] == pytest.approx([0.052, 0.079], abs=2e-3)
-    assert result["idm-iv"].physical[:2] == pytest.approx(truth[:2], rel=0.03)
+    assert theta[:2] == pytest.approx([0.046, 0.065], abs=2e-3)
+    moved = np.abs(result["idm-iv"].physical[:2] - truth[:2])
+    assert np.all(moved < [v.sd_hac for v in list(swept[15.0]["idm-iv"].parameters.values())[:2]])
 
 
 def test_command_line_reads_the_joined_and_the_measured_file(
@@ -228,8 +342,8 @@ def test_command_line_reads_the_joined_and_the_measured_file(
     code, out, _ = run("identify", AXIS, tmp_path / "dfki_joined.csv", *settings)
     assert code == 0
     values = {e["method"]: e["parameters"]["mc"]["value"] for e in json.loads(out)["estimates"]}
-    assert values["idm-iv"] == pytest.approx(0.340, abs=1e-3)
-    assert values["idm-ls"] == pytest.approx(0.184, abs=1e-3)
+    assert values["idm-iv"] == pytest.approx(0.273, abs=1e-3)
+    assert values["idm-ls"] == pytest.approx(0.161, abs=1e-3)
     code, out, err = run("identify", AXIS, folder / RUN, *settings)
     assert code == 0
     assert "no reference column" in err

@@ -18,6 +18,8 @@ def test_packages_links_and_folders_agree(root: Path) -> None:
         for init in (root / stage).rglob("__init__.py"):
             parts = init.parent.relative_to(root).parts
             on_disk.add(".".join(("axisid", *parts)))
+    for init in (root / "src" / "axisid").glob("*/__init__.py"):
+        on_disk.add(f"axisid.{init.parent.name}")
     assert set(tool["packages"]) == on_disk
 
 

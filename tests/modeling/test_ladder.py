@@ -105,7 +105,8 @@ def test_a_weight_tied_to_the_mass_and_known_friction_stay() -> None:
 
 def test_new_names_avoid_those_that_are_taken() -> None:
     taken = Parameter("fv", "N/m")
-    axis = stage(taken * x.symbol, c * x.velocity**3, parameters=(taken, c))
+    cubic = Parameter("c", "N/(m/s)^3")
+    axis = stage(taken * x.symbol, cubic * x.velocity**3, parameters=(taken, cubic))
     assert names(friction_ladder(axis)["viscous"]) == ["m", "fv", "Fv_2"]
 
 
@@ -118,7 +119,7 @@ def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
         for p in rung.parameters:
             if p.name in sizes:
                 assert parse_unit(p.unit).same_dimension(sizes[p.name])
-        assert not model.hidden or rung is axis or derive(axis).hidden
+        assert not model.base.changed or rung is axis or derive(axis).base.changed
 
 
 def test_richer_rungs_on_request_contain_the_directional_law() -> None:

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import ModelError, derive, load_axis
+from axisid import ModelError, build, derive, fix, load_axis
 from axisid.codegen.artefacts import axis_artefacts
 from axisid.modeling import Axis
 from axisid.modeling.errors import DeclarationError
@@ -48,7 +49,7 @@ seed = 2015
 """
 
 PENDULUM = """
-name = "pendulum"
+name = "swing"
 title = "pendulum with Coulomb friction"
 
 [coordinate]
@@ -128,6 +129,18 @@ def test_toml_and_python_are_the_same_axis_and_generate_the_same_text(
     toml = load(text)
     assert toml == python
     assert axis_artefacts(derive(toml)) == axis_artefacts(derive(python))
+
+
+def test_what_is_known_of_a_parameter_is_declared_as_fix_does(load: Loader) -> None:
+    known = ("nominal = 100,", "nominal = 100, known = 98.5, known_sd = 0.2,")
+    assert load(EMPS2015, known) == fix(load(EMPS2015), M=(98.5, 0.2))
+    assert load(EMPS2015, ("nominal = 100,", "nominal = 100, known = 98,")) == fix(
+        load(EMPS2015), M=98.0
+    )
+    told = mistakes(load, EMPS2015, ("nominal = 100,", "nominal = 100, known_sd = 0.2,"))
+    assert any("parameters.M: " in each and "with a known value" in each for each in told)
+    told = mistakes(load, EMPS2015, ("nominal = 100,", "nominal = 100, known = inf,"))
+    assert any("parameters.M.known: it is inf" in each for each in told)
 
 
 def test_every_feature_of_a_law_and_an_experiment_is_reachable(load: Loader) -> None:
@@ -318,3 +331,61 @@ def test_any_change_of_a_declaration_is_an_axis_or_a_model_error(
         assert "mutated.toml" in str(error)
     else:
         assert isinstance(axis, Axis)
+
+
+MOTOR = """
+name = "linear_motor"
+coordinate = { name = "q", unit = "m" }
+drive = { gain = 58.0, unit = "A", limit = 12.0, profile = "1 + 0.03*cos(pi*q/pitch)" }
+
+[parameters]
+M = { unit = "kg", nominal = 10.0 }
+Fv = { unit = "N/(m/s)" }
+Fc = { unit = "N" }
+Fa = { unit = "N" }
+Fb = { unit = "N" }
+
+[constants]
+pitch = { value = 0.016, unit = "m" }
+
+[newton]
+inertia = "M"
+resistance = ["Fv*dq", "Fc*sign(dq)", "Fa*cos(2*pi*q/pitch)", "Fb*sin(2*pi*q/pitch)"]
+"""
+
+
+def test_constants_and_profile_are_those_of_python(load: Loader, rng: np.random.Generator) -> None:
+    ours, library = build(load(MOTOR)), build(load_axis("linear_motor"))
+    motion = (*rng.normal(size=(3, 20)), np.sign(rng.normal(size=20)), rng.normal(size=5))
+    (one,), (other,) = (axis.rows("inverse_dynamics", *motion) for axis in (ours, library))
+    assert one == pytest.approx(other, rel=1e-12)
+    assert load(MOTOR).unchecked_terms == ()
+
+
+def test_gravity_is_known_unless_a_parameter_has_its_name(load: Loader) -> None:
+    weight = ("resistance = [", 'resistance = ["M*G", ')
+    assert "9.80665" in str(derive(load(MOTOR, weight)).force)
+    own = ("[constants]", '[constants]\nG = { value = 1.62, unit = "m/s^2" }')
+    assert "1.62" in str(derive(load(MOTOR, weight, own)).force)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'pitch = { value = 0.016, unit = "m" }',
+            "pitch = { value = 0.016 }",
+            "unit: it is missing",
+        ),
+        ("value = 0.016", 'value = "wide"', "constants.pitch.value"),
+        ("[constants]", '[constants]\nM = { value = 1.0, unit = "kg" }', "it is a parameter too"),
+        ('unit = "m" }\n\n[newton]', 'unit = "s" }\n\n[newton]', "takes a number, not"),
+        ("0.03*cos(pi*q/pitch)", "0.03*cos(pi*speed/pitch)", "drive.profile"),
+    ],
+)
+def test_wrong_constants_and_profiles_are_told(
+    load: Loader, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(ModelError) as told:
+        load(MOTOR, (old, new))
+    assert message in str(told.value)

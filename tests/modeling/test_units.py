@@ -1,5 +1,7 @@
 """Units are exponents of kg, m, s, A; the whitelist has no traps."""
 
+from fractions import Fraction
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,6 +25,8 @@ from axisid.modeling.units import _SYMBOLS
         ("s^-1", (0, 0, -1, 0)),
         ("N/m/s", (1, 0, -3, 0)),
         ("J", (1, 2, -2, 0)),
+        ("m^(1/2)", (0, Fraction(1, 2), 0, 0)),
+        ("N/(m/s)^(3/2)", (1, Fraction(-1, 2), Fraction(-1, 2), 0)),
     ],
 )
 def test_units_are_read(text: str, exponents: tuple[int, ...]) -> None:
@@ -30,7 +34,26 @@ def test_units_are_read(text: str, exponents: tuple[int, ...]) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["Hz", "mm", "N/", "(N", "N)", "N^", "N^x", "", "  ", "/s", "N**", "m^1.5", "µm", "2 m"]
+    "text",
+    [
+        "Hz",
+        "mm",
+        "N/",
+        "(N",
+        "N)",
+        "N^",
+        "N^x",
+        "",
+        "  ",
+        "/s",
+        "N**",
+        "m^1.5",
+        "m^(1/0)",
+        "m^(1/2",
+        "m^(x/2)",
+        "µm",
+        "2 m",
+    ],
 )
 def test_other_texts_are_refused(text: str) -> None:
     with pytest.raises(ModelError, match="unit"):

@@ -1,0 +1,110 @@
+"""Write a page for every library axis, `docs/axes/NAME.md`, from its declaration.
+
+python docs/axis_pages.py
+"""
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from axisid import LIBRARY, AxisModel, Prefilter, derive, load_axis  # noqa: E402
+from axisid.modeling import Axis, describe_combinations, named_constants  # noqa: E402
+from benchmarks.library import LAWS, PREFILTER, PREFILTERS  # noqa: E402
+
+FOLDER = ROOT / "docs" / "axes"
+
+
+def page(name: str) -> str:
+    """The page of a library axis."""
+    axis = load_axis(name)
+    about = import_module(f"axisid.modeling.library.{name}").__doc__ or ""
+    model = derive(axis)
+    parts = [
+        f"# {name}: {axis.title}",
+        _linked(about.strip()),
+        "## Equation of motion",
+        _equation(axis),
+        "## Parameters",
+        _parameters(axis),
+        "## What can be identified",
+        _identifiable(model),
+        "## The twin",
+        _twin(axis),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _linked(text: str) -> str:
+    return re.sub(r"\[(\w+\d{4})\]_", r"[\1](../references.bib)", text).replace("``", "`")
+
+
+def _equation(axis: Axis) -> str:
+    profile, left = axis.drive.profile, "tau"
+    if profile != 1:
+        left = f"tau * ({profile})"
+    lines = ["```", f"{left} = {axis.force}", "```", ""]
+    constants = named_constants(axis.force + profile)
+    listed = "".join(f", {c.name} = {c.value:g} {c.unit}" for c in constants)
+    drive = axis.drive
+    lines.append(
+        f"`tau = {drive.gain:.6g} * control` in {axis.coordinate.force_unit}, the control in "
+        f"{drive.unit}, at most {drive.limit:g}{listed}."
+    )
+    return "\n".join(lines)
+
+
+def _parameters(axis: Axis) -> str:
+    truth = axis.experiment.truth if axis.experiment else {}
+    rows = [
+        f"| {p.name} | {p.unit} | {p.description} | {p.nominal:g} | {truth[p.name]:g} |"
+        for p in axis.parameters
+    ]
+    return "\n".join(["| | unit | | nominal | twin |", "|---|---|---|---|---|", *rows])
+
+
+def _identifiable(model: AxisModel) -> str:
+    lines = [f"Only {describe_combinations(hidden)}." for hidden in model.hidden]
+    lines = lines or ["Every parameter has an effect of its own."]
+    if model.ddm is None:
+        lines.append("There is no direct regressor: IDM-LS and IDM-IV identify it.")
+    else:
+        lines.append("All four methods identify it: IDM-LS, DDM-LS, IDM-IV and DDM-IV.")
+    lines += [f"Not checked in its unit: {term}." for term in model.axis.unchecked_terms]
+    return " ".join(lines)
+
+
+def _twin(axis: Axis) -> str:
+    if axis.control is None or axis.experiment is None:
+        return "It has none."
+    settings = Prefilter(hold="zoh") if axis.name in LAWS else _prefilter(axis.name)
+    options = [f"--cutoff {settings.cutoff:g}", f"--decimate {settings.decimate}", "--hold zoh"]
+    if settings.drop is not None:
+        options.insert(2, "--drop {} {}".format(*settings.drop))
+    law = axis.control
+    return (
+        f"Control law: {law.name}, every {1e3 * law.period:g} ms. Encoder noise: "
+        f"{axis.experiment.position_noise:g} {axis.coordinate.unit}.\n\n"
+        f"```console\n$ axisid identify {axis.name} {' '.join(options)}\n```"
+    )
+
+
+def _prefilter(name: str) -> Prefilter:
+    return PREFILTERS.get(name, PREFILTER)
+
+
+def main() -> None:
+    """Write the pages, and leave those alone that are current."""
+    FOLDER.mkdir(exist_ok=True)
+    for name in LIBRARY:
+        file, text = FOLDER / f"{name}.md", page(name)
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            file.write_text(text, encoding="utf-8")
+            print(f"wrote {file.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""The times of the roles' columns: one time column, each column's own, or an even count."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .arrays import Array
+from .errors import DataError
+from .repairs import Mask
+from .table import Samples, Table
+
+
+def together(
+    samples: Mapping[str, Samples], masks: Mapping[str, Mask]
+) -> tuple[Array, dict[str, Array], Mask]:
+    """Columns of one clock: their time, their values, and where any is masked."""
+    clock = np.asarray(samples["position"].clock, dtype=np.float64)
+    masked = np.zeros(len(clock), dtype=bool)
+    for mask in masks.values():
+        masked |= mask
+    return clock, {role: s.values for role, s in samples.items()}, masked
+
+
+def timed(
+    table: Table, samples: Mapping[str, Samples], sample_period: float | None, *, uneven: bool
+) -> dict[str, Samples]:
+    """Every column but time with its times, those without a value left out if they may be."""
+    columns = {role: s for role, s in samples.items() if role != "time"}
+    if "time" in samples:
+        time = samples["time"].values
+        lengths = {role: len(s.values) for role, s in samples.items()}
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+            raise DataError(f"{table.source}: the columns differ in length: {listed}.")
+        columns = {role: replace(s, clock=time) for role, s in columns.items()}
+    elif any(s.clock is None for s in columns.values()):
+        if sample_period is None:
+            raise DataError(
+                f"{table.source}: there is no time column among {table.listed()}; name it with "
+                "--columns time=NAME, or give --sample-period."
+            )
+        columns = {
+            role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
+            for role, s in columns.items()
+        }
+    if uneven:
+        return {role: _filled(s) for role, s in columns.items()}
+    _check_filled(table, columns)
+    _check_one_clock(table, columns)
+    return columns
+
+
+def _filled(samples: Samples) -> Samples:
+    """The samples that have a value and a time; their number shows in what is said of them."""
+    if samples.clock is None:
+        return samples
+    there = np.isfinite(samples.values) & np.isfinite(samples.clock)
+    return Samples(values=samples.values[there], clock=samples.clock[there])
+
+
+def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
+    """Refuse cells without a number, which are a log's way to write a lower rate."""
+    for role, samples in columns.items():
+        empty = np.flatnonzero(np.isnan(samples.values))
+        if empty.size:
+            raise DataError(
+                f"{table.source}: the {role} is nan in data row {empty[0] + 1} ({empty.size} of "
+                f"{len(samples.values)} cells are nan or empty). Remove such rows, or resample a "
+                "column that is written less often than the others (--resample auto)."
+            )
+
+
+def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
+    clocks = [(role, s.clock) for role, s in columns.items() if s.clock is not None]
+    first, shared = clocks[0]
+    for role, clock in _others(clocks):
+        if len(clock) != len(shared):
+            raise DataError(
+                f"{table.source}: the columns differ in length: {first} {len(shared)}, {role} "
+                f"{len(clock)}. Where they are sampled at different rates, resample them "
+                "(--resample auto)."
+            )
+        if not np.array_equal(clock, shared):
+            raise DataError(
+                f"{table.source}: {first} and {role} are sampled at different times; resample them "
+                "(--resample auto)."
+            )
+
+
+def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:
+    shared = clocks[0][1]
+    return [(role, clock) for role, clock in clocks[1:] if clock is not shared]

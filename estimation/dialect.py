@@ -1,0 +1,286 @@
+"""Guess how a text file writes a table: separator, decimal mark, header, units, first row of data.
+
+A guess is made only where one reading fits and no other does as well.
+"""
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+
+from .column_units import known_unit, split_label
+from .errors import DataError
+
+#: Separators in the order of preference where several fit; None is any run of blanks.
+_SEPARATORS = (";", "\t", ",", "|", None)
+_SAMPLE = 400  # lines looked at
+_MOST = 0.9  # of the rows that the best reading makes a table of
+_COMMENTS = ("#", "%", "//")
+_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks"}
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+
+Line = tuple[int, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dialect:
+    """How the table is written.
+
+    Attributes
+    ----------
+    separator : str or None
+        None for any run of blanks.
+    comma : bool
+        Numbers have a decimal comma.
+    names, units, labels : tuple of str
+        Of the columns; units are empty where none is written.
+    first : int
+        Which of the filled lines is the first row of data.
+    notes : tuple of str
+        What was assumed, for the user.
+    """
+
+    separator: str | None
+    comma: bool
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    labels: tuple[str, ...]
+    first: int
+    notes: tuple[str, ...]
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of a line, stripped; one that a last separator leaves empty is dropped."""
+        cells = split_cells(line, self.separator)
+        if len(cells) == len(self.names) + 1 and not cells[-1]:
+            cells.pop()
+        return cells
+
+
+def split_cells(line: str, separator: str | None) -> list[str]:
+    """Cells of a line, stripped."""
+    if separator is None:
+        return line.replace('"', "").split()
+    if '"' in line:
+        reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
+        return [cell.strip() for cell in next(reader)]
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is one for the reader's eye."""
+    return line.lstrip().startswith(_COMMENTS)
+
+
+def is_number(cell: str, *, comma: bool = False) -> bool:
+    """Whether a cell is a number with a decimal point, or with a decimal comma."""
+    if comma:
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".", 1)
+    if "_" in cell or not cell.isascii():  # float() takes 1_000 and other scripts' digits
+        return False
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def sniff(source: str, lines: list[Line]) -> Dialect:
+    """Find the dialect of the filled lines of a file.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    lines : list of (int, str)
+        Line numbers and texts.
+
+    Raises
+    ------
+    DataError
+        There is no table, or it can be read in two ways.
+    """
+    sample = [(i, line) for i, (_, line) in enumerate(lines[:_SAMPLE]) if not is_comment(line)]
+    if len(sample) < 2:
+        raise DataError(
+            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines."
+        )
+    separator, comma, width, first = _best(source, sample)
+    above = [i for i, _ in sample if i < first]
+    header, units, note = _header(source, lines, above, first, separator, width)
+    names, unit_row = _named(header, units, width)
+    _check_names(source, names)
+    _check_thousands(source, sample, first, separator, comma=comma)
+    notes = [f"separator {_NAMED[separator]}, decimal {'comma' if comma else 'point'}"]
+    notes += [note] if note else []
+    return Dialect(
+        separator=separator,
+        comma=comma,
+        names=tuple(names),
+        units=tuple(unit_row),
+        labels=tuple(header),
+        first=first,
+        notes=tuple(notes),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """One way to read the sample: rows it makes a table of, share of numbers, header, width."""
+
+    separator: str | None
+    comma: bool
+    width: int
+    first: int
+    rows: int
+    fit: tuple[float, bool, bool, int]
+
+
+def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool, int, int]:
+    quoted = any('"' in line for _, line in sample)
+    readings = []
+    for separator in _SEPARATORS:
+        for comma in (False, True):
+            if comma and separator == "," and not quoted:
+                continue
+            try:
+                reading = _read(sample, separator, comma=comma)
+            except csv.Error as error:
+                raise DataError(f"{source} is no table of text: {error}.") from error
+            if reading is not None:
+                readings.append(reading)
+    if not readings:
+        raise DataError(
+            f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
+            "header row and rows of numbers below it are expected, separated by comma, semicolon, "
+            "tab, bar or blanks."
+        )
+    if any(reading.width > 1 and reading.fit[1] for reading in readings):
+        # A comma that fits a header of several names is no decimal mark of one column.
+        readings = [r for r in readings if r.width > 1 or not r.comma]
+    most = max(reading.rows for reading in readings)
+    readings = [reading for reading in readings if reading.rows >= _MOST * most]
+    best = max(readings, key=lambda reading: reading.fit)  # the first of equals
+    return best.separator, best.comma, best.width, best.first
+
+
+def _read(sample: list[tuple[int, str]], separator: str | None, *, comma: bool) -> _Reading | None:
+    """How the sample reads with a separator and a decimal mark; None where it is no table."""
+    rows = [(i, split_cells(line, separator)) for i, line in sample]
+    numeric = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
+    shares = [
+        (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
+        for (_, cells), flags in zip(rows, numeric, strict=True)
+    ]
+    tabular = [width for share, width in shares if share >= 0.5]
+    if not tabular:
+        return None
+    width = Counter(tabular).most_common(1)[0][0]
+    body = [k for k, (share, w) in enumerate(shares) if share >= 0.5 and w == width]
+    # The body begins where such rows follow one another; a lone one above is preamble.
+    begin = next((k for k in body if k + 1 in body), body[0])
+    flags = [flag for row in numeric[begin:] for flag in row]
+    cells = [c for _, row in rows[begin:] for c in row]
+    # A separator at the end of every row leaves a column that is always empty.
+    trailing = width > 1 and not any(rows[k][1][-1] for k in body if k >= begin)
+    filled = sum(1 for c in cells if c)
+    share = sum(flags) / max(filled, 1)
+    above = rows[begin - 1][1] if begin > 0 else []
+    if trailing:
+        width -= 1
+    named = len(above) in (width, width + 1) and not any(
+        is_number(cell, comma=comma) for cell in above
+    )
+    # A mark that no number uses says nothing; the point is what is usual.
+    used = not comma or any("," in c for c in cells)
+    inside = sum(1 for k in body if k >= begin)
+    return _Reading(separator, comma, width, rows[begin][0], inside, (share, named, used, width))
+
+
+def _header(
+    source: str,
+    lines: list[Line],
+    above: list[int],
+    first: int,
+    separator: str | None,
+    width: int,
+) -> tuple[list[str], list[str], str]:
+    """Header cells, cells of a row of units (empty if none), and a note on what is above."""
+
+    def cells(index: int) -> list[str]:
+        found = split_cells(lines[index][1].lstrip("#%/ "), separator)
+        return found[:-1] if len(found) == width + 1 and not found[-1] else found
+
+    commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
+    rows = above or commented[-1:]
+    if not rows:
+        shown = ", ".join(split_cells(lines[first][1], separator)[:4])
+        raise DataError(
+            f"{source}: the first row holds numbers ({shown}); write the names of the columns "
+            "above it."
+        )
+    header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
+    if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
+        header, units, used = cells(rows[-2]), header, rows[-2:]
+    if len(header) != width:
+        raise DataError(
+            f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
+            f"({', '.join(header[:6])}), the rows have {width}. Correct the header row; where "
+            "numbers have a decimal comma, separate columns by semicolon or tab."
+        )
+    skipped = used[0] - (0 if above else len(commented) - 1)
+    note = (
+        f"header in line {lines[used[0]][0]}, what is above it passed over" if skipped > 0 else ""
+    )
+    return header, units, note
+
+
+def _is_unit_row(cells: list[str]) -> bool:
+    """Whether most filled cells are units; names such as `m` and `t` alone are not."""
+    filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
+    known = [c for c in filled if known_unit(c) is not None and not is_number(c)]
+    return bool(filled) and 2 * len(known) >= len(filled)
+
+
+def _named(header: list[str], units: list[str], width: int) -> tuple[list[str], list[str]]:
+    """Names and units of the columns; a unit in the header goes before none in its own row."""
+    names, found = [], []
+    for label, unit in zip(header, units, strict=True):
+        name, own = split_label(label)
+        names.append(name)
+        found.append(unit.strip("[]()- ") or own)
+    if len(set(names)) < width:  # names that differ by their units only stay as they are written
+        names = header
+    return names, found
+
+
+def _check_names(source: str, names: list[str]) -> None:
+    if all(is_number(name) for name in names):
+        raise DataError(
+            f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
+            "the columns above it."
+        )
+    doubled = sorted({name for name in names if name and names.count(name) > 1})
+    if doubled:
+        raise DataError(f"{source}: column {', '.join(doubled)} occurs twice; rename one.")
+
+
+def _check_thousands(
+    source: str,
+    sample: list[tuple[int, str]],
+    first: int,
+    separator: str | None,
+    *,
+    comma: bool,
+) -> None:
+    """Refuse commas that may as well group thousands as begin decimals."""
+    if not comma:
+        return
+    cells = [c for i, line in sample if i >= first for c in split_cells(line, separator)]
+    marked = [cell for cell in cells if "," in cell]
+    if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
+        raise DataError(
+            f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "
+            "thousands; export the log with a decimal point."
+        )

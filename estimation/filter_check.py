@@ -1,0 +1,34 @@
+"""Whether the prefilter itself moves the estimate, as a check."""
+
+from .check import Check, passed
+from .estimate import Estimate
+
+_MOST = 1.0  # deviations
+
+
+def filter_bias(estimate: Estimate) -> Check:
+    """The filter's own bias against the deviations."""
+    if estimate.filter_bias is None:
+        return Check.missing("filter bias", "the closed loop could not be simulated")
+    moved = {n: v for n, v in estimate.parameters.items() if shift(v.filter_bias, v.sd_hac) > _MOST}
+    worst = max(shift(v.filter_bias, v.sd_hac) for v in estimate.parameters.values())
+    listed = ", ".join(f"{n} by {v.filter_bias:+.2g} {v.unit}" for n, v in moved.items())
+    return Check(
+        name="filter bias",
+        status=passed(not moved),
+        figure=worst if worst < float("inf") else None,
+        threshold=_MOST,
+        source="what the same filter and estimator make of the noise-free loop that is simulated "
+        "with the estimate, less the estimate, in HAC deviations",
+        meaning="the prefilter moves no parameter by more than its deviation"
+        if not moved
+        else f"the prefilter itself moves {listed}, which no interval holds: raise the cut-off and "
+        "keep the decimation, or subtract it (filter_bias)",
+    )
+
+
+def shift(bias: float | None, deviation: float) -> float:
+    """In deviations; infinite for a bias without one."""
+    if not bias:
+        return 0.0
+    return abs(bias) / deviation if deviation > 0 else float("inf")

@@ -1,0 +1,179 @@
+"""Text that TwinCAT Scope exports: a head for the file, a head for each channel, then columns.
+
+The heads are rows of a label and its value, repeated for every channel (``Name``, ``Data-Type``,
+``SampleTime[ms]``, ``Unit``, ...). Below them stands a time column, in milliseconds or in units of
+100 ns since 1601, before each channel (`Timelines: All`) or before each group of channels of one
+sample time. Channels that were sampled less often end earlier and leave their cells empty.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array
+from .dialect import Line, is_number
+from .errors import DataError
+from .table import Column, Table, at_hand, unlike
+
+_SAMPLE_TIME = "SampleTime[ms]"
+_HEAD = 80  # lines in which the heads are looked for
+_FILETIME = 1e15  # beyond it a time counts units of 100 ns
+_TICK = 1e-7
+_MILLISECOND = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Channel:
+    name: str
+    unit: str
+    scaled: bool
+    value: int  # column
+    time: int  # column
+
+
+def is_twincat(lines: Sequence[Line]) -> bool:
+    """Whether filled lines begin as an export of TwinCAT Scope does."""
+    head = [line for _, line in lines[:_HEAD]]
+    return (
+        bool(head)
+        and head[0].startswith(("Name", "File"))
+        and any(line.startswith(_SAMPLE_TIME) for line in head)
+    )
+
+
+def read_twincat(source: str, lines: Sequence[Line]) -> Table:
+    """Read an export of TwinCAT Scope.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    lines : sequence of (int, str)
+        The filled lines with their numbers.
+
+    Raises
+    ------
+    DataError
+        A row is malformed, or the export has no time columns.
+    """
+    at = next(i for i, (_, line) in enumerate(lines) if line.startswith(_SAMPLE_TIME))
+    separator = lines[at][1][len(_SAMPLE_TIME)]
+    first = next((i for i in range(at, len(lines)) if _is_data(lines[i][1], separator)), None)
+    if first is None:
+        raise DataError(f"{source}: the export of TwinCAT Scope has no samples below its heads.")
+    heads = [line.rstrip("\r\n").split(separator) for _, line in lines[:first]]
+    rows = [line for line in lines[first:] if line[1].strip() != "EOF"]
+    channels = _channels(source, heads)
+    unlike([c.name for c in channels], source)
+    comma = any("," in line for _, line in rows[:200]) and separator != ","
+    times = {c.time for c in channels}
+    width = 1 + max(c.value for c in channels)
+    values = _values(source, rows, separator, width, times, comma=comma)
+    clocks = {k: values[k] * _MILLISECOND for k in times}
+    notes = [f"TwinCAT Scope export, decimal {'comma' if comma else 'point'}"]
+    notes += [
+        f"{c.name}: scale factor and offset of the Scope are taken to be applied"
+        for c in channels
+        if c.scaled
+    ]
+    columns = {c.name: _column(c, values, clocks[c.time]) for c in channels}
+    return Table(source=source, columns=columns, notes=tuple(notes))
+
+
+def _is_data(line: str, separator: str) -> bool:
+    cell = line.split(separator, 1)[0].strip()
+    return is_number(cell) or is_number(cell, comma=True)
+
+
+def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
+    """Channels by their place in the heads; a cell that repeats the label begins a time column."""
+    last = max(i for i, cells in enumerate(heads) if cells[0] == "Name")
+    rows = {cells[0]: cells for cells in heads[last:]}
+    found: list[_Channel] = []
+    time = -1
+    for k, name in enumerate(rows["Name"]):
+        if name == "Name":
+            time = k
+        elif name.strip():
+            attributes = {label: cells[k] for label, cells in rows.items() if k < len(cells)}
+            unit = attributes.get("Unit", "").partition("(")[0].strip()
+            scale = attributes.get("ScaleFactor", "1"), attributes.get("Offset", "0")
+            found.append(
+                _Channel(
+                    name=name.strip(),
+                    unit=unit,
+                    scaled=scale not in (("1", "0"), ("", "")),
+                    value=k,
+                    time=time,
+                )
+            )
+    if not found:
+        raise DataError(f"{source}: the export of TwinCAT Scope names no channels.")
+    return found
+
+
+def _values(
+    source: str,
+    rows: Sequence[Line],
+    separator: str,
+    width: int,
+    times: set[int],
+    *,
+    comma: bool,
+) -> list[Array]:
+    """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
+    try:
+        table = [_cells(line, separator, width, comma=comma) for _, line in rows]
+        origin = float(table[0][0])
+        if origin < _FILETIME:
+            return list(np.array(table, dtype=float).T)
+        # 64 bits of a double are too few for such a time, not for a difference of two.
+        start = int(table[0][0])
+        columns = [[row[k] for row in table] for k in range(width)]
+        for k in times:
+            columns[k] = [_since(start, cell) for cell in columns[k]]
+        return [np.array(column, dtype=float) for column in columns]
+    except ValueError as error:
+        raise _malformed(source, rows, separator, width, comma=comma) from error
+
+
+def _cells(line: str, separator: str, width: int, *, comma: bool) -> list[str]:
+    cells = (line.replace(",", ".") if comma else line).rstrip("\r\n").split(separator)
+    if len(cells) > width + 1 or any(cell.strip() for cell in cells[width:]):
+        raise ValueError
+    cells = cells[:width] + [""] * (width - len(cells))
+    return [cell if cell.strip() else "nan" for cell in cells]
+
+
+def _since(start: int, cell: str) -> str:
+    """Milliseconds since a start in units of 100 ns."""
+    return cell if cell == "nan" else repr((int(cell) - start) * _TICK / _MILLISECOND)
+
+
+def _malformed(
+    source: str, rows: Sequence[Line], separator: str, width: int, *, comma: bool
+) -> DataError:
+    """The row that no table can hold."""
+    for number, line in rows:
+        try:
+            cells = _cells(line, separator, width, comma=comma)
+        except ValueError:
+            return DataError(
+                f"{source}, line {number}: more than the {width} cells that the channels need. "
+                "Export with Timelines 'All' or 'For each sampletime', separated by tab or "
+                "semicolon."
+            )
+        wrong = next((cell for cell in cells if not is_number(cell)), None)
+        if wrong is not None:
+            return DataError(f"{source}, line {number}: {wrong.strip()!r} is not a number.")
+    return DataError(f"{source}: its rows cannot be read as numbers.")
+
+
+def _column(channel: _Channel, values: list[Array], clock: Array) -> Column:
+    """A channel with its times, without the rows that it left empty."""
+    samples = values[channel.value]
+    there = np.isfinite(samples) & np.isfinite(clock)
+    if there.all():
+        return at_hand(samples, unit=channel.unit, clock=clock)
+    return at_hand(samples[there], unit=channel.unit, clock=clock[there])

@@ -1,0 +1,193 @@
+"""Repairs of a log, made on request only; each says what it did and how often."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.modeling import Axis, UsageError
+
+from .arrays import Array
+from .column_units import modulus_si
+from .errors import DataError
+from .provenance import Repair
+from .record import LARGEST_GAP
+
+Span = tuple[int, int]
+Mask = NDArray[np.bool_]
+
+_AT_LIMIT = 1e-6  # relative
+_FLAT = 3  # equal samples at an extreme
+_ABRUPT = 0.2  # of the column's largest step, into or out of a flat extreme
+_FEWEST = 3
+_TURNED = 1.001  # a wrapped position stays within one modulus, but for noise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repairs:
+    """What may be done to a log that is not a record as it stands.
+
+    Attributes
+    ----------
+    resample : float, "auto" or None
+        Onto an even grid at so many hertz; ``auto`` takes the position's own median rate.
+    gaps : {"split"} or None
+        Cut the log where samples are missing; each piece is filtered and simulated by itself.
+    wrap : str, float or None
+        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``).
+    mask : {"clipped"} or None
+        Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
+        filters reach it.
+
+    Raises
+    ------
+    UsageError
+        A setting makes no sense for any log.
+    """
+
+    resample: float | Literal["auto"] | None = None
+    gaps: Literal["split"] | None = None
+    wrap: str | float | None = None
+    mask: Literal["clipped"] | None = None
+
+    def __post_init__(self) -> None:
+        rate = self.resample
+        if rate not in ("auto", None) and not (
+            isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
+        ):
+            raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
+        if self.gaps not in ("split", None):
+            raise UsageError(f"what to do at gaps is {self.gaps!r}; give split.")
+        if self.mask not in ("clipped", None):
+            raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
+
+    def modulus(self, axis: Axis | None) -> float | None:
+        """Modulus of the position, SI."""
+        return None if self.wrap is None else modulus_si(str(self.wrap), axis)
+
+
+def unwrapped(
+    source: str, columns: Mapping[str, Array], modulus: float
+) -> tuple[dict[str, Array], Repair]:
+    """Undo the jumps of position and reference by whole moduli.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    columns : mapping of str to (N,) array
+        By role, SI.
+    modulus : float
+        SI.
+
+    Raises
+    ------
+    DataError
+        The position is not within one modulus, so it is not wrapped by it.
+    """
+    repaired, counts = dict(columns), {}
+    for role in ("position", "reference"):
+        if role not in columns:
+            continue
+        values = columns[role]
+        spread = float(np.ptp(values))
+        if spread > _TURNED * modulus:
+            if role == "position":
+                raise DataError(
+                    f"{source}: the position spans {spread:.6g}, more than the modulus "
+                    f"{modulus:.6g} (SI), so it is not wrapped by it; give the modulus with its "
+                    "unit, or leave --wrap out."
+                )
+            counts[role] = 0
+            continue
+        jumps = np.round(np.diff(values) / modulus)
+        counts[role] = int(np.count_nonzero(jumps))
+        repaired[role] = values - modulus * np.concatenate([[0.0], np.cumsum(jumps)])
+    if "reference" in columns:
+        # Position and reference may begin on either side of the seam.
+        apart = np.round((repaired["reference"][0] - repaired["position"][0]) / modulus)
+        repaired["reference"] = repaired["reference"] - modulus * apart
+    told = ", ".join(f"{role} {count}" for role, count in counts.items())
+    text = f"jumps by the modulus {modulus:.9g} undone: {told}"
+    return repaired, Repair(kind="wrap", count=sum(counts.values()), text=text)
+
+
+def clipped(columns: Mapping[str, Array], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
+    """Samples that are cut off, by role.
+
+    The control at the drive's limit; a force that keeps its extreme value for 3 samples or more;
+    a position likewise, unless it comes to rest there.
+    """
+    found: dict[str, Mask] = {}
+    if "position" in columns:
+        found["position"] = _flat_extremes(columns["position"], abrupt=True)
+    if "force" in columns:
+        found["force"] = _flat_extremes(columns["force"], abrupt=False)
+    elif "control" in columns and axis is not None and math.isfinite(axis.drive.limit):
+        found["control"] = np.abs(columns["control"]) >= axis.drive.limit * (1 - _AT_LIMIT)
+    elif "control" in columns:
+        found["control"] = _flat_extremes(columns["control"], abrupt=False)
+    counts = {role: int(mask.sum()) for role, mask in found.items()}
+    told = ", ".join(f"{role} {count}" for role, count in counts.items())
+    text = f"clipped samples masked, with the rows whose filters reach them: {told or 'none'}"
+    return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
+
+
+def _flat_extremes(values: Array, *, abrupt: bool) -> Mask:
+    """Runs of equal samples at the largest or smallest value, (N,)."""
+    mask = np.zeros(len(values), dtype=bool)
+    steps = np.abs(np.diff(values))
+    least = _ABRUPT * float(steps.max(initial=0.0))
+    for extreme in (values.min(), values.max()):
+        for start, stop in runs(values == extreme):
+            ends = [steps[k] for k in (start - 1, stop - 1) if 0 <= k < len(steps)]
+            if stop - start >= _FLAT and (not abrupt or max(ends, default=0.0) >= least > 0):
+                mask[start:stop] = True
+    return mask
+
+
+def runs(mask: Mask) -> tuple[Span, ...]:
+    """First and the one after the last of each run of true samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
+    return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:
+    """Rows to keep, (N,), the segments that they make, and what was found.
+
+    Pieces of fewer than 3 rows are left out.
+    """
+    steps = np.diff(time)
+    typical = float(np.median(steps)) if len(steps) else 0.0
+    gaps = np.flatnonzero(steps > LARGEST_GAP * typical)
+    pieces = [*zip([0, *(gaps + 1)], [*(gaps + 1), len(time)], strict=True)]
+    kept = np.zeros(len(time), dtype=bool)
+    lengths = [b - a for a, b in pieces if b - a >= _FEWEST]
+    for a, b in pieces:
+        kept[a:b] = b - a >= _FEWEST
+    lost = float(np.sum(steps[gaps]) - len(gaps) * typical)
+    repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
+    return kept, adjoining(lengths), repair
+
+
+def adjoining(lengths: list[int]) -> tuple[Span, ...]:
+    """Segments of these lengths, one after the other; none where there is one alone."""
+    stops = np.cumsum(lengths)
+    spans = [(int(stop - length), int(stop)) for length, stop in zip(lengths, stops, strict=True)]
+    return tuple(spans) if len(spans) > 1 else ()
+
+
+def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
+    """What is said of a split log."""
+    if not gaps:
+        return Repair(kind="gaps", count=0, text="no gaps found")
+    text = (
+        f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
+        f"{segments} segments, each filtered and simulated by itself"
+    )
+    if left_out:
+        text += f"; {left_out} rows in pieces of fewer than {_FEWEST} left out"
+    return Repair(kind="gaps", count=gaps, text=text)

@@ -1,0 +1,191 @@
+"""Figures of a whole result: its record, its tracking, and everything in one list."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from axisid.modeling import ModelError
+
+from .arrays import Array
+from .errors import DataError, EstimationError
+from .estimate_plots import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
+from .friction import friction_plot
+from .plot import NoPlot, Panel, Plot, Series, Tone, labelled, line
+from .signals import drive_force
+from .simulated_rows import loop_reference, simulated_loops, simulated_position
+
+if TYPE_CHECKING:
+    from .estimate import Estimate
+    from .record import Record
+    from .results import Identification
+    from .sweep import Sweep
+
+
+def result_plots(
+    result: "Identification", sweep: "Sweep | None" = None
+) -> tuple[Plot | NoPlot, ...]:
+    """Every figure of a result, in the order of a report.
+
+    Parameters
+    ----------
+    result : Identification
+    sweep : Sweep, optional
+        Of the same record over the cut-off.
+    """
+    estimate = result.judged
+    beside = [
+        other
+        for other in result.estimates.values()
+        if other is not estimate and other.form.left == estimate.form.left
+    ]
+    return (
+        force_plot(estimate, beside),
+        friction_plot(result, estimate),
+        convergence_plot(estimate),
+        tracking_plot(result, estimate),
+        autocorrelation_plot(estimate),
+        spectrum_plot(estimate),
+        *(() if sweep is None else (sweep_plot(sweep, result.prefilter.cutoff),)),
+        record_plot(result),
+    )
+
+
+def tracking_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPlot:
+    """Recorded and simulated position, and what each leaves of the reference."""
+    record, title = result.record, "Tracking, recorded and simulated"
+    try:
+        reference = loop_reference(result.axis, record)
+        position = simulated_position(simulated_loops(result.axis, record, estimate.physical))
+    except (ModelError, DataError, EstimationError) as error:
+        return NoPlot(name="tracking", title=title, reason=str(error).removesuffix("."))
+    time, unit = _times(record), result.axis.axis.coordinate.unit
+    recorded, simulated = reference - record.position, reference - position
+    positions = (
+        Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
+        Series(label="recorded", x=time, y=record.position, tone="measured", broad=True),
+        line("simulated", time, position),
+    )
+    errors = (
+        Series(label="recorded", x=time, y=recorded, tone="measured", broad=True),
+        line("simulated", time, simulated),
+    )
+    kept = result.prefilter.kept(len(record), record.period)
+    off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
+    return Plot(
+        name="tracking",
+        title=title,
+        caption=f"The closed loop simulated with {estimate.method.upper()} from the reference "
+        f"alone. The tracking error is reference less position; the simulated position is "
+        f"{off:.3g} {unit} (rms) from the recorded one.",
+        x_label="time [s]",
+        panels=(
+            Panel(label=labelled("position", unit), series=positions),
+            Panel(label=labelled("tracking error", unit), series=errors, weight=1.5),
+            Panel(
+                label=labelled("difference", unit),
+                series=(line("", time, simulated - recorded, "error"),),
+            ),
+        ),
+        shaded=_dropped(result),
+        marks=_gaps(record),
+    )
+
+
+def record_plot(result: "Identification") -> Plot:
+    """The record as it was read, with what was dropped."""
+    record, drive = result.record, result.axis.axis.drive
+    time, q = _times(record), result.axis.axis.coordinate
+    position = [Series(label="position", x=time, y=record.position, tone="measured", broad=True)]
+    if record.reference is not None:
+        position.append(line("reference", time, record.reference))
+    panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
+    columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
+        ("control", drive.unit, record.control, "warm"),
+        ("force", str(q.force_unit), drive_force(result.axis, record), "model"),
+    )
+    panels += [
+        Panel(label=labelled(name, unit), series=(line("", time, values, tone),))
+        for name, unit, values, tone in columns
+        if values is not None
+    ]
+    left_out = len(record) - int(result.prefilter.kept(len(record), record.period).sum())
+    source = "as recorded" if record.force is not None else "the drive's gain times the control"
+    return Plot(
+        name="record",
+        title="The record",
+        caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
+        f"force is {source}. Shaded: {left_out} samples that were left out.",
+        x_label="time [s]",
+        panels=tuple(panels),
+        shaded=_dropped(result),
+        marks=_gaps(record),
+    )
+
+
+def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
+    """Every parameter over the cut-off: least squares and instruments, with 95 % bands.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    used : float, optional
+        Cut-off of the result beside it, Hz.
+    """
+    styles: dict[str, Tone] = {"ddm-ls": "measured", "idm-ls": "error", "idm-iv": "model"}
+    if all("idm-iv" not in result.estimates for result in sweep.results):
+        styles["ddm-iv"] = "model"  # else it is the same estimate
+    panels = []
+    for quantity in sweep.results[0].axis.parameters:
+        curves = []
+        for method, tone in styles.items():
+            found = [
+                (result.prefilter.cutoff, result.estimates[method].parameters[quantity.name])
+                for result in sweep.results
+                if method in result.estimates
+            ]
+            if not found:
+                continue
+            low, high = np.array([value.interval for _, value in found]).T
+            curves.append(
+                Series(
+                    label=method.upper(),
+                    x=np.array([cutoff for cutoff, _ in found]),
+                    y=np.array([value.value for _, value in found]),
+                    low=low,
+                    high=high,
+                    tone=tone,
+                    broad=method == "idm-ls",
+                )
+            )
+        panels.append(Panel(label=labelled(quantity.name, quantity.unit), series=tuple(curves)))
+    marks = [(sweep.recommended, "recommended")]
+    if used is not None and used != sweep.recommended:
+        marks.append((used, "used"))
+    return Plot(
+        name="sweep",
+        title="Estimates over the cut-off",
+        caption="With 95 % intervals. Least squares drifts where noise begins to bias it, "
+        f"instruments stay. Recommended: {sweep.recommended:g} Hz, {sweep.reason}.",
+        x_label="cut-off [Hz]",
+        panels=tuple(panels),
+        log=True,
+        marks=tuple(marks),
+    )
+
+
+def _times(record: "Record") -> Array:
+    return record.period * np.arange(len(record), dtype=float)
+
+
+def _dropped(result: "Identification") -> tuple[tuple[float, float], ...]:
+    """Stretches of time of which no row is made: dropped, masked, or a segment too short."""
+    period, count = result.record.period, len(result.record)
+    kept = np.concatenate([[True], result.prefilter.kept(count, period), [True]])
+    edges = np.flatnonzero(np.diff(kept.astype(int)))
+    before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
+    return tuple((period * a, period * b) for a, b in zip(before, after, strict=True))
+
+
+def _gaps(record: "Record") -> tuple[tuple[float, str], ...]:
+    """Where segments meet; time runs on as if there were no gap."""
+    return tuple((record.period * start, "gap") for start, _ in record.segments[1:])

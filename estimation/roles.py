@@ -1,0 +1,64 @@
+"""Which column of a table is which role, in SI: names from the user, the axis, or the role."""
+
+from dataclasses import replace
+
+from axisid.modeling import ROLES, Axis, UsageError
+
+from .column_units import taken_as_si, to_si
+from .errors import DataError
+from .table import Samples, Table
+
+_NEEDED = ("position",)
+
+
+class Chosen:
+    """Columns by role, in SI, with what was assumed on the way."""
+
+    def __init__(self, table: Table, axis: Axis | None, asked: dict[str, str]) -> None:
+        self.names: dict[str, str] = {}
+        self.samples: dict[str, Samples] = {}
+        notes: list[str] = []
+        silent: dict[str, str] = {}
+        for role, (name, unit, by_user) in _choose(table, axis, asked).items():
+            column = table.columns[name]
+            samples = column.read()
+            written = unit or column.unit
+            values, note = samples.values, ""
+            if written:
+                values, note = to_si(
+                    role, values, written, axis, asked=by_user and bool(unit), source=table.source
+                )
+            else:
+                silent[role] = name
+            self.names[role] = name
+            self.samples[role] = replace(samples, values=values)
+            notes += [note] if note else []
+        taken = taken_as_si(silent, axis)
+        self.notes = (*table.notes, *notes, *([taken] if taken else []))
+
+
+def _choose(
+    table: Table, axis: Axis | None, asked: dict[str, str]
+) -> dict[str, tuple[str, str, bool]]:
+    """Column, unit if one is given, and whether the user named it, by role."""
+    for role in asked:
+        if role not in ROLES:
+            raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
+    declared = dict(axis.columns) if axis is not None else {}
+    chosen = {}
+    for role in ROLES:
+        wanted = asked.get(role) or declared.get(role) or role
+        name, unit = table.find(wanted), ""
+        if name is None and ":" in wanted:
+            head, _, unit = wanted.rpartition(":")
+            name = table.find(head.strip())
+            wanted = head if name is None else wanted
+        if name is not None:
+            chosen[role] = (name, unit.strip(), role in asked)
+        elif role in asked or role in declared or role in _NEEDED:
+            raise DataError(
+                f"{table.source}: there is no column {wanted!r} for the {role}; found "
+                f"{table.listed()}. "
+                + (table.missing or f"Name the column with --columns {role}=NAME.")
+            )
+    return chosen

@@ -1,0 +1,216 @@
+"""Least squares on logs larger than memory: blocks through the prefilter into a QR factor.
+
+The filters run forward and backward, so a row needs samples on both sides: each block is filtered
+with as many neighbours as it takes the filters to forget what lies beyond. The rows are those of
+`identify` to rounding. Of the regression only the triangular factor of ``[X y]`` is kept, and for
+the HAC deviations, in a further pass, the products of neighbouring scores.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.codegen import GeneratedAxis, as_generated
+from axisid.modeling import Axis, UsageError
+
+from .arrays import Array
+from .blocks import Extent, extent
+from .covariance import bartlett, first_lags, lags_of, most_lags
+from .errors import DataError, EstimationError
+from .forms import InverseForm
+from .linear import Solution, condition_number, factor, least_squares
+from .prefilter import Prefilter
+from .provenance import Provenance
+from .signals import chosen_hold, filtered_signals
+from .streamed import StreamedEstimate
+
+_FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
+
+Blocks = Iterable[Mapping[str, Array]]
+
+
+def identify_stream(
+    axis: Axis | GeneratedAxis,
+    blocks: Blocks,
+    prefilter: Prefilter | None = None,
+    *,
+    sample_period: float | None = None,
+    provenance: Provenance | None = None,
+) -> StreamedEstimate:
+    """IDM-LS from a log that is read in blocks, three or four times.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        Linear in its parameters.
+    blocks : iterable of mappings of str to (N,) array
+        Columns by role in SI: position, force or control, and time unless `sample_period` is
+        given. Iterating must begin anew each time; see `LogBlocks` for files.
+    prefilter : Prefilter, optional
+        The paper's appropriate filter by default.
+    sample_period : float, optional
+        s
+    provenance : Provenance, optional
+        Of the log, for the result.
+
+    Raises
+    ------
+    UsageError, DataError, EstimationError
+        As `identify` does; a log that needs repairs, and an axis that is not linear, are refused.
+    """
+    generated = as_generated(axis)
+    _check_axis(generated)
+    told = provenance or Provenance()
+    found = extent(told.source, blocks, sample_period)
+    rows = _Rows(generated, blocks, prefilter or Prefilter(), found, told.source)
+    triangle, size, left = _factored(rows)
+    names = [q.expression or q.name for q in generated.parameters]
+    if size <= len(names) or not left:
+        raise EstimationError(
+            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
+            "record longer, or decimate less."
+        )
+    with np.errstate(all="ignore"):
+        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
+    hac, lags = _hac(rows, solution, size)
+    squares = float(solution.residuals @ solution.residuals)
+    gram = solution.inverse_factor @ solution.inverse_factor.T
+    return StreamedEstimate(
+        axis=generated,
+        prefilter=rows.prefilter,
+        provenance=told,
+        samples=found.samples,
+        period=found.period,
+        rows=size,
+        physical=solution.theta,
+        covariance=squares / (size - 1) * gram,
+        covariance_hac=hac,
+        lags=lags,
+        equation_error_percent=100 * math.sqrt(squares) / left,
+        condition_number=condition_number(triangle[:, :-1]),
+    )
+
+
+def _check_axis(axis: GeneratedAxis) -> None:
+    if axis.hidden:
+        raise EstimationError(
+            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
+            "the combination as one parameter."
+        )
+    if not axis.is_linear:
+        raise UsageError(
+            f"axis {axis.axis.name!r} is not linear in its parameters, which a log read in blocks "
+            "cannot serve; leave --stream out."
+        )
+
+
+class _Rows:
+    """The rows of a regression, block by block; iterating reads the log anew."""
+
+    def __init__(
+        self,
+        axis: GeneratedAxis,
+        blocks: Blocks,
+        prefilter: Prefilter,
+        found: Extent,
+        source: str,
+    ) -> None:
+        self.axis, self.blocks, self.source = axis, blocks, source
+        self.samples, self.period = found.samples, found.period
+        prefilter.check(self.samples, self.period)
+        first = next(iter(blocks))
+        hold = chosen_hold(prefilter, axis, measured="force" in first)
+        self.prefilter = replace(prefilter, hold=hold, segments=(), masked=())
+        self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
+
+    def __iter__(self) -> Iterator[tuple[Array, Array]]:
+        """Regressor (n, p) and left side less what is known (n,), with the left side itself."""
+        around = sum(self.margins) + 2  # two more for the central differences
+        position, force = np.empty(0), np.empty(0)
+        begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
+        for block in self.blocks:
+            position = np.concatenate([position, block["position"]])
+            force = np.concatenate([force, self._force(block)])
+            end = begin + len(position)
+            stop = self.samples if end == self.samples else max(end - around, done)
+            if stop > done:
+                yield from self._between(position, force, begin, done, stop)
+                done = stop
+                spent = max(done - around - begin, 0)
+                position, force, begin = position[spent:], force[spent:], begin + spent
+
+    def _force(self, block: Mapping[str, Array]) -> Array:
+        if "force" in block:
+            return block["force"]
+        if "control" not in block:
+            raise DataError(
+                f"{self.source} has neither a force nor a control column; name one with --columns "
+                "force=NAME or control=NAME."
+            )
+        return self.axis.axis.drive.gain * block["control"]
+
+    def _between(
+        self, position: Array, force: Array, begin: int, start: int, stop: int
+    ) -> Iterator[tuple[Array, Array]]:
+        """Rows whose samples are from `start` to before `stop`; the arrays start at `begin`."""
+        f, period = self.prefilter, self.period
+        cut, end = f.cut_before(period)
+        motion, smoothing = self.margins
+        rows = f.rows_between(self.samples, period, start, stop)
+        if not rows.size:
+            return
+        signals = filtered_signals(f, position, force, period, [0])
+        equations = InverseForm(self.axis).equations(signals)
+        # What the decimation filter sees begins and ends as it does in a whole record.
+        low = max(start - smoothing, cut, begin + (motion + 2 if begin else 0))
+        high = min(stop + smoothing, self.samples - end)
+        both = np.column_stack([equations.regressor, equations.left, equations.known])
+        both = both[low - begin : high - begin]
+        kept = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
+        if not np.all(np.isfinite(kept)):
+            raise EstimationError(
+                f"the regressor of {self.source} is not finite; check the signals' size."
+            )
+        yield np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]), kept[:, -2]
+
+
+def _factored(rows: _Rows) -> tuple[Array, int, float]:
+    """Triangular factor of ``[X y]``, (p + 1, p + 1), rows there are, norm of the left side."""
+    width = len(rows.axis.parameters) + 1
+    triangle, size, squares = np.zeros((width, width)), 0, 0.0
+    for both, left in rows:
+        _, triangle = np.linalg.qr(np.vstack([triangle, both]))
+        size += len(both)
+        squares += float(left @ left)
+    return triangle, size, math.sqrt(squares)
+
+
+def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, int]:
+    """HAC covariance as `Hac` has it, and its lags."""
+    looked_at = first_lags(size)
+    products = _score_products(rows, solution, looked_at)
+    sums = np.diagonal(products, axis1=1, axis2=2) / size
+    lags = min(max(lags_of(list(of_one), size) for of_one in sums.T), most_lags(size))
+    if lags > looked_at:
+        products = _score_products(rows, solution, lags)
+    factor = size / (size - len(solution.theta))
+    return factor * bartlett(list(products[: lags + 1])), lags
+
+
+def _score_products(rows: _Rows, solution: Solution, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of the scores for each lag from 0, (lags + 1, p, p)."""
+    influence = solution.inverse_factor @ solution.inverse_factor.T
+    width = len(solution.theta)
+    products = np.zeros((lags + 1, width, width))
+    earlier = np.empty((0, width))
+    for both, _ in rows:
+        residuals = both[:, -1] - both[:, :-1] @ solution.theta
+        scores = np.vstack([earlier, both[:, :-1] @ influence * residuals[:, None]])
+        old = len(earlier)
+        for lag in range(min(lags + 1, len(scores))):
+            new = scores[max(old, lag) :]
+            products[lag] += new.T @ scores[max(old, lag) - lag : len(scores) - lag]
+        earlier = scores[max(len(scores) - lags, 0) :]
+    return products

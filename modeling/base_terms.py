@@ -1,0 +1,166 @@
+"""The force as functions of the motion times monomials of the parameters, and what is independent.
+
+``force = sum of f_i(motion) A_ij mu_j(parameters)``, with exact weights A. Its reduced row echelon
+form R is the smallest set of combinations ``R mu`` that the force depends on.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy
+from sympy.simplify.fu import TR8
+
+from .identifiability import power_of_ten
+from .symbols import DIRECTION
+
+#: Share of a row below which a weight is what rounding left of nothing.
+_ROUNDING = Fraction(1, 10**12)
+_DIGITS = 30  # of an irrational weight
+
+Exponents = tuple[int, ...]
+Row = list[Fraction]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terms:
+    """The force over the functions of the motion that occur in it.
+
+    Attributes
+    ----------
+    monomials : tuple of tuple of int
+        Distinct, with exponents by parameter; the parameters themselves first, in their order.
+    weights : tuple of list of Fraction
+        One row for each function of the motion, scaled at will, one column for each monomial.
+    bent : frozenset of sympy.Symbol
+        Parameters that enter other than by whole powers; they count as motion, and each has a row
+        and a column of its own.
+    """
+
+    monomials: tuple[Exponents, ...]
+    weights: tuple[Row, ...]
+    bent: frozenset[sympy.Symbol]
+
+
+def force_terms(
+    force: sympy.Expr, velocity: sympy.Symbol, parameters: Sequence[sympy.Symbol]
+) -> Terms:
+    """Split a force into functions of the motion and monomials of the parameters.
+
+    Parameters
+    ----------
+    force : sympy.Expr
+        With the friction direction in place of ``sign(dq)``.
+    velocity : sympy.Symbol
+    parameters : sequence of sympy.Symbol
+    """
+    terms = sympy.Add.make_args(_canonical(force))
+    unknown = set(parameters)
+    bent = {
+        s
+        for term in terms
+        for factor in sympy.Mul.make_args(term)
+        if not _is_whole_power(factor, unknown)
+        for s in factor.free_symbols & unknown
+    }
+    table: dict[sympy.Expr, dict[Exponents, sympy.Expr]] = {}
+    for term in terms:
+        weight, rest = term.as_independent(*term.free_symbols, as_Add=False)
+        powers = rest.as_powers_dict()
+        exponents = tuple(0 if p in bent else int(powers.get(p, 0)) for p in parameters)
+        motion = rest / sympy.Mul(*(p**e for p, e in zip(parameters, exponents, strict=True)))
+        if any(exponents) and weight != 0:
+            row = table.setdefault(_without_abs(motion, velocity), {})
+            row[exponents] = row.get(exponents, sympy.S.Zero) + weight
+    for j, p in enumerate(parameters):
+        if p in bent:
+            table[p] = {tuple(int(i == j) for i in range(len(parameters))): sympy.S.One}
+    found = {e for row in table.values() for e, weight in row.items() if weight != 0}
+    monomials = tuple(sorted(found, key=_order))
+    rows = tuple(_fractions(row, monomials) for row in table.values())
+    return Terms(monomials=monomials, weights=rows, bent=frozenset(bent))
+
+
+def reduced_rows(weights: Sequence[Row]) -> tuple[list[Row], list[int]]:
+    """Reduced row echelon form without its zero rows, and its pivot columns.
+
+    Exact, but that what is left of a row by rounding alone counts as zero: a product of decimals
+    computed in floating point is not the product of these decimals.
+    """
+    rows = [_unit(row) for row in weights]
+    columns = range(len(rows[0]) if rows else 0)
+    sizes = [_size(row[j] for row in rows) for j in columns]
+    rows = [_unit([x / size for x, size in zip(row, sizes, strict=True)]) for row in rows]
+    done: list[Row] = []
+    pivots: list[int] = []
+    for j in columns:
+        best = max(rows, key=lambda row: abs(row[j]), default=None)
+        if best is None or abs(best[j]) <= _ROUNDING:
+            continue
+        lead = [x / best[j] for x in best]
+        rows = [_less(row, lead, j) for row in rows if row is not best]
+        done = [*(_less(row, lead, j) for row in done), lead]
+        pivots.append(j)
+    scaled = [
+        [x * size / sizes[pivot] for x, size in zip(row, sizes, strict=True)]
+        for row, pivot in zip(done, pivots, strict=True)
+    ]
+    return scaled, pivots
+
+
+def _canonical(force: sympy.Expr) -> sympy.Expr:
+    """Decimals as fractions; products of sines and cosines as sums, which are independent."""
+    exact = force.xreplace({x: sympy.Rational(str(x)) for x in force.atoms(sympy.Float)})
+    terms = sympy.Add.make_args(sympy.expand(exact))
+    waves = [TR8(term) if term.has(sympy.sin, sympy.cos) else term for term in terms]
+    return sympy.expand(sympy.Add(*waves))
+
+
+def _is_whole_power(factor: sympy.Expr, unknown: set[sympy.Symbol]) -> bool:
+    base, exponent = factor.as_base_exp()
+    return base in unknown and exponent.is_Integer and exponent > 0
+
+
+def _without_abs(motion: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
+    """``|dq|`` as a factor is ``direction dq``, the same function in other words."""
+    if sympy.Abs(velocity) not in sympy.Mul.make_args(motion):
+        return motion
+    signed = motion / sympy.Abs(velocity) * velocity * DIRECTION
+    return signed / DIRECTION**2 if signed.as_powers_dict()[DIRECTION] > 1 else signed
+
+
+def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
+    return sum(exponents), tuple(-e for e in exponents)
+
+
+def _fractions(row: dict[Exponents, sympy.Expr], monomials: Sequence[Exponents]) -> Row:
+    scale = power_of_ten(next((w for w in row.values() if w != 0), sympy.S.One))
+    return [_fraction(row.get(e, sympy.S.Zero) * scale) for e in monomials]
+
+
+def _fraction(weight: sympy.Expr) -> Fraction:
+    exact = weight if weight.is_Rational else sympy.Rational(str(sympy.N(weight, _DIGITS)))
+    return Fraction(int(exact.p), int(exact.q))
+
+
+def _size(column: Iterable[Fraction]) -> Fraction:
+    largest = max(map(abs, column), default=Fraction(0))
+    return _power(largest) if largest else Fraction(1)
+
+
+def _power(value: Fraction) -> Fraction:
+    """A power of ten near a positive number."""
+    digits = len(str(value.numerator)) - len(str(value.denominator))
+    return Fraction(10) ** digits
+
+
+def _unit(row: Row) -> Row:
+    largest = max(map(abs, row), default=Fraction(0))
+    return [x / largest for x in row] if largest else row
+
+
+def _less(row: Row, lead: Row, j: int) -> Row:
+    """A row less what it has of another in column j."""
+    share = row[j]
+    left = [x - share * y for x, y in zip(row, lead, strict=True)]
+    return [x if abs(x) > _ROUNDING else Fraction(0) for x in left] if share else row

@@ -1,0 +1,188 @@
+"""Units of expressions, from the units of their symbols.
+
+A plain number has no unit of its own. In a function of parameters it is a pure number. In an
+equation of motion it may stand for something with a unit (``9.81 * m``, an arm of 0.25): there a
+mismatch that a number could mend is *excused* and noted, never passed in silence. The numbers
+that energies and their derivatives bring (1, 2, 1/2 and their negatives, written exactly) excuse
+nothing.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy
+from sympy.core.relational import Relational
+from sympy.functions.elementary.miscellaneous import Max, Min
+
+from .constants import KnownSymbol
+from .units import Unit, parse_unit
+
+NUMBER = parse_unit("1")
+
+_ROOT, _NEAR = 12, 1e-9
+_PURE = frozenset(sympy.Rational(p, q) for p, q in ((1, 1), (2, 1), (1, 2)))
+_JUMPS = (sympy.sign, sympy.Heaviside)
+_OF_NUMBERS = (
+    sympy.exp,
+    sympy.log,
+    sympy.sin,
+    sympy.cos,
+    sympy.tan,
+    sympy.asin,
+    sympy.acos,
+    sympy.atan,
+    sympy.sinh,
+    sympy.cosh,
+    sympy.tanh,
+)
+
+
+class UnitsError(ValueError):
+    """Units that do not fit; callers say it in the words of what they were asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A unit, and whether a plain number in the expression may carry a further one."""
+
+    unit: Unit
+    loose: bool = False
+
+
+class UnitReader:
+    """Reads the units of expressions.
+
+    Parameters
+    ----------
+    units : mapping of sympy.Symbol to Unit
+    loose_numbers : bool
+        Whether a plain number may carry a unit.
+    absolute : iterable of type
+        Functions that keep their argument's unit, beside SymPy's own ``Abs``.
+
+    Attributes
+    ----------
+    excused : list of Unit
+        What plain numbers would have to carry where the units did not fit without.
+    """
+
+    def __init__(
+        self,
+        units: Mapping[sympy.Symbol, Unit],
+        *,
+        loose_numbers: bool = False,
+        absolute: Iterable[type] = (),
+    ) -> None:
+        self._units = units
+        self._loose_numbers = loose_numbers
+        self._absolute = (sympy.Abs, *absolute)
+        self.excused: list[Unit] = []
+
+    def unit(self, expression: sympy.Expr) -> Unit:
+        """Unit of an expression; what has none is a number.
+
+        Raises
+        ------
+        UnitsError
+            Units do not fit within it.
+        """
+        return self._read(expression).unit
+
+    def fits(self, expression: sympy.Expr, wanted: Unit) -> bool:
+        """Whether an expression has a unit, or a plain number in it can make it so.
+
+        Raises
+        ------
+        UnitsError
+            Units do not fit within it.
+        """
+        return self._is(self._read(expression), wanted)
+
+    def _is(self, read: _Read, wanted: Unit) -> bool:
+        if read.unit.same_dimension(wanted):
+            return True
+        if read.loose:
+            self.excused.append(wanted / read.unit)
+        return read.loose
+
+    def _read(self, node: sympy.Basic) -> _Read:
+        if isinstance(node, KnownSymbol):
+            return _Read(node.known_unit)
+        if node.is_Symbol:
+            return _Read(self._units[node])
+        if node.is_number:
+            pure = node in _PURE or -node in _PURE or not node.atoms(sympy.Number)
+            return _Read(NUMBER, self._loose_numbers and not pure)
+        if node.is_Mul:
+            return self._product([self._read(factor) for factor in node.args])
+        if node.is_Pow:
+            return self._power(node)
+        if node.is_Add or isinstance(node, (Max, Min)):
+            return self._common(node, node.args, "adds" if node.is_Add else "compares")
+        return self._applied(node)
+
+    def _product(self, parts: list[_Read]) -> _Read:
+        """The one unit there is as it was written; of several, the canonical product."""
+        units = [p.unit for p in parts if not p.unit.same_dimension(NUMBER)]
+        first, *others = units or [NUMBER]
+        for other in others:
+            first = first * other
+        return _Read(first, any(p.loose for p in parts))
+
+    def _common(self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str) -> _Read:
+        """The unit that all parts have; a number among them, as a rest length, may have any."""
+        reads = [
+            _Read(NUMBER, self._loose_numbers) if part.is_Number else self._read(part)
+            for part in parts
+            if part != 0
+        ]
+        # What has a unit says which; failing that, what is no plain number.
+        first = min(reads, key=lambda read: (read.loose, read.unit.same_dimension(NUMBER)))
+        for read in reads:
+            if not self._is(read, first.unit):
+                raise UnitsError(f"{node} {does} {first.unit} and {read.unit}; units must agree.")
+        return first
+
+    def _power(self, node: sympy.Pow) -> _Read:
+        base, power = self._read(node.base), self._read(node.exp)
+        if not self._is(power, NUMBER):
+            raise UnitsError(f"the power in {node} is in {power.unit}; give a number.")
+        if base.unit.same_dimension(NUMBER):
+            return base
+        exponent = float(node.exp) if node.exp.is_Number else math.nan
+        fraction = Fraction(exponent if math.isfinite(exponent) else 0).limit_denominator(_ROOT)
+        if abs(float(fraction) - exponent) <= _NEAR:
+            return _Read(base.unit**fraction, base.loose)
+        if self._is(base, NUMBER):
+            return _Read(NUMBER, loose=True)
+        raise UnitsError(
+            f"{node} has no unit: {base.unit} to a power that is no fraction with a denominator up "
+            f"to {_ROOT}."
+        )
+
+    def _applied(self, node: sympy.Basic) -> _Read:
+        if isinstance(node, self._absolute):
+            return self._read(node.args[0])
+        if isinstance(node, _JUMPS):
+            self._read(node.args[0])
+            return _Read(NUMBER)
+        if isinstance(node, sympy.atan2):
+            self._common(node, node.args, "compares")
+            return _Read(NUMBER)
+        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+            return self._chosen(node)
+        if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
+            return _Read(NUMBER, loose=True)  # a function of the user's, refused elsewhere
+        argument = self._read(node.args[0])
+        if not self._is(argument, NUMBER):
+            raise UnitsError(f"{node} takes a number, not {argument.unit}.")
+        return _Read(NUMBER)
+
+    def _chosen(self, node: sympy.Basic) -> _Read:
+        for relation in node.atoms(Relational):
+            self._common(relation, relation.args, "compares")
+        if isinstance(node, sympy.ITE):
+            return self._common(node, node.args[1:], "chooses from")
+        return self._common(node, [pair.args[0] for pair in node.args], "chooses from")

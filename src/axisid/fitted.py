@@ -1,0 +1,163 @@
+"""An axis with identified parameters: from an identification, or from the file that it wrote."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from axisid.codegen import signature
+from axisid.estimation import JUDGED, DataError, Identification, Value
+from axisid.modeling import AxisModel, UsageError, derive, load_axis
+
+_SCHEMA = "axisid.identification/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedAxis:
+    """An axis and what was identified of it.
+
+    Attributes
+    ----------
+    model : AxisModel
+    signature : str
+        Of the generated code that identified it.
+    source, sha256 : str
+        Of the record.
+    estimates : mapping of str to mapping of str to Value
+        Physical parameters by method and name.
+    """
+
+    model: AxisModel
+    signature: str
+    source: str
+    sha256: str
+    estimates: Mapping[str, Mapping[str, Value]]
+
+    def chosen(self, method: str | None) -> str:
+        """A method that gave an estimate; without one, that which the verdict judges.
+
+        Raises
+        ------
+        UsageError
+            The method gave none.
+        """
+        if method is None:
+            return next(m for m in JUDGED if m in self.estimates)
+        if method not in self.estimates:
+            raise UsageError(
+                f"the result has no estimate by {method!r}; it has {', '.join(self.estimates)}."
+            )
+        return method
+
+
+def fitted_axis(result: Identification | str | Path, axis: str | Path | None = None) -> FittedAxis:
+    """Take an identification, or read one and load its axis.
+
+    Parameters
+    ----------
+    result : Identification, str or Path
+        Or the file that ``axisid identify --json`` wrote.
+    axis : str or Path, optional
+        As `load_axis` takes it; needed for a file.
+
+    Raises
+    ------
+    UsageError
+        A file is given without its axis, or the axis is not the one that was identified.
+    DataError
+        The file cannot be read, or is no identification.
+    """
+    if isinstance(result, Identification):
+        origin = result.record.provenance
+        return FittedAxis(
+            model=derive(result.axis.axis),
+            signature=result.axis.signature,
+            source=_writable(origin.source),
+            sha256=origin.sha256,
+            estimates={m: e.parameters for m, e in result.estimates.items()},
+        )
+    if axis is None:
+        raise UsageError(f"{result} does not hold the axis; give the one it was identified with.")
+    written = _read(Path(result))
+    model = derive(load_axis(axis))
+    try:
+        fitted = FittedAxis(
+            model=model,
+            signature=str(written["signature"]),
+            source=_writable(str(written["record"]["source"])),
+            sha256=str(written["record"]["sha256"] or ""),
+            estimates={
+                e["method"]: {name: _value(v) for name, v in e["parameters"].items()}
+                for e in written["estimates"]
+                if e["method"] in JUDGED
+            },
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(
+            f"{result} is no complete result ({type(error).__name__}: {error}); write it again "
+            "with axisid identify --json."
+        ) from error
+    _check(fitted, str(result), str(written.get("axis")))
+    return fitted
+
+
+def _writable(name: str) -> str:
+    """A file's name may hold bytes that are no text."""
+    return name.encode("utf-8", "replace").decode()
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        written = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{file} cannot be read: {error.strerror}.") from error
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{file} is not JSON; give what axisid identify --json wrote.") from error
+    schema = written.get("schema") if isinstance(written, dict) else None
+    if schema != _SCHEMA:
+        what = f"its schema is {schema!r}" if schema else "it has no schema"
+        raise DataError(
+            f"{file} is not the result of one identification ({what}, not {_SCHEMA}); "
+            "give what axisid identify --json wrote."
+        )
+    return dict(written)
+
+
+def _check(fitted: FittedAxis, file: str, name: str) -> None:
+    """Refuse numbers of another axis."""
+    axis = fitted.model.axis
+    made = signature(fitted.model)
+    if fitted.signature != made:
+        whose = "" if name == axis.name else f" of the axis {name!r}"
+        raise UsageError(
+            f"{file} was identified with the generated code {fitted.signature[:12]}{whose}, but "
+            f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, "
+            "or identify again."
+        )
+    wanted = [p.name for p in axis.parameters]
+    if not fitted.estimates or any(sorted(v) != sorted(wanted) for v in fitted.estimates.values()):
+        raise DataError(
+            f"{file} lacks parameters of {axis.name!r}; write it again with axisid identify --json."
+        )
+
+
+def _value(written: Mapping[str, Any]) -> Value:
+    low, high = written["interval_95"]
+    gain = written["sd_gain"]
+    return Value(
+        value=_number(written["value"]),
+        unit=str(written["unit"]),
+        sd=_number(written["sd"]),
+        sd_robust=_number(written["sd_robust"]),
+        sd_hac=_number(written["sd_hac"]),
+        interval=(_number(low), _number(high)),
+        sd_gain=0.0 if gain is None else _number(gain),
+    )
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueError(f"{value!r} is no number")
+    return float(value)

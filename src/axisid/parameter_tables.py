@@ -1,0 +1,150 @@
+"""Identified parameters as a table for other programs: JSON, TOML, CSV, LaTeX.
+
+``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent ones;
+intervals are of the first.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
+
+from axisid.estimation import Value
+from axisid.fitted import FittedAxis
+from axisid.formulas import symbol_latex, unit_latex
+from axisid.modeling import Parameter
+
+_HEADER = "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain".split()
+_PLAIN = (1e-4, 1e6)  # values outside get a power of ten
+_LEAST_POWER = -300
+_SCHEMA = "axisid.parameters/1"
+
+
+def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The parameters by method and name, and where they come from."""
+    document = {
+        "schema": _SCHEMA,
+        "axis": fitted.model.axis.name,
+        "signature": fitted.signature,
+        "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
+        "parameters": {
+            method: {
+                name: {
+                    "value": v.value,
+                    "unit": v.unit,
+                    "sd_hac": v.sd_hac,
+                    "interval_95": list(v.interval),
+                    "sd_iid": v.sd,
+                    "sd_gain": v.sd_gain,
+                }
+                for name, v in fitted.estimates[method].items()
+            }
+            for method in methods
+        },
+    }
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """One row for each method and parameter."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_HEADER)
+    for method in methods:
+        for name, v in fitted.estimates[method].items():
+            gain = "" if v.sd_gain is None else repr(v.sd_gain)
+            numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
+            writer.writerow([fitted.model.axis.name, method, name, v.unit, *numbers, gain])
+    return text.getvalue()
+
+
+def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
+    (method,) = methods
+    estimate = fitted.estimates[method]
+    lines = [
+        "# For the axis's declaration, in place of its table: the nominal values are identified.",
+        "[parameters]",
+    ]
+    lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
+    lines += [
+        "",
+        "# No part of a declaration.",
+        "[identified]",
+        f"axis = {_text(fitted.model.axis.name)}",
+        f"method = {_text(method)}",
+        f"record = {_text(fitted.source)}",
+        f"sha256 = {_text(fitted.sha256)}",
+        f"signature = {_text(fitted.signature)}",
+        "",
+        "[identified.parameters]",
+    ]
+    for name, v in estimate.items():
+        low, high = v.interval
+        lines.append(
+            f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
+            f"interval_95 = [{low!r}, {high!r}] }}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _declared(parameter: Parameter, v: Value) -> str:
+    """A parameter of a declaration; a bound that the estimate breaks would be refused."""
+    fields = {"unit": _text(parameter.unit), "nominal": repr(v.value)}
+    broken = []
+    for bound, limit, kept in (
+        ("lower", parameter.lower, parameter.lower <= v.value),
+        ("upper", parameter.upper, v.value <= parameter.upper),
+    ):
+        if math.isfinite(limit) and kept:
+            fields[bound] = repr(limit)
+        elif not kept:
+            broken.append(f"{bound} = {limit!r}")
+    if parameter.description:
+        fields["description"] = _text(parameter.description)
+    listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
+    said = f"  # outside its bound {broken[0]}" if broken else ""
+    return f"{parameter.name} = {{ {listed} }}{said}"
+
+
+def _text(text: str) -> str:
+    """A basic string of TOML: JSON's, with DEL escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """A ``tabular`` of value and deviation, which needs no package."""
+    estimates = [fitted.estimates[method] for method in methods]
+    header = ["", "unit", *(method.upper() for method in methods)]
+    lines = [
+        f"% {fitted.model.axis.name}: value and standard deviation (HAC)",
+        rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
+        r"\hline",
+        " & ".join(header).strip() + r" \\",
+        r"\hline",
+    ]
+    for parameter in fitted.model.axis.parameters:
+        cells = [f"${symbol_latex(parameter.name)}$", f"${unit_latex(parameter.unit)}$"]
+        cells += [f"${with_deviation(estimate[parameter.name])}$" for estimate in estimates]
+        lines.append(" & ".join(cells) + r" \\")
+    return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
+
+
+def with_deviation(value: Value) -> str:
+    r"""``95.17 \pm 0.24``: two digits of the deviation, a power of ten for the very large or small.
+
+    Parameters
+    ----------
+    value : Value
+    """
+    size = max(abs(value.value), value.sd_hac)
+    power = 0
+    if size and not _PLAIN[0] <= size < _PLAIN[1]:
+        power = max(math.floor(math.log10(size)), _LEAST_POWER)
+    scaled, sd = value.value / 10.0**power, value.sd_hac / 10.0**power
+    places = 6
+    if sd > 0:
+        places = min(max(1 - math.floor(math.log10(sd)), 0), 12)
+    figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
+    return rf"({figures}) \cdot 10^{{{power}}}" if power else figures

@@ -1,0 +1,104 @@
+"""What `axisid identify` writes for people: the page and the figures."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from axisid.codegen import replace_file
+from axisid.estimation import EstimationError, Identification, Sweep, Validation
+from axisid.estimation.plot import Plot
+from axisid.estimation.result_plots import result_plots
+from axisid.modeling import UsageError
+
+from .page import report_html, report_sweep
+
+_PATIENCE = 1.0  # s
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """What is asked for.
+
+    Attributes
+    ----------
+    report : str or None
+        File of the page.
+    figures : str or None
+        Folder of the figures.
+    form : {"pdf", "svg", "png"}
+        Of the figures.
+    swept : bool
+        Whether a sweep over the cut-off belongs to both.
+    draws : int
+        Of the page's intervals without the delta method; 0 for none.
+    command : str
+        What reproduces the result.
+    """
+
+    report: str | None = None
+    figures: str | None = None
+    form: str = "pdf"
+    swept: bool = True
+    draws: int = 0
+    command: str = ""
+
+    def write(
+        self, result: Identification, validations: Sequence[Validation], say: Say
+    ) -> list[Path]:
+        """Write what is asked for and return the files.
+
+        Parameters
+        ----------
+        result : Identification
+        validations : sequence of Validation
+            On a second record; none without one.
+        say : callable
+            Takes a line for the user.
+
+        Raises
+        ------
+        UsageError
+            A place cannot be written to.
+        """
+        if self.report is None and self.figures is None:
+            return []
+        cutoffs = _swept(result, say) if self.swept else None
+        written = []
+        try:
+            if self.report is not None:
+                page = report_html(
+                    result,
+                    cutoffs,
+                    validations=validations,
+                    draws=self.draws,
+                    command=self.command,
+                )
+                replace_file(Path(self.report), page)
+                written.append(Path(self.report))
+            if self.figures is not None:
+                from axisid.figures import write_figures
+
+                plots = [p for p in result_plots(result, cutoffs) if isinstance(p, Plot)]
+                written += write_figures(plots, Path(self.figures), self.form)
+        except OSError as error:
+            place = error.filename or self.report or self.figures
+            raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
+        return written
+
+
+def _swept(result: Identification, say: Say) -> Sweep | None:
+    """The report's sweep, or none where no cut-off gives an estimate."""
+    begin = time.monotonic()
+
+    def progress(done: int, count: int, _: str) -> None:
+        if time.monotonic() - begin > _PATIENCE:
+            say(f"sweep for the report: {done} of {count} cut-offs (--no-sweep leaves it out)")
+
+    try:
+        return report_sweep(result, progress)
+    except EstimationError as error:
+        say(f"without the sweep: {error}")
+        return None

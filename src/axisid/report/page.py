@@ -1,0 +1,147 @@
+"""The page: every part in its place, and nothing from outside."""
+
+import base64
+import hashlib
+from collections.abc import Callable, Sequence
+from html import escape
+from importlib.resources import files
+from string import Template
+
+from axisid import __version__
+from axisid.estimation import Identification, Sweep, Validation, default_cutoffs, sweep
+from axisid.estimation.plot import NoPlot, Plot
+from axisid.estimation.result_plots import result_plots
+from axisid.modeling import FORCE, Axis, Formula
+
+from .embedding import figures_data, script_json
+from .mathml import formula_mathml
+from .parameters import parameters_html
+from .provenance import provenance_html
+from .verdict import verdict_html
+
+_HALF = ("friction", "convergence", "autocorrelation", "spectrum")  # of the page's width
+_SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
+_CUTOFFS = 8
+_SWEPT = ("idm-ls", "idm-iv")
+
+
+def report_html(
+    result: Identification,
+    cutoffs: Sweep | None = None,
+    *,
+    validations: Sequence[Validation] = (),
+    draws: int = 0,
+    command: str = "",
+) -> str:
+    """One page about a result, self-contained: it asks the network for nothing.
+
+    Parameters
+    ----------
+    result : Identification
+    cutoffs : Sweep, optional
+        Of the same record; see `report_sweep`.
+    validations : sequence of Validation, optional
+        On a second record.
+    draws : int
+        As in `Identification.summary`.
+    command : str, optional
+        What reproduces it.
+    """
+    axis, record = result.axis.axis, result.record
+    diagnosis = result.diagnosis
+    plots = result_plots(result, cutoffs)
+    style, script = _asset("page.css"), "".join(map(_asset, _SCRIPTS))
+    heading = axis.title or axis.name
+    about = f"{axis.name}, identified from {record.provenance.source}"
+    size = f"{len(record)} samples of {1e3 * record.period:.6g} ms"
+    return Template(_asset("page.html")).substitute(
+        version=__version__,
+        title=escape(f"{heading}: axisid report"),
+        heading=escape(heading),
+        subheading=escape(f"{about}, {size}"),
+        verdict=verdict_html(diagnosis.verdict, diagnosis.judged),
+        parameters=parameters_html(result, validations, draws),
+        figures="".join(map(_figure, plots)),
+        model=_model(axis),
+        provenance=provenance_html(result, command),
+        data=script_json(figures_data(p for p in plots if isinstance(p, Plot))),
+        style=style,
+        script=script,
+        style_hash=_hash(style),
+        script_hash=_hash(script),
+    )
+
+
+def report_sweep(
+    result: Identification, progress: Callable[[int, int, str], None] | None = None
+) -> Sweep:
+    """The modest sweep of a report: least squares and instruments at a few cut-offs.
+
+    Parameters
+    ----------
+    result : Identification
+    progress : callable, optional
+        As in `sweep`.
+
+    Raises
+    ------
+    EstimationError
+        No cut-off gave an estimate.
+    """
+    methods = [method for method in _SWEPT if method in result.estimates]
+    return sweep(
+        result.axis,
+        result.record,
+        default_cutoffs(1 / result.record.period, points=_CUTOFFS),
+        result.prefilter,
+        methods or list(result.estimates),
+        progress=progress,
+    )
+
+
+def _figure(plot: Plot | NoPlot) -> str:
+    half = ' class="half"' if plot.name in _HALF else ""
+    title = f'<div class="figure-head"><h3>{escape(plot.title)}</h3></div>'
+    if isinstance(plot, NoPlot):
+        return (
+            f'<figure{half}>{title}<p class="none">{escape(f"None: {plot.reason}.")}</p></figure>'
+        )
+    return (
+        f'<figure{half} id="figure-{plot.name}">{title}'
+        f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
+        f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
+    )
+
+
+def _model(axis: Axis) -> str:
+    """The equation of motion, the drive and the control law."""
+    q, drive, law = axis.coordinate, axis.drive, axis.control
+    unit = str(q.force_unit)
+    motion = formula_mathml(Formula(name=FORCE, value=axis.force, unit=unit), q)
+    over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
+    said = (
+        f"Position {q.name} in {q.unit}; the drive's force is {drive.gain:.6g} {unit}/{over} times "
+        "the control."
+    )
+    parts = [f'<div class="equation">{motion}<p>{escape(said)}</p></div>']
+    if law is not None:
+        output = formula_mathml(Formula(name="control", value=law.output), q)
+        gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
+        how = (
+            "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
+        )
+        facts = f"{law.name}, {how}; {gains}." if gains else f"{law.name}, {how}."
+        parts.append(
+            f'<h3>Control law</h3><div class="equation">{output}<p>{escape(facts)}</p></div>'
+        )
+    return "".join(parts)
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """What the page's security policy knows its own script or style by."""
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"sha256-{base64.b64encode(digest).decode()}"

@@ -1,0 +1,167 @@
+"""How a log is read from the command line: units, repairs, and what is told of them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from axisid import Record
+
+Run = Callable[..., tuple[int, str, str]]
+FILTER = ("--method", "idm-ls", "--no-native")
+
+
+@pytest.fixture
+def columns(twin: Record) -> dict[str, np.ndarray]:
+    named = {role: np.array(values[:3000]) for role, values in twin.channels().items()}
+    return {"t": named["time"], "pos": named["position"], "volts": named["control"]}
+
+
+def write(file: Path, columns: dict[str, np.ndarray], *, german: bool = False) -> Path:
+    separator, mark = (";", ",") if german else (",", ".")
+    rows = zip(*columns.values(), strict=True)
+    lines = [separator.join(f"{x:.17g}".replace(".", mark) for x in row) for row in rows]
+    file.write_text("\n".join([separator.join(columns), *lines]), encoding="utf-8")
+    return file
+
+
+CHOSEN = "time=t,position=pos,control=volts"
+
+
+def estimates(run: Run, *arguments: object) -> dict[str, Any]:
+    code, out, err = run("identify", "emps2015", *arguments, *FILTER, "--json", "-")
+    assert code == 0, err
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+def values(result: dict[str, Any]) -> list[float]:
+    return [p["value"] for p in result["estimates"][0]["parameters"].values()]
+
+
+def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    plain = estimates(run, write(tmp_path / "si.csv", columns), "--columns", CHOSEN)
+    scaled = {
+        "t": 1e3 * columns["t"],
+        "pos [mm]": 1e3 * columns["pos"],
+        "volts": 1e3 * columns["volts"],
+    }
+    file = write(tmp_path / "scaled.csv", scaled, german=True)
+    other = estimates(run, file, "--columns", "time=t:ms,position=pos,control=volts:mV")
+    assert values(other) == pytest.approx(values(plain), rel=1e-9)
+    assert other["record"]["assumed"] == [
+        "separator semicolon, decimal comma",
+        "time: ms -> s",
+        "position: mm -> m",
+        "control: mV -> V",
+    ]
+
+
+def test_repairs_are_printed_and_in_the_json(
+    run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    kept = np.ones(len(columns["t"]), dtype=bool)
+    kept[1400:1600] = False
+    gapped = {name: v[kept] for name, v in columns.items()}
+    file = write(tmp_path / "log.csv", gapped)
+    code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN)
+    assert code == 3
+    assert "--gaps split" in err
+    options = (file, "--columns", CHOSEN, "--gaps", "split", "--mask", "clipped")
+    result = estimates(run, *options)
+    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text())
+    Draft202012Validator(schema).validate(result)
+    kinds = [(repair["kind"], repair["count"]) for repair in result["record"]["repairs"]]
+    assert kinds == [("clipped", 0), ("gaps", 1)]
+    assert result["record"]["segments"] == [[0, 1400], [1400, 2800]]
+    code, out, _ = run("identify", "emps2015", *options, *FILTER)
+    assert code == 0
+    told = " ".join(out.split())
+    assert "cut at 1 gap (0.2 s are missing) into 2 segments" in told
+    assert "in 2 segments: " in told
+    for command in (("sweep", "emps2015"), ("compare", "--ladder", "emps2015")):
+        code, out, _ = run(*command, *options, "--no-native")
+        assert code == 0
+        assert "cut at 1 gap" in " ".join(out.split())
+
+
+def test_uneven_log_is_resampled(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], rng: np.random.Generator
+) -> None:
+    jitter = 2e-4 * rng.uniform(-1, 1, len(columns["t"]))
+    time = columns["t"] + jitter
+    moved = {"t": time} | {
+        name: np.interp(time, columns["t"], columns[name]) for name in ("pos", "volts")
+    }
+    file = write(tmp_path / "log.csv", moved)
+    result = estimates(run, file, "--columns", CHOSEN, "--resample", "1000")
+    assert result["record"]["sample_period"] == 1e-3
+    assert result["record"]["repairs"][0]["kind"] == "resample"
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--resample", "fast"], 2, "'fast' is no rate; give hertz, or auto"),
+        (["--resample", "100"], 2, "its noise would fold"),
+        (["--wrap", "0"], 2, "the modulus is '0'; give a positive number"),
+        (["--wrap", "1e-9"], 3, "more than the modulus"),
+        (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
+        (["--columns", "time=t,position=pos:inc,control=volts"], 2, "'inc', which is not known"),
+        (["--gaps", "fill"], 2, "'fill' is not 'split'"),
+    ],
+)
+def test_what_cannot_be_done_is_one_sentence(
+    run: Run,
+    tmp_path: Path,
+    columns: dict[str, np.ndarray],
+    options: list[str],
+    code: int,
+    message: str,
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    got, out, err = run("identify", "emps2015", file, "--columns", CHOSEN, *options)
+    assert (got, out) == (code, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_repairs_without_a_record_are_refused(run: Run) -> None:
+    code, _, err = run("identify", "emps2015", "--gaps", "split", "--wrap", "1")
+    assert code == 2
+    assert "--gaps and --wrap describe a record; name its file" in err
+
+
+def test_log_is_streamed(
+    run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    options = (file, "--columns", CHOSEN)
+    whole = estimates(run, *options)
+    code, out, err = run("identify", "emps2015", *options, "--stream", "--json", "-")
+    assert (code, err) == (0, "")
+    streamed = json.loads(out)
+    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text())
+    Draft202012Validator(schema).validate(streamed)
+    found = [p["value"] for p in streamed["parameters"].values()]
+    assert found == pytest.approx(values(whole), rel=1e-10)
+    assert streamed["record"]["sha256"] == whole["record"]["sha256"]
+    code, out, _ = run("identify", "emps2015", *options, "--stream")
+    assert code == 0
+    assert "read in blocks" in out
+
+
+@pytest.mark.parametrize("options", [["--gaps", "split"], ["--draws", "9"], ["--method", "idm-iv"]])
+def test_what_streaming_cannot_do_is_refused(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], options: list[str]
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    code, _, err = run("identify", "emps2015", file, "--stream", *options)
+    assert code == 2
+    assert "--stream" in err

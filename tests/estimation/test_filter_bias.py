@@ -1,0 +1,72 @@
+"""What the prefilter alone does to an estimate, found on the simulated loop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, identify, load_axis, sweep, twin_record
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import METHODS
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("hold", ["zoh", "raw"])
+def test_on_a_noise_free_twin_it_is_the_whole_error(
+    emps2015: GeneratedAxis, method: str, hold: str
+) -> None:
+    prefilter = Prefilter(hold=hold)  # type: ignore[arg-type]
+    record = twin_record(emps2015, position_noise=0.0)
+    estimate = identify(emps2015, record, prefilter, [method])[method]
+    error = estimate.physical - np.array([100.2, 236.9, 24.8])
+    assert estimate.filter_bias == pytest.approx(error, rel=0.2, abs=0.02)
+
+
+def test_intervals_hold_the_truth_once_it_is_subtracted(emps2015: GeneratedAxis) -> None:
+    """By instruments, under the default filter, where the uncorrected ones miss the mass."""
+    held = {"as it is": 0, "corrected": 0}
+    for seed in range(20):
+        record = twin_record(emps2015, seed=seed)
+        mass = identify(emps2015, record, methods="idm-iv")["idm-iv"].parameters["M"]
+        assert mass.filter_bias is not None
+        low, high = mass.interval
+        held["as it is"] += low < 100.2 < high
+        held["corrected"] += low < 100.2 + mass.filter_bias < high
+    assert held["as it is"] < 5
+    assert held["corrected"] > 17
+
+
+def test_it_is_not_told_without_a_loop(emps2015: GeneratedAxis, twin: Record) -> None:
+    alone = identify(emps2015, replace(twin, reference=None), methods="idm-ls")
+    assert alone["idm-ls"].filter_bias is None
+    assert alone["idm-ls"].parameters["M"].filter_bias is None
+    (check,) = (c for c in alone.verdict if c.name == "filter bias")
+    assert check.status == "not evaluated"
+
+
+def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin)
+    (check,) = (c for c in result.verdict if c.name == "filter bias")
+    assert check.status == "fail"
+    assert "moves M by +0.1" in check.meaning
+    assert "idm-iv M +0.1" in " ".join(result.summary().split())
+    moved = result["idm-iv"].derive("M/Fv").filter_bias
+    mass, viscous = (result["idm-iv"].parameters[n] for n in ("M", "Fv"))
+    assert mass.filter_bias is not None
+    assert viscous.filter_bias is not None
+    expected = (mass.value + mass.filter_bias) / (viscous.value + viscous.filter_bias)
+    assert moved == pytest.approx(expected - mass.value / viscous.value, rel=1e-2)
+
+
+def test_force_column_and_partially_known_models_are_taken_alike(twin: Record) -> None:
+    axis = load_axis("emps2015")
+    assert twin.control is not None
+    measured = replace(twin, force=35.15 * twin.control)
+    by_force = identify(axis, measured, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
+    by_control = identify(axis, twin, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
+    assert by_force.filter_bias == pytest.approx(by_control.filter_bias, rel=1e-9)
+
+
+def test_sweep_recommends_where_it_is_small(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = sweep(emps2015, twin, (20.0, 40.0, 80.0, 160.0), methods=["idm-ls", "idm-iv"])
+    assert "prefilter's own bias" in result.reason

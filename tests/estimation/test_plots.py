@@ -1,0 +1,311 @@
+"""Figures as data say what is true of the result, and matplotlib draws every one of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    Constant,
+    Coordinate,
+    Drive,
+    Identification,
+    Parameter,
+    Prefilter,
+    Record,
+    Sweep,
+    UsageError,
+    build,
+    coulomb,
+    identify,
+    newton,
+    sweep,
+    validate,
+    viscous,
+)
+from axisid.codegen import GeneratedAxis
+from axisid.estimation.drawing import drawn, rendered
+from axisid.estimation.estimate_plots import (
+    autocorrelation_plot,
+    convergence_plot,
+    force_plot,
+    spectrum_plot,
+)
+from axisid.estimation.friction import Friction, friction, friction_plot
+from axisid.estimation.plot import NoPlot, Plot, Series, drawable, readable_unit
+from axisid.estimation.result_plots import record_plot, result_plots, sweep_plot, tracking_plot
+
+x = Coordinate("x")
+m, k = Parameter("m", "kg", nominal=2.0), Parameter("k", "N/m")
+b, c = Parameter("b", "N/(m/s)"), Parameter("c", "N")
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+@pytest.fixture(scope="module")
+def swept(emps2015: GeneratedAxis, twin: Record) -> Sweep:
+    return sweep(emps2015, twin, (30.0, 90.0), methods=["idm-ls", "idm-iv"])
+
+
+def series(plot: Plot | NoPlot, panel: int, label: str) -> Series:
+    return next(s for s in drawable(plot).panels[panel].series if s.label.startswith(label))
+
+
+def moved() -> Record:
+    """Some motion with some force."""
+    time = np.arange(4000) * 1e-3
+    position = 0.3 * np.sin(5 * time) + 0.1 * np.sin(11 * time)
+    return Record(time=time, position=position, force=np.sin(7 * time) + position)
+
+
+def declared(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> GeneratedAxis:
+    return build(
+        newton(
+            "stage",
+            coordinate=x,
+            parameters=(m, *parameters),
+            inertia=m,
+            resistance=resistance,
+            drive=Drive(gain=1.0),
+        ),
+        native=False,
+    )
+
+
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-iv"])
+def test_reconstruction_and_error_add_up_to_the_measurement(
+    result: Identification, method: str
+) -> None:
+    plot = force_plot(result[method])
+    whole = series(plot, 0, "reconstructed").y + series(plot, 1, "error").y
+    assert whole == pytest.approx(series(plot, 0, "measured").y, rel=1e-12)
+    left = "force [N]" if method.startswith("idm") else "acceleration [m/s²]"
+    assert plot.panels[0].label == left
+
+
+def test_rows_are_at_their_own_times(result: Identification, twin: Record) -> None:
+    time = series(force_plot(result["idm-iv"]), 0, "measured").x
+    start, end = result.prefilter.dropped(twin.period)
+    assert start * twin.period <= time[0] < time[-1] <= (len(twin) - end) * twin.period
+    assert np.diff(time) == pytest.approx(10 * twin.period)
+
+
+def test_spectrum_holds_the_residuals_power(result: Identification) -> None:
+    """Parseval: the density's integral is the variance, up to the window and the mean."""
+    estimate = result["idm-iv"]
+    found = series(spectrum_plot(estimate), 0, "residuals")
+    power = float(np.sum(found.y) * (found.x[1] - found.x[0]))
+    assert power == pytest.approx(float(np.var(estimate.residuals)), rel=0.1)
+    assert found.x[-1] == pytest.approx(0.5 / (10 * estimate.period))
+
+
+def test_a_vibration_shows_at_its_frequency(result: Identification) -> None:
+    estimate = result["idm-iv"]
+    time = estimate.rows * estimate.period
+    shaken = replace(estimate, residuals=estimate.residuals + 5 * np.sin(2 * np.pi * 17 * time))
+    found = series(spectrum_plot(shaken), 0, "residuals")
+    assert found.x[np.argmax(found.y)] == pytest.approx(17, abs=0.5)
+
+
+def test_lags_are_in_seconds(result: Identification) -> None:
+    stems = autocorrelation_plot(result["idm-iv"]).panels[0].series[0]
+    assert stems.x[0] == pytest.approx(10 * result["idm-iv"].period)
+    assert list(stems.y) == list(result["idm-iv"].residual_tests.autocorrelation[1:])
+
+
+def test_convergence_ends_at_one_and_least_squares_has_none(result: Identification) -> None:
+    shares = drawable(convergence_plot(result["idm-iv"])).panels[0].series
+    assert [s.label for s in shares] == ["M", "Fv", "Fc"]
+    assert all(s.y[-1] == 1 for s in shares)
+    with pytest.raises(UsageError, match="no figure of the convergence: idm-ls is no iteration"):
+        result["idm-ls"].plot_convergence()
+
+
+def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
+    result: Identification,
+) -> None:
+    estimate = result["idm-iv"]
+    found = friction(result, estimate)
+    assert isinstance(found, Friction)
+    _, viscosity, coulombs = estimate.physical
+    v, force = found.law.T
+    expected = viscosity * v + coulombs * np.sign(v)
+    sliding = np.isfinite(force)
+    assert force[sliding] == pytest.approx(expected[sliding], rel=1e-9)
+    assert np.count_nonzero(~sliding) == 1  # rest is set-valued: the curve breaks there
+    fast = np.abs(found.binned[:, 0]) > 0.02
+    at = found.binned[fast, 0]
+    law = viscosity * at + coulombs * np.sign(at)
+    assert found.binned[fast, 1] == pytest.approx(law, abs=0.1 * np.abs(law).max())
+
+
+def test_gravity_and_springs_are_taken_off_the_friction() -> None:
+    axis = declared(viscous(b, x), coulomb(c, x), k * x, parameters=(b, c, k))
+    time = np.arange(6000) * 1e-3
+    q, w = 0.3 * np.sin(5 * time), 5.0
+    dq, ddq = 0.3 * w * np.cos(w * time), -0.3 * w**2 * np.sin(w * time)
+    force = 2.0 * ddq + 3.0 * dq + 1.5 * np.sign(dq) + 40.0 * q
+    record = Record(time=time, position=q, force=force)
+    result = identify(axis, record, Prefilter(cutoff=100.0, decimate=5, hold="raw"), ["idm-ls"])
+    found = friction(result, result["idm-ls"])
+    assert isinstance(found, Friction)
+    fast = np.abs(found.velocity) > 0.3
+    law = 3.0 * found.velocity + 1.5 * np.sign(found.velocity)
+    assert found.force[fast] == pytest.approx(law[fast], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("resistance", "parameters", "reason"),
+    [
+        (b * sympy.sin(x / Constant(1.0, "m")) ** 2 * x.velocity, (b,), "depends on the position"),
+        (k * x.symbol, (k,), "no term of the equation of motion depends on the velocity"),
+    ],
+)
+def test_friction_that_is_no_curve_over_the_velocity_is_refused(
+    resistance: sympy.Expr, parameters: tuple[Parameter, ...], reason: str
+) -> None:
+    axis = declared(resistance, parameters=parameters)
+    result = identify(axis, moved(), Prefilter(cutoff=50.0, decimate=5, hold="raw"), ["idm-ls"])
+    plot = friction_plot(result, result["idm-ls"])
+    assert isinstance(plot, NoPlot)
+    assert reason in plot.reason
+    with pytest.raises(UsageError, match=reason):
+        result.plot_friction()
+
+
+def test_tracking_agrees_with_the_validation_of_the_same_record(
+    result: Identification, twin: Record
+) -> None:
+    plot = drawable(tracking_plot(result, result["idm-iv"]))
+    difference = plot.panels[2].series[0].y
+    start, end = result.prefilter.dropped(twin.period)
+    rms = float(np.sqrt(np.mean(difference[start : len(twin) - end] ** 2)))
+    found = {v.method: v.position_error_rms for v in validate(result, twin)}
+    assert rms == pytest.approx(found["idm-iv"], rel=1e-9)
+    assert f"{rms:.3g} m (rms)" in plot.caption
+
+
+def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> None:
+    plot = record_plot(result)
+    (first, after), (before, last) = plot.shaded
+    start, end = result.prefilter.dropped(twin.period)
+    assert (first, after) == pytest.approx((0, start * twin.period))
+    assert last - before == pytest.approx(end * twin.period)
+    kept = replace(result, prefilter=replace(result.prefilter, drop=(0, 0)))
+    assert record_plot(kept).shaded == ()
+
+
+def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
+    plot = sweep_plot(swept, 60.0)
+    assert plot.marks == ((swept.recommended, "recommended"), (60.0, "used"))
+    for panel, quantity in zip(plot.panels, ("M", "Fv", "Fc"), strict=True):
+        assert panel.label.startswith(f"{quantity} [")
+        assert [s.label for s in panel.series] == ["IDM-LS", "IDM-IV"]
+        for s in panel.series:
+            assert s.low is not None
+            assert s.high is not None
+            assert np.all((s.low < s.y) & (s.y < s.high))
+
+
+def test_a_sweep_of_the_direct_model_alone_has_curves(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    plot = sweep_plot(sweep(emps2015, twin, (30.0, 90.0), methods=["ddm-iv"]))
+    assert all([s.label for s in panel.series] == ["DDM-IV"] for panel in plot.panels)
+
+
+def test_every_axis_of_every_figure_has_a_unit_or_counts(
+    result: Identification, swept: Sweep
+) -> None:
+    unitless = {"iteration", "autocorrelation", "share of last value"}
+    for plot in result_plots(result, swept):
+        for label in (drawable(plot).x_label, *(p.label for p in drawable(plot).panels)):
+            assert label in unitless or (label.endswith("]") and " [" in label), label
+
+
+def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(replace(emps2015.axis, control=None), twin)
+    missing = [p for p in result_plots(result) if isinstance(p, NoPlot)]
+    assert [p.name for p in missing] == ["convergence", "tracking"]
+    with pytest.raises(UsageError, match="no control law"):
+        result.plot_tracking()
+
+
+def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
+    plot = autocorrelation_plot(result.judged)
+    for form, magic in (("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")):
+        first, second = (rendered(drawn(plot), form) for _ in range(2))
+        assert first == second
+        assert first.startswith(magic)
+
+
+def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> None:
+    figures = [
+        result["idm-iv"].plot_force(),
+        result.plot_force("idm-ls"),
+        result.plot_autocorrelation(),
+        result.plot_spectrum(),
+        result.plot_convergence(),
+        result.plot_friction(),
+        result.plot_tracking(),
+        result.plot_record(),
+        swept.plot(),
+    ]
+    for figure in figures:
+        axes = figure.get_axes()
+        assert axes
+        assert all(a.get_ylabel() and a.has_data() for a in axes)
+        assert axes[-1].get_xlabel()
+    assert [line.get_label() for line in figures[0].get_axes()[0].get_lines()] == [
+        "measured",
+        "error, IDM-IV",
+        "reconstructed, IDM-IV",
+    ]
+    assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    with pytest.raises(UsageError, match=r"no 'nonsense'; choose from idm-ls, ddm-ls"):
+        result.plot_force("nonsense")
+
+
+def test_a_series_of_unequal_columns_is_refused() -> None:
+    with pytest.raises(UsageError, match="lengths"):
+        Series(label="a", x=np.zeros(2), y=np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown"),
+    [("m/s^2", "m/s²"), ("kg m^2", "kg m²"), ("s^-1", "s⁻¹"), ("s^(1/2)", "s^(1/2)")],
+)
+def test_powers_of_units_are_raised(unit: str, shown: str) -> None:
+    assert readable_unit(unit) == shown
+
+
+def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
+    html = result._repr_html_()
+    for text in ("<th>Fv</th><td>N/(m/s)</td>", "<th>IDM-LS</th>", "simulation error"):
+        assert text in html
+    value = result["idm-iv"].parameters["M"]
+    assert f"{value.value:.4f} ± {value.sd_hac:.4f}" in html
+    failed = [check for check in result.verdict if check.status == "fail"]
+    assert html.count("✗") == len(failed)
+    hostile = replace(result.record.provenance, source="<script>alert(1)</script>")
+    spoiled = replace(result, record=replace(result.record, provenance=hostile))
+    assert "<script" not in spoiled._repr_html_()
+
+
+def test_gaps_are_marked_and_what_is_masked_is_shaded(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    cut = replace(twin, segments=((0, 3000), (3000, 3050), (3050, 7801)), masked=((5000, 5100),))
+    found = identify(emps2015, cut, methods=["idm-ls"])
+    plot = record_plot(found)
+    assert plot.marks == ((pytest.approx(3.0), "gap"), (pytest.approx(3.05), "gap"))
+    kept = found.prefilter.kept(len(twin), twin.period)
+    middle = [(first + last) / 2 for first, last in plot.shaded]
+    assert not kept[np.round(np.array(middle) / twin.period).astype(int)].any()
+    # Both ends, the segment that is too short with its neighbours' ends, and what is masked.
+    assert len(plot.shaded) == 4
+    assert drawable(tracking_plot(found, found["idm-ls"])).marks == plot.marks

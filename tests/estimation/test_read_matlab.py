@@ -1,0 +1,120 @@
+"""MATLAB files of every version; objects that only MATLAB opens come with the command to run."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from axisid import DataError, read_record
+
+N = 40
+T = 1e-3 * np.arange(N)
+Q = np.sin(T * 200)
+COLUMNS = {"time": "t", "position": "q"}
+
+
+def hdf5(file: Path, fill: Callable[[Any], None]) -> Path:
+    """A v7.3 file: HDF5 behind MATLAB's own header of 512 bytes."""
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(file, "w", userblock_size=512) as content:
+        fill(content)
+    with file.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    return file
+
+
+def stored(group: Any, name: str, values: np.ndarray, kind: str = "double") -> Any:
+    data = group.create_dataset(name, data=np.atleast_2d(values))
+    data.attrs["MATLAB_class"] = np.bytes_(kind)
+    return data
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+def test_vectors_are_columns(tmp_path: Path, version: str) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"t": T, "q": Q, "kp": 3.0}, format=version)  # type: ignore[arg-type]
+    assert np.array_equal(read_record(file, columns=COLUMNS).position, Q)
+
+
+def test_structures_cells_and_matrices_have_dotted_names(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    signals = np.array([{"label": "set", "values": 2 * Q}, {"label": "act", "values": Q}])
+    savemat(file, {"out": {"time": T, "signals": signals}, "M": np.column_stack([T, Q])})
+    record = read_record(
+        file, columns={"time": "out.time", "position": "out.signals.2.values", "force": "M.2"}
+    )
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.force, Q)
+    with pytest.raises(DataError, match=r"found out\.time, out\.signals\.1\.values"):
+        read_record(file)
+
+
+def test_last_part_of_a_name_serves_where_it_is_the_only_one(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"log": {"t": T, "q": Q}, "other": {"t": T}})
+    with pytest.raises(DataError, match="no column 't' for the time"):
+        read_record(file, columns=COLUMNS)
+    assert np.array_equal(read_record(file, columns=COLUMNS | {"time": "log.t"}).position, Q)
+
+
+def test_version_7_3_is_read(tmp_path: Path) -> None:
+    def fill(content: Any) -> None:
+        stored(content, "t", T)
+        log = content.create_group("log")
+        stored(log, "q", Q)
+        stored(log, "M", np.vstack([Q, 3 * Q]))  # MATLAB stores a matrix transposed
+        stored(log, "name", np.frombuffer(b"axis", dtype="u1").astype("u2"), "char")
+
+    file = hdf5(tmp_path / "log.mat", fill)
+    record = read_record(file, columns=COLUMNS | {"force": "log.M.2"})
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.force, 3 * Q)
+    assert "MATLAB v7.3" in record.provenance.assumed
+    with pytest.raises(DataError, match=r"found log\.M\.1, log\.M\.2, log\.q, t"):
+        read_record(file)
+
+
+def test_timeseries_of_version_7_3_is_explained_with_the_command(tmp_path: Path) -> None:
+    def fill(content: Any) -> None:
+        stored(content, "t", T)
+        data = stored(content, "pos", np.array([0xDD000000, 2, 1, 1, 1, 1], "u4"), "timeseries")
+        data.attrs["MATLAB_object_decode"] = np.int32(3)
+
+    file = hdf5(tmp_path / "log.mat", fill)
+    with pytest.raises(DataError, match=r"x = squeeze\(pos\.Data\); save\('log\.mat', 't', 'x'"):
+        read_record(file)
+
+
+def opaque(name: str) -> bytes:
+    """A v7 file with one object, as MATLAB writes a timeseries: an opaque element."""
+
+    def element(kind: int, data: bytes) -> bytes:
+        return struct.pack("<II", kind, len(data)) + data + b"\0" * (-len(data) % 8)
+
+    flags = element(6, struct.pack("<II", 17, 0))
+    reference = element(6, struct.pack("<II", 13, 0)) + element(5, struct.pack("<ii", 1, 6))
+    reference += element(1, b"") + element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))
+    inner = element(14, reference)
+    names = b"".join(element(1, text) for text in (name.encode(), b"MCOS", b"timeseries"))
+    header = b"MATLAB 5.0 MAT-file".ljust(116) + b"\0" * 8 + b"\x00\x01IM"
+    return header + element(14, flags + names + inner)
+
+
+def test_timeseries_of_version_7_is_explained_with_the_command(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    file.write_bytes(opaque("pos"))
+    with pytest.raises(DataError, match=r"variables are pos\. pos is an object.*t = pos\.Time"):
+        read_record(file)
+
+
+def test_damaged_version_7_3_is_explained(tmp_path: Path) -> None:
+    file = hdf5(tmp_path / "log.mat", lambda content: stored(content, "t", T))
+    content = file.read_bytes()
+    for size in (513, 700, len(content) // 2):
+        file.write_bytes(content[:size])
+        with pytest.raises(DataError, match=r"log\.mat"):
+            read_record(file)

@@ -1,0 +1,182 @@
+"""A log read in blocks gives what the whole log gives, in a memory that does not grow with it."""
+
+import tracemalloc
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axisid import (
+    DataError,
+    Parameter,
+    Prefilter,
+    Record,
+    UsageError,
+    build,
+    friction_ladder,
+    identify,
+    load_axis,
+)
+from axisid.codegen import GeneratedAxis
+from axisid.estimation import LogBlocks, StreamedEstimate, identify_stream
+
+
+def in_blocks(record: Record, rows: int) -> list[dict[str, np.ndarray]]:
+    columns = {r: v for r, v in record.channels().items() if r in ("time", "position", "control")}
+    return [
+        {role: values[k : k + rows] for role, values in columns.items()}
+        for k in range(0, len(record), rows)
+    ]
+
+
+def check_same(streamed: StreamedEstimate, axis: GeneratedAxis, record: Record) -> None:
+    filter_ = replace(streamed.prefilter)
+    whole = identify(axis, record, filter_, ["idm-ls"])["idm-ls"]
+    assert streamed.rows == len(whole.y)
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-10)
+    assert streamed.covariance == pytest.approx(whole.covariances["iid"], rel=1e-8)
+    assert streamed.covariance_hac == pytest.approx(whole.covariances["hac"], rel=1e-8)
+    assert f"{streamed.lags} lags" in whole.covariance_names["hac"]
+    assert streamed.equation_error_percent == pytest.approx(whole.equation_error_percent, rel=1e-10)
+    assert streamed.condition_number == pytest.approx(whole.condition_number, rel=1e-8)
+
+
+@settings(max_examples=12)
+@given(
+    rows=st.sampled_from([37, 700, 2048, 7801, 10_000]),
+    cutoff=st.sampled_from([25.0, 60.0, 200.0]),
+    decimate=st.sampled_from([1, 4, 10]),
+    decimation=st.sampled_from(["matlab", "scipy"]),
+    drop=st.sampled_from([None, (0, 0), (49, 3)]),
+    hold=st.sampled_from(["raw", "zoh", None]),
+)
+def test_blocks_of_any_size_give_the_estimate_of_the_whole_record(
+    emps2015: GeneratedAxis,
+    twin: Record,
+    rows: int,
+    cutoff: float,
+    decimate: int,
+    decimation: str,
+    drop: tuple[int, int] | None,
+    hold: str | None,
+) -> None:
+    filter_ = Prefilter(
+        cutoff=cutoff,
+        decimate=decimate,
+        decimation=decimation,  # type: ignore[arg-type]
+        drop=drop,
+        hold=hold,  # type: ignore[arg-type]
+    )
+    streamed = identify_stream(emps2015, in_blocks(twin, rows), filter_)
+    check_same(streamed, emps2015, replace(twin, sample_period=None))
+
+
+def test_real_record_in_blocks(emps: GeneratedAxis, emps_record: Record) -> None:
+    streamed = identify_stream(emps, in_blocks(emps_record, 5000), sample_period=1e-3)
+    check_same(streamed, emps, emps_record)
+
+
+class Endless:
+    """A log of any length, made as it is read: nothing of it stays in memory."""
+
+    def __init__(self, samples: int, rows: int) -> None:
+        self.samples, self.rows = samples, rows
+
+    def __iter__(self) -> Iterator[dict[str, np.ndarray]]:
+        for start in range(0, self.samples, self.rows):
+            k = np.arange(start, min(start + self.rows, self.samples))
+            t = 1e-3 * k
+            q = 0.1 * np.sin(7 * t) + 0.02 * np.sin(31 * t)
+            yield {"time": t, "position": q, "control": np.cos(7 * t) + np.sin(3 * t)}
+
+
+def test_memory_does_not_grow_with_the_log(emps2015: GeneratedAxis) -> None:
+    peaks = {}
+    for samples in (50_000, 400_000):
+        tracemalloc.start()
+        result = identify_stream(emps2015, Endless(samples, 10_000))
+        peaks[samples] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert result.samples == samples
+    assert peaks[400_000] < 1.1 * peaks[50_000]
+    # Three columns of the whole log alone would take 9.6 MB.
+    assert peaks[400_000] < 9.6e6
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_files_are_read_in_blocks(
+    tmp_path: Path, emps2015: GeneratedAxis, twin: Record, ending: str
+) -> None:
+    columns = {
+        "t [ms]": 1e3 * twin.time,
+        "pos [mm]": 1e3 * twin.position,
+        "volts": np.array(twin.control),
+    }
+    file = tmp_path / f"log{ending}"
+    if ending == ".csv":
+        rows = zip(*columns.values(), strict=True)
+        lines = [";".join(f"{x:.17g}".replace(".", ",") for x in row) for row in rows]
+        file.write_text("\n".join([";".join(columns), *lines]))
+    else:
+        pa = pytest.importorskip("pyarrow")
+        pytest.importorskip("pyarrow.parquet").write_table(pa.table(columns), file)
+    blocks = LogBlocks(
+        file=file,
+        axis=emps2015.axis,
+        columns={"time": "t", "position": "pos", "control": "volts"},
+        rows=1000,
+    )
+    provenance = blocks.provenance()
+    assert "position: mm -> m" in provenance.assumed
+    streamed = identify_stream(emps2015, blocks, provenance=provenance)
+    whole = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"]
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-8)
+    assert "read in blocks" in str(streamed)
+
+
+def test_log_that_would_need_repairs_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    blocks = in_blocks(twin, 1000)
+    with pytest.raises(DataError, match=r"time step before data row 3001 is 1\.001 s"):
+        identify_stream(emps2015, [*blocks[:3], *blocks[4:]])
+    spoilt = dict(blocks[2], position=np.where(np.arange(1000) == 7, np.nan, 0.0))
+    with pytest.raises(DataError, match="position is nan in data row 2008"):
+        identify_stream(emps2015, [*blocks[:2], spoilt, *blocks[3:]])
+    with pytest.raises(DataError, match="there is no time column"):
+        identify_stream(emps2015, [{r: b[r] for r in ("position", "control")} for b in blocks])
+    with pytest.raises(DataError, match="neither a force nor a control"):
+        identify_stream(emps2015, [{r: b[r] for r in ("time", "position")} for b in blocks])
+
+
+def test_what_cannot_be_streamed_is_refused(
+    tmp_path: Path, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    with pytest.raises(UsageError, match="cannot be read in blocks"):
+        list(LogBlocks(file=tmp_path / "log.mat"))
+    with pytest.raises(DataError, match="there is no such file"):
+        list(LogBlocks(file=tmp_path / "log.csv"))
+    with pytest.raises(DataError, match="the record has 100 samples"):
+        identify_stream(emps2015, [{r: v[:100] for r, v in in_blocks(twin, 500)[0].items()}])
+
+
+def test_axis_that_is_not_linear_is_refused() -> None:
+    rung = friction_ladder(load_axis("emps2015"), stribeck=0.02)
+    base = next(iter(rung.values()))
+    v = Parameter("v", "m/s", nominal=0.02, lower=1e-3)
+    level = Parameter("Fs", "N")
+    peak = level * sympy.exp(-((base.coordinate.velocity / v.symbol) ** 2))
+    axis = replace(
+        base, parameters=(*base.parameters, v, level), force=base.force + peak, control=None
+    )
+    axis = replace(axis, experiment=None)
+    with pytest.raises(UsageError, match="is not linear in its parameters"):
+        identify_stream(build(axis), [])
+
+
+def test_names_of_the_library_are_those_of_the_whole(emps2015: GeneratedAxis) -> None:
+    result = identify_stream(load_axis("emps2015"), Endless(5000, 1000))
+    assert list(result.to_dict()["parameters"]) == [p.name for p in emps2015.parameters]

@@ -1,0 +1,58 @@
+"""Every library axis from its twin: the intervals hold the truth."""
+
+import time
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import LIBRARY, Identification, derive, identify, load_axis, twin_record
+from axisid.codegen import axis_artefacts
+from benchmarks.library import PREFILTER, PREFILTERS, case, outside
+
+NO_DIRECT_MODEL = ("crank", "linear_motor")
+
+
+@cache
+def identified(name: str) -> Identification:
+    axis = case(name)
+    return identify(axis, twin_record(axis), PREFILTERS.get(name, PREFILTER))
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_least_squares_and_instruments_recover_the_twin_in_their_own_intervals(name: str) -> None:
+    """One noise; `benchmarks/library.py` counts over many that the intervals do so in general."""
+    result = identified(name)
+    direct = [] if name in NO_DIRECT_MODEL else ["ddm-ls", "ddm-iv"]
+    assert set(result.estimates) == {"idm-ls", "idm-iv", *direct}
+    assert outside(result) == []
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_intervals_are_of_use(name: str) -> None:
+    for value in identified(name)["idm-iv"].parameters.values():
+        assert value.sd_hac < 0.25 * abs(value.value)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_twins_stay_within_what_their_drive_can_do(name: str) -> None:
+    axis, record = load_axis(name), twin_record(load_axis(name))
+    assert record.control is not None
+    assert np.abs(record.control).max() < 0.9 * axis.drive.limit
+
+
+@pytest.mark.parametrize("name", NO_DIRECT_MODEL)
+def test_axes_with_an_inertia_of_the_position_do_without_the_direct_model(name: str) -> None:
+    result = identified(name)
+    assert set(result.skipped) == {"ddm-ls", "ddm-iv"}
+    assert "depends on q" in result.skipped["ddm-iv"]
+    error = result["idm-iv"].simulation_error_percent
+    assert error is not None
+    assert error < 10
+
+
+def test_every_library_axis_derives_and_generates_in_under_five_seconds() -> None:
+    for name in LIBRARY:
+        begin = time.perf_counter()
+        axis_artefacts(derive(load_axis(name)))
+        assert time.perf_counter() - begin < 5, name
