@@ -11,9 +11,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from axisid import LIBRARY, AxisModel, Prefilter, derive, load_axis  # noqa: E402
-from axisid.modeling import Axis, describe_combinations, named_constants  # noqa: E402
-from benchmarks.library import LAWS, PREFILTER, PREFILTERS  # noqa: E402
+from axisid import LIBRARY, AxisModel, Prefilter, derive, load_axis
+from axisid.modeling import Axis, describe_combinations, named_constants
+from benchmarks.library import LAWS, PREFILTER, PREFILTERS
 
 FOLDER = ROOT / "docs" / "axes"
 
@@ -80,7 +80,7 @@ def _identifiable(model: AxisModel) -> str:
 def _twin(axis: Axis) -> str:
     if axis.control is None or axis.experiment is None:
         return "It has none."
-    settings = Prefilter(hold="zoh") if axis.name in LAWS else _prefilter(axis.name)
+    settings = prefilter_of(axis.name)
     options = [f"--cutoff {settings.cutoff:g}", f"--decimate {settings.decimate}", "--hold zoh"]
     if settings.drop is not None:
         options.insert(2, "--drop {} {}".format(*settings.drop))
@@ -92,8 +92,9 @@ def _twin(axis: Axis) -> str:
     )
 
 
-def _prefilter(name: str) -> Prefilter:
-    return PREFILTERS.get(name, PREFILTER)
+def prefilter_of(name: str) -> Prefilter:
+    """The filter that suits the twin of a library axis."""
+    return Prefilter(hold="zoh") if name in LAWS else PREFILTERS.get(name, PREFILTER)
 
 
 def main() -> None:

@@ -31,7 +31,7 @@ _EXACT_FACTOR = 0.01  # the same where the law fits otherwise
 _SAME_PERIOD = 2e-3
 _LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
-_CLEARLY_BETTER = 0.5  # of the residual without a shift
+_CLEARLY_BETTER = 0.7  # of the residual without a shift
 _CONSTANT = "constant"
 _SETTLE = 10  # samples in which the law's memory fills
 
@@ -175,7 +175,8 @@ def _scaled(control: Array, terms: Array, names: list[str]) -> dict[str, float]:
         return {}
     if fit is None:
         return {}
-    deviations = np.sqrt(np.diag(Hac(_LAGS).matrix(fit)))
+    lags = min(_LAGS, len(control) // 4)
+    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
     far = np.maximum(_EXACT_FACTOR, 3 * deviations)
     return {
         name: float(value)
@@ -243,13 +244,17 @@ def _fault(
         )
     values = np.array(list(factors.values()))
     common = float(np.median(values)) if factors else 1.0
-    if fitted is None or fitted > GOOD_RESIDUAL or abs(common - 1) < _GOOD_FACTOR:
+    off = [name for name, value in factors.items() if abs(value - 1) >= _GOOD_FACTOR]
+    if fitted is None or fitted > GOOD_RESIDUAL or not off:
         return (
             f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
             "drive's limit and the noise"
         )
     if not np.all(np.abs(values / common - 1) < _GOOD_FACTOR):
-        return f"{start}check the gains, the velocity filter and the period"
+        return (
+            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity filter "
+            "and the period"
+        )
     if abs(common + 1) < _GOOD_FACTOR:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"
     for scale, what in ((1e3, "metres for millimetres"), (1e-3, "millimetres for metres")):

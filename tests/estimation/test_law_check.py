@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from axisid import (
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
     ControlLaw,
+    Memory,
     Prefilter,
     Record,
     build,
@@ -140,7 +144,48 @@ def test_wrong_gain_is_named_by_its_product(emps: GeneratedAxis, emps_record: Re
     check = check_law(build(replace(emps.axis, control=halved)), emps_record)
     assert isinstance(check, LawCheck)
     assert check.factors["kp*kv"] == pytest.approx(2.0, rel=0.01)
-    assert "check the gains, the velocity filter and the period" in check.meaning
+    assert "check kp*kv, the velocity filter and the period" in check.meaning
+
+
+def test_one_wrong_gain_among_right_ones_is_named() -> None:
+    """The others' factors are 1, and so is their median."""
+    last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    total = Memory("total", following=gain("total") + REFERENCE - MEASURED_POSITION, start=0)
+    pid = ControlLaw(
+        name="PID",
+        period=1e-3,
+        gains={"p": 39000.0, "i": 50.0, "d": 243.0},
+        output=gain("p") * (REFERENCE - MEASURED_POSITION)
+        + gain("i") * total.symbol
+        - gain("d") * (MEASURED_POSITION - last.symbol) / PERIOD,
+        memory=(last, total),
+    )
+    axis = replace(load_axis("emps2015"), control=pid)
+    assert axis.experiment is not None
+    axis = replace(axis, experiment=replace(axis.experiment, position_noise=1e-7))
+    record = twin_record(axis)
+    wrong = replace(pid, gains={**pid.gains, "d": 300.0})
+    check = check_law(build(replace(axis, control=wrong)), record)
+    assert isinstance(check, LawCheck)
+    assert check.factors == pytest.approx({"p": 1.0, "i": 1.0, "d": 0.81}, rel=1e-3)
+    assert "check d, the velocity filter and the period" in check.meaning
+
+
+def test_record_of_a_fraction_of_a_second_is_checked_too(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    columns = {role: values[:250] for role, values in record.channels().items()}
+    check = check_law(emps2015, replace(record, **columns))  # type: ignore[arg-type]
+    assert isinstance(check, LawCheck)
+    assert check.factors["kv"] == pytest.approx(1.0, abs=0.2)
+
+
+def test_control_that_is_logged_two_samples_late_is_named(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    assert record.control is not None
+    late = replace(record, control=np.roll(record.control, 2))
+    check = check_law(emps2015, late)
+    assert isinstance(check, LawCheck)
+    assert "not in time" in check.meaning
 
 
 def test_wrong_law_is_said_beside_the_estimates() -> None:

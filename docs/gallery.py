@@ -1,0 +1,42 @@
+# %% [markdown]
+# # Gallery of the library axes
+#
+# Axes that ship: each a file of a screenful in `modeling/library`, with generated code, a page and a twin.
+# The figures show the twin's measured and reconstructed force by IDM-IV. Start your own from the nearest.
+
+# %% tags=["remove-input"]
+from IPython.display import Markdown, display
+from matplotlib import pyplot as plt
+
+from axisid import LIBRARY, identify, load_axis, twin_record
+from docs.axis_pages import prefilter_of
+
+for name in LIBRARY:
+    axis = load_axis(name)
+    result = identify(axis, twin_record(axis), prefilter_of(name), ["idm-iv"])
+    rows = ", ".join(
+        f"{n} = {v.value:.4g} ± {v.sd_hac:.1g} {v.unit}"
+        for n, v in result["idm-iv"].parameters.items()
+    )
+    heading = f"## [{name}](axes/{name}.md): {axis.title}"
+    display(Markdown(f"{heading}\n\n`tau = {axis.force}`\n\nIDM-IV on its twin: {rows}."))
+    figure = result.plot_force()
+    figure.set_size_inches(7, 3.2)
+    display(figure)
+    plt.close(figure)
+
+# %% [markdown]
+# ```{toctree}
+# :caption: Pages
+# :maxdepth: 1
+#
+# axes/emps2015
+# axes/emps
+# axes/pendulum
+# axes/vertical_screw
+# axes/belt_axis
+# axes/rotary_table
+# axes/valve
+# axes/crank
+# axes/linear_motor
+# ```

@@ -1,0 +1,54 @@
+# %% [markdown]
+# # Choose the filter
+#
+# One setting decides more than the estimator: the cut-off of the low-pass on the position. Too low, and it
+# rounds the motion, most where friction reverses. Too high, and noise reaches velocity and acceleration,
+# where it biases least squares.
+#
+# **Rule of thumb**: 3 to 10 times the bandwidth of the position loop. Keep one row in N such that the
+# decimation's edge, 0.4 times the sampling frequency over N, is at or below the cut-off; then force and
+# motion are filtered alike.
+#
+# ## Let the record decide
+#
+# `axisid sweep` identifies at many cut-offs, the decimation following along. Least squares drifts from
+# where noise begins to bias it; instruments stay.
+
+# %%
+import axisid
+
+axis = axisid.build(axisid.load_axis("emps2015"))
+record = axisid.twin_record(axis)
+swept = axisid.sweep(axis, record, axisid.estimation.default_cutoffs(1 / record.period, points=8))
+print(swept.reason)
+swept.plot()
+
+# %% [markdown]
+# On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it (`--no-sweep` leaves it out).
+#
+# ## What the filter itself does
+#
+# The loop simulated with the estimate is a record without noise. What the same filter and estimator make
+# of it should be the estimate; what it is off by is the filter's own bias, in no standard deviation. It is
+# in the verdict, and each value has it:
+
+# %%
+result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
+for name, value in result["idm-iv"].parameters.items():
+    print(f"{name}: {value.value:.4g} +- {value.sd_hac:.2g}, filter bias {value.filter_bias:+.2g}")
+
+# %% [markdown]
+# ## The other settings
+#
+# | setting | |
+# |---|---|
+# | `hold` | `zoh` pairs each acceleration with the mean of the forces that the drive held before and after the sample; `raw` with the force after it, half a sample late. The default is zoh for a control that is held, raw for a measured force or a continuous law. |
+# | `drop` | Samples left out at both ends. By default the whole record is filtered, and rows within the filter's transient of an end are left out. Ends that are named are cut before the decimation, as the published recipe of EMPS has it: the decimation then continues the record from the last sample kept, which gives that sample much weight. |
+# | `decimation` | `matlab` aligns the rows to the end of the record, `scipy` to its start. |
+# | `order` | Of the Butterworth low-pass, applied forward and backward. 4 does. |
+#
+# ## Sharp terms
+#
+# A Stribeck peak, a narrow cogging or a stop changes faster than any low-pass follows, whenever the axis
+# passes it. Such terms come out biased by every method. Move slowly there, or raise the cut-off and keep
+# the decimation.

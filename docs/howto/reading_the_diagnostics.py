@@ -1,0 +1,118 @@
+# %% [markdown]
+# # Read the diagnostics
+#
+# A wrong unit, sign or clock leaves a perfect-looking fit. Under every result there is a verdict: a list of
+# checks, each *pass*, *fail* or *not evaluated*, with its figure, threshold, the source of the threshold,
+# and a sentence that says what it means. A failed check is a reason to look, not a gate.
+#
+# Here a good record is spoilt on purpose, to see what each fault looks like.
+
+# %%
+from dataclasses import replace
+
+import numpy as np
+
+import axisid
+
+axis = axisid.build(axisid.load_axis("emps2015"))
+record = axisid.twin_record(axis)
+
+
+def failures(changed: axisid.Record) -> None:
+    """What fails on a record, without what fails on every one."""
+    result = axisid.identify(axis, changed)
+    values = ", ".join(f"{n} {v.value:.4g}" for n, v in result["idm-ls"].parameters.items())
+    print(f"IDM-LS: {values}; equation error {result['idm-ls'].equation_error_percent:.1f} %")
+    for reason in set(result.failed.values()):
+        print(f"      {reason}")
+    for check in result.verdict:
+        if check.status == "fail" and check.name not in ACCEPTED:
+            print(f"FAIL  {check.name}: {check.meaning}")
+
+
+good = axisid.identify(axis, record)
+for check in good.verdict:
+    if check.status == "fail":
+        print(f"FAIL  {check.name}: {check.meaning}")
+ACCEPTED = {"independent residuals", "filter bias"}
+
+# %% [markdown]
+# These are typical of filtered data and nothing to worry about: the residuals are autocorrelated (so
+# believe the HAC deviations), their sign changes fast because the decimation filter has a sharp edge, and
+# the low-pass rounds the reversals of Coulomb friction. From here on the first and the last are left out.
+#
+# ## The control is logged with another gain
+#
+# An ADC or a scaling of the drive makes the control 10 % larger. The fit is as good as before: the mass is
+# just 10 % larger too.
+
+# %%
+failures(replace(record, control=1.1 * record.control))
+
+# %% [markdown]
+# ## Millimetres taken for metres
+
+# %%
+failures(replace(record, reference=1e3 * record.reference, position=1e3 * record.position))
+
+# %% [markdown]
+# ## A flipped sign
+
+# %%
+failures(replace(record, control=-record.control))
+
+# %% [markdown]
+# ## The control is logged two samples late
+
+# %%
+failures(replace(record, control=np.roll(record.control, 2)))
+
+# %% [markdown]
+# ## A term that the model lacks
+#
+# A record of the same axis with a force of 15 N that depends on the position, as of cogging:
+
+# %%
+import sympy
+
+from axisid import Constant
+
+declared = axis.declared
+size, pitch = Constant(15.0, "N", "size"), Constant(40.0, "1/m", "pitch")
+cogging = size * sympy.sin(pitch * declared.coordinate.symbol)
+failures(axisid.twin_record(replace(declared, force=declared.force + cogging)))
+
+# %% [markdown]
+# ## A motion that does not show a parameter
+#
+# One slow move in one direction: viscous and Coulomb friction look alike. The deviations say so, and the
+# reason is given in words. Instruments do not help.
+
+# %%
+slow = (axisid.Move(distance=0.05, speed=0.02, acceleration=2.0),)
+experiment = replace(declared.experiment, moves=slow)
+failures(axisid.twin_record(replace(declared, experiment=experiment)))
+
+# %% [markdown]
+# ## The checks
+#
+# | check | fails where | what to do |
+# |---|---|---|
+# | control law | the law's terms do not add up to the recorded control (5 % of its norm) | the factors name the unit, sign, gain or delay; mend it first |
+# | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
+# | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects | lower the cut-off, or believe the instruments |
+# | self-test | IDM-IV and DDM-IV differ | never, unless the loop does not satisfy the model |
+# | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
+# | precision | a parameter's deviation exceeds 30 % of it | the sentence says why the record does not show it |
+# | bounds | a value is outside its declared bounds | signs and units |
+# | fixed values | what was fixed contradicts the record | the fixed value, or the model |
+# | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |
+# | simulation | the simulated loop leaves half of the force unexplained | law, signs, units; or the record is mostly noise |
+# | independent residuals, runs of one sign | the residuals are autocorrelated | believe the HAC deviations |
+# | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals |
+# | normal residuals | heavy tails | outliers, or reversals |
+# | filter bias | the prefilter alone moves a value by more than its deviation | raise the cut-off, keep the decimation; or subtract it |
+# | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
+#
+# `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
+# [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.

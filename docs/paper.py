@@ -1,0 +1,93 @@
+# %% [markdown]
+# # The paper, table by table
+#
+# Brunot et al., *Physical parameter identification of a one-degree-of-freedom electromechanical system
+# operating in closed loop* (SYSID 2015, [Brunot2015](references)), identify a ball-screw stage under two
+# filters: an appropriate one (60 Hz, 1 of 10) and an inappropriate one (180 Hz, 1 of 3), which lets noise
+# through. The record is not public. What follows is a *twin*: the paper's axis with the paper's
+# parameters, gains and noise, simulated; the motion and the velocity sensor are ours. The twin's figures
+# stand beside the published ones and agree in kind, not digit by digit. This page is made by a run.
+
+# %%
+from axisid.paper import run_study, table_text
+
+study = run_study()
+
+# %% [markdown]
+# ## Appropriate filter
+#
+# Table 1: the inverse model. Least squares and instruments agree; the force is reconstructed to 5 %.
+
+# %%
+print(table_text(study, 1))
+
+# %% [markdown]
+# Table 2: the direct model, in its own parameters $\theta = (1/M, F_v/M, F_c/M)$.
+
+# %%
+print(table_text(study, 2))
+
+# %% [markdown]
+# Table 3: the same mapped to the physical parameters. The paper maps by hand and states that the
+# deviations "cannot be easily calculated"; here they come from the generated Jacobian.
+
+# %%
+print(table_text(study, 3))
+
+# %% [markdown]
+# Tables 4 and 5: the instrumental variables by iteration. They stand still after two or three.
+
+# %%
+print(table_text(study, 4))
+print()
+print(table_text(study, 5))
+
+# %% [markdown]
+# Figure 3: measured force, the force reconstructed by IDM-IV, and their difference.
+
+# %%
+study.appropriate["idm-iv"].plot_force()
+
+# %% [markdown]
+# ## Inappropriate filter
+#
+# Table 6: noise biases least squares; the mass comes out at about half. Instruments do not notice.
+
+# %%
+print(table_text(study, 6))
+
+# %% [markdown]
+# Tables 7 and 8: the direct model, and mapped. The bias of the twin's DDM-LS has the paper's sign, not
+# its size: that depends on how the drive makes its velocity from the noisy position, which the paper does
+# not say.
+
+# %%
+print(table_text(study, 7))
+print()
+print(table_text(study, 8))
+
+# %% [markdown]
+# Figure 4: what least squares makes of the force under the inappropriate filter.
+
+# %%
+study.inappropriate["idm-ls"].plot_force()
+
+# %% [markdown]
+# ## How to read the errors
+#
+# For LS the error is that of the equation, $\|y - X\hat\theta\| / \|y\|$. No other estimate can have a
+# smaller one on the same $X$, so the paper's 6.6 % of IV beside 48.7 % of LS (table 6) can only be the
+# *simulation* error, $\|y - Z\hat\theta\| / \|y\|$ with $Z$ from the simulated, noise-free loop. axisid
+# reports both, under two names.
+#
+# The twin's viscous friction comes out low under both filters, because force and motion are paired as in
+# the paper (`hold` raw), the force half a sample late. With `hold` zoh it comes within 1 % of the truth:
+
+# %%
+from dataclasses import replace
+
+from axisid import identify
+
+held = replace(study.inappropriate.prefilter, hold="zoh")
+result = identify(study.inappropriate.axis, study.inappropriate.record, held, ["idm-iv"])
+print(result["idm-iv"].parameters["Fv"])
