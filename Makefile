@@ -1,5 +1,6 @@
 # make identify : the main job on the built-in twin of the paper's axis
 # make test     : everything that must pass before a change lands
+# make docs     : the documentation, build/docs/index.html
 # make bench    : how fast it is, as ratios
 # PYTHON=... chooses the interpreter of the environment (3.11 or later).
 
@@ -11,7 +12,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 CODE := modeling codegen estimation src/axisid/*.py src/axisid/report tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
-.PHONY: help identify generate check test bench lint types tests lock clean
+.PHONY: help identify generate check test bench lint types tests docs lock clean
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -22,7 +23,7 @@ identify: $(VENV)/.run
 generate: $(VENV)/.run
 	$(BIN)/axisid generate
 
-test: lint types check tests
+test: lint types check tests docs
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/simulation.py
@@ -41,6 +42,10 @@ check: $(VENV)/.test
 tests: $(VENV)/.test
 	$(BIN)/pytest -n auto
 
+# Pages that are programs are run; a warning is an error.
+docs: $(VENV)/.docs
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --fresh-env docs build/docs
+
 # Rewrites the pinned and hashed requirement files; needs uv.
 lock:
 	uv pip compile --quiet --universal --generate-hashes --no-header --no-emit-index-url \
@@ -49,6 +54,9 @@ lock:
 	uv pip compile --quiet --universal --generate-hashes --no-header --no-emit-index-url \
 		--no-emit-find-links --python-version 3.11 --extra test pyproject.toml requirements/build.in \
 		-c requirements/run.txt -o requirements/test.txt
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-emit-index-url \
+		--no-emit-find-links --python-version 3.11 --extra docs pyproject.toml requirements/build.in \
+		-c requirements/test.txt -o requirements/docs.txt
 
 clean:
 	rm -rf $(VENV) build dist src/*.egg-info results .mypy_cache .pytest_cache .ruff_cache
@@ -68,4 +76,8 @@ $(VENV)/.run: requirements/run.txt pyproject.toml modeling modeling/library code
 
 $(VENV)/.test: requirements/test.txt $(VENV)/.run
 	$(PIP) install --quiet --require-hashes --requirement requirements/test.txt
+	@touch $@
+
+$(VENV)/.docs: requirements/docs.txt $(VENV)/.run
+	$(PIP) install --quiet --require-hashes --requirement requirements/docs.txt
 	@touch $@

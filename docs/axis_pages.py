@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT))
 
 from axisid import LIBRARY, AxisModel, Prefilter, derive, load_axis
 from axisid.modeling import Axis, describe_combinations, named_constants
-from benchmarks.library import LAWS, PREFILTER, PREFILTERS
+from benchmarks.library import prefilter_of
 
 FOLDER = ROOT / "docs" / "axes"
 
@@ -80,21 +80,16 @@ def _identifiable(model: AxisModel) -> str:
 def _twin(axis: Axis) -> str:
     if axis.control is None or axis.experiment is None:
         return "It has none."
-    settings = prefilter_of(axis.name)
-    options = [f"--cutoff {settings.cutoff:g}", f"--decimate {settings.decimate}", "--hold zoh"]
-    if settings.drop is not None:
-        options.insert(2, "--drop {} {}".format(*settings.drop))
+    settings, usual = prefilter_of(axis.name), Prefilter()
+    options = ""
+    if settings != usual:
+        options = f" --cutoff {settings.cutoff:g} --decimate {settings.decimate}"
     law = axis.control
     return (
         f"Control law: {law.name}, every {1e3 * law.period:g} ms. Encoder noise: "
         f"{axis.experiment.position_noise:g} {axis.coordinate.unit}.\n\n"
-        f"```console\n$ axisid identify {axis.name} {' '.join(options)}\n```"
+        f"```console\n$ axisid identify {axis.name}{options}\n```"
     )
-
-
-def prefilter_of(name: str) -> Prefilter:
-    """The filter that suits the twin of a library axis."""
-    return Prefilter(hold="zoh") if name in LAWS else PREFILTERS.get(name, PREFILTER)
 
 
 def main() -> None:

@@ -9,17 +9,21 @@ from IPython.display import Markdown, display
 from matplotlib import pyplot as plt
 
 from axisid import LIBRARY, identify, load_axis, twin_record
-from docs.axis_pages import prefilter_of
+from benchmarks.library import prefilter_of
 
 for name in LIBRARY:
     axis = load_axis(name)
     result = identify(axis, twin_record(axis), prefilter_of(name), ["idm-iv"])
     rows = ", ".join(
-        f"{n} = {v.value:.4g} ± {v.sd_hac:.1g} {v.unit}"
+        f"{n} = {v.corrected:.4g} ± {v.sd_hac:.1g} {v.unit}"
         for n, v in result["idm-iv"].parameters.items()
     )
     heading = f"## [{name}](axes/{name}.md): {axis.title}"
-    display(Markdown(f"{heading}\n\n`tau = {axis.force}`\n\nIDM-IV on its twin: {rows}."))
+    display(
+        Markdown(
+            f"{heading}\n\n`tau = {axis.force}`\n\nIDM-IV on its twin, less the filter's own bias: {rows}."
+        )
+    )
     figure = result.plot_force()
     figure.set_size_inches(7, 3.2)
     display(figure)

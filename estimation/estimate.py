@@ -40,12 +40,13 @@ class Value:
     sd_robust, sd_hac : float
         For residuals of any variance; for autocorrelated ones too.
     interval : (float, float)
-        95 %, from `sd_hac` and Student's distribution with n - k degrees of freedom.
+        95 %, about `corrected`, from `sd_hac` and Student's distribution with n - k degrees of
+        freedom.
     sd_gain : float
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
-        What the prefilter alone moves the value by, in no other figure: found on the loop that is
-        simulated with the estimate. None where it was not.
+        What the prefilter alone moves the value by, found on the loop that is simulated with the
+        estimate; the value has it, the interval is less it. None where it was not found.
     """
 
     value: float
@@ -56,6 +57,11 @@ class Value:
     interval: tuple[float, float]
     sd_gain: float = 0.0
     filter_bias: float | None = None
+
+    @property
+    def corrected(self) -> float:
+        """The value less the filter's own bias, where that is known."""
+        return self.value - (self.filter_bias or 0.0)
 
     @property
     def relative_sd_percent(self) -> float:
@@ -188,6 +194,11 @@ class Estimate:
         return int(len(self.y) - self.X.shape[1])
 
     @property
+    def corrected(self) -> Array:
+        """Physical parameters less the filter's own bias, where that is known, (p,)."""
+        return self.physical if self.filter_bias is None else self.physical - self.filter_bias
+
+    @property
     def theta_ddm(self) -> Array:
         """Parameters of the direct model, (m,); empty for an inverse model."""
         return self.theta[: len(self.ddm_quantities)]
@@ -217,12 +228,15 @@ class Estimate:
     @property
     def ddm_parameters(self) -> dict[str, Value]:
         """Parameters of the direct model by name; empty for an inverse model."""
+        biases = None
+        if self.ddm_quantities and self.filter_bias is not None:
+            biases = self.theta_ddm - self.form.regressed(self.corrected)
         return self._values(
             self.ddm_quantities,
             self.theta_ddm,
             self.ddm_covariances,
             self.theta_gain_slopes,
-            None,
+            biases,
         )
 
     def derive(self, function: FunctionLike) -> Value:
@@ -295,7 +309,8 @@ class Estimate:
         """Any function of the physical parameters over draws from the estimate's distribution.
 
         The regression's own parameters are drawn from Student's multivariate distribution and
-        mapped exactly, so that neither map nor function is taken for straight, as `derive` does.
+        mapped exactly, so that neither map nor function is taken for straight, as `derive` does;
+        the filter's own bias is taken off what is drawn, as it is off every interval.
 
         Parameters
         ----------
@@ -317,6 +332,7 @@ class Estimate:
         drawn, lost = drawn_parameters(
             self.form, self.theta, self._of_theta(covariance), self.dof, draws, seed
         )
+        drawn += self.corrected - self.physical
         return summarised(read.value, self.physical, str(read.unit), drawn, lost)
 
     @property
@@ -391,13 +407,14 @@ class Estimate:
         # Rounding may leave a variance of nothing a little below zero.
         sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
         reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds["hac"]
+        corrected = value - (filter_bias or 0.0)
         return Value(
             value=value,
             unit=unit,
             sd=sds["iid"],
             sd_robust=sds["robust"],
             sd_hac=sds["hac"],
-            interval=(value - reach, value + reach),
+            interval=(corrected - reach, corrected + reach),
             sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
             filter_bias=filter_bias,
         )

@@ -22,8 +22,8 @@ def filter_bias(estimate: Estimate) -> Check:
         "with the estimate, less the estimate, in HAC deviations",
         meaning="the prefilter moves no parameter by more than its deviation"
         if not moved
-        else f"the prefilter itself moves {listed}, which no interval holds: raise the cut-off and "
-        "keep the decimation, or subtract it (filter_bias)",
+        else f"the prefilter itself moves {listed}; the values have it, the 95 % intervals are "
+        "less it: raise the cut-off and keep the decimation, or subtract it (filter_bias)",
     )
 
 

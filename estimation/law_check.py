@@ -252,8 +252,8 @@ def _fault(
         )
     if not np.all(np.abs(values / common - 1) < _GOOD_FACTOR):
         return (
-            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity filter "
-            "and the period"
+            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
+            "filter and the period"
         )
     if abs(common + 1) < _GOOD_FACTOR:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"

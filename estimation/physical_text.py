@@ -38,6 +38,6 @@ def _how(physical: Physical) -> str:
         else ""
     )
     return (
-        f"Physical parameters: the nearest to the estimates above, by their HAC covariance{fixed} "
-        f"(minimum distance).{more}"
+        "Physical parameters: the nearest to the estimates above, less the filter's own bias, by "
+        f"their HAC covariance{fixed} (minimum distance).{more}"
     )

@@ -150,7 +150,7 @@ def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
                 Series(
                     label=method.upper(),
                     x=np.array([cutoff for cutoff, _ in found]),
-                    y=np.array([value.value for _, value in found]),
+                    y=np.array([value.corrected for _, value in found]),
                     low=low,
                     high=high,
                     tone=tone,
@@ -164,8 +164,9 @@ def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
     return Plot(
         name="sweep",
         title="Estimates over the cut-off",
-        caption="With 95 % intervals. Least squares drifts where noise begins to bias it, "
-        f"instruments stay. Recommended: {sweep.recommended:g} Hz, {sweep.reason}.",
+        caption="Less the filter's own bias, with 95 % intervals. Least squares drifts where noise "
+        "begins to bias it, instruments stay. "
+        f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}.",
         x_label="cut-off [Hz]",
         panels=tuple(panels),
         log=True,

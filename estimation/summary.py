@@ -269,8 +269,9 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     if not moved:
         return []
     return [
-        "The prefilter's own bias, found on the loop simulated with the estimate and in no figure: "
-        f"{', '.join(moved)}; subtract it to correct the value."
+        "The prefilter's own bias, found on the loop simulated with the estimate: "
+        f"{', '.join(moved)}. The values above have it; 95 % intervals and physical parameters are "
+        "less it."
     ]
 
 
@@ -282,7 +283,7 @@ def _gain_notes(estimate: Estimate) -> list[str]:
         f"{name} +- {value.sd_gain:.3g} {value.unit}" for name, value in estimate.parameters.items()
     )
     return [
-        f"The drive gain is declared to {100 * relative:.3g} %; that scales all parameters alike "
+        f"The drive gain is declared to {100 * relative:.3g} %; that moves all parameters together "
         f"and is in no sd of the table: {listed} ({estimate.method})."
     ]
 

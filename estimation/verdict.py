@@ -64,7 +64,8 @@ def _control_law(law: LawCheck | str) -> Check:
         status=passed(law.passed),
         figure=law.residual_percent,
         threshold=GOOD_RESIDUAL,
-        source="residual in percent of the recorded control; 0.24 on the EMPS record",
+        source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
+        "where a factor is off 1 by more than 1 % and three deviations, or for a delay",
         meaning=law.meaning,
     )
 

@@ -34,7 +34,7 @@ def test_time_constant_is_the_closed_form(estimate: Estimate) -> None:
 def test_interval_is_that_of_draws_from_the_covariance(
     estimate: Estimate, rng: np.random.Generator
 ) -> None:
-    drawn = rng.multivariate_normal(estimate.physical, estimate.covariances["hac"], 200_000)
+    drawn = rng.multivariate_normal(estimate.corrected, estimate.covariances["hac"], 200_000)
     tau = estimate.derive("sqrt(M/Fv)")
     assert tau.unit == "s^(1/2)"
     assert np.std(np.sqrt(drawn[:, 0] / drawn[:, 1])) == pytest.approx(tau.sd_hac, rel=0.01)

@@ -28,6 +28,7 @@ from axisid import (
     gain,
     identify,
     lagrange,
+    load_axis,
     newton,
     twin_record,
 )
@@ -115,7 +116,7 @@ def test_known_mass_gives_the_others_in_closed_form(
     """``l = b1/m`` and ``J = b2 - b1^2/m`` by the delta method, the mass's deviation in it."""
     mass, spread = 1.2, 0.01
     found, estimate = physical(pendulum, record, m=(mass, spread))
-    b1, b2, drag = estimate.physical
+    b1, b2, drag = estimate.corrected
     values = found.parameters
     assert values["m"].value == pytest.approx(mass, rel=1e-12)
     assert values["l"].value == pytest.approx(b1 / mass, rel=1e-10)
@@ -262,7 +263,7 @@ def test_known_mass_with_a_deviation_is_weighed_with_the_record(
     assert found is not None
     covariance = estimate.covariances["hac"]
     gains = covariance[:, 0] / (covariance[0, 0] + spread**2)
-    expected = estimate.physical + gains * (value - estimate.physical[0])
+    expected = estimate.corrected + gains * (value - estimate.corrected[0])
     assert [v.value for v in found.parameters.values()] == pytest.approx(expected, rel=1e-9)
     assert found.covariances["hac"] == pytest.approx(
         covariance - np.outer(gains, covariance[0]), rel=1e-6
@@ -412,8 +413,38 @@ def test_products_beside_a_parameter_that_enters_nonlinearly(emps2015: Generated
     result = identify(built, twin_record(built), methods="idm-ls")
     estimate, values = result["idm-ls"], result.physical["idm-ls"].parameters
     total = estimate.parameters["M_plus_n2_Mr"]
-    assert values["M"].value == pytest.approx(total.value - 80.0, rel=1e-8)
+    assert values["M"].value == pytest.approx(total.corrected - 80.0, rel=1e-8)
     assert values["M"].sd_hac == pytest.approx(np.hypot(total.sd_hac, 4 * 0.5), rel=1e-8)
     assert values["M"].sd_gain == pytest.approx(0.01 * total.value, rel=1e-8)
     assert values["vs"].sd_gain == pytest.approx(0.0, abs=1e-9)
     assert values["vs"].value == pytest.approx(0.03, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["emps", "emps2015"])
+def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> None:
+    """The filter moves M by several deviations; what is weighed with the fixed value is less it."""
+    axis = load_axis(name)
+    assert axis.experiment is not None
+    truth = axis.experiment.truth
+    record = twin_record(axis)
+    result = identify(fix(axis, M=truth["M"]), record, methods="idm-iv")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
+    assert check.status == "pass"
+    for parameter, value in result.physical["idm-iv"].parameters.items():
+        assert abs(value.value - truth[parameter]) <= 3 * value.sd_hac + 1e-12
+
+
+def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed() -> None:
+    axis = load_axis("emps")
+    record = twin_record(axis)
+    off = replace(axis.drive, gain=1.03 * axis.drive.gain, relative_sd=0.05)
+    declared = fix(replace(axis, drive=off), M=(95.1089, 0.5))
+    result = identify(declared, record, methods="idm-ls")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
+    assert check.status == "pass"
+    assert result.physical["idm-ls"].parameters["M"].value == pytest.approx(95.1089, abs=0.3)
+    sure = fix(replace(axis, drive=replace(off, relative_sd=0.0)), M=(95.1089, 0.5))
+    (check,) = (
+        c for c in identify(sure, record, methods="idm-ls").verdict if c.name == "fixed values"
+    )
+    assert check.status == "fail"

@@ -31,7 +31,7 @@ def test_version_is_one(root: Path) -> None:
 
 
 def test_requirement_files_are_hashed_and_name_no_host(root: Path) -> None:
-    for name in ("run.txt", "test.txt"):
+    for name in ("run.txt", "test.txt", "docs.txt"):
         text = (root / "requirements" / name).read_text()
         assert "://" not in text
         pins = re.findall(r"^[a-z0-9_.-]+==", text, re.MULTILINE)
@@ -42,9 +42,16 @@ def test_requirement_files_are_hashed_and_name_no_host(root: Path) -> None:
 
 def test_requirements_cover_what_the_project_declares(root: Path) -> None:
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
-    names = [re.split(r"[<>=]", line)[0] for line in project["dependencies"]]
-    tests = [re.split(r"[<>=]", line)[0] for line in project["optional-dependencies"]["test"]]
-    for file, needed in (("run.txt", names), ("test.txt", names + tests)):
+    extras = project["optional-dependencies"]
+    names, tests, docs = (
+        [re.split(r"[<>=]", line)[0] for line in lines]
+        for lines in (project["dependencies"], extras["test"], extras["docs"])
+    )
+    for file, needed in (
+        ("run.txt", names),
+        ("test.txt", names + tests),
+        ("docs.txt", names + docs),
+    ):
         text = (root / "requirements" / file).read_text()
         for name in needed:
             assert re.search(rf"^{name}==", text, re.MULTILINE), f"{name} in {file}"

@@ -8,15 +8,15 @@ import pytest
 
 from axisid import LIBRARY, Identification, derive, identify, load_axis, twin_record
 from axisid.codegen import axis_artefacts
-from benchmarks.library import PREFILTER, PREFILTERS, case, outside
+from benchmarks.library import outside, prefilter_of
 
 NO_DIRECT_MODEL = ("crank", "linear_motor")
 
 
 @cache
 def identified(name: str) -> Identification:
-    axis = case(name)
-    return identify(axis, twin_record(axis), PREFILTERS.get(name, PREFILTER))
+    axis = load_axis(name)
+    return identify(axis, twin_record(axis), prefilter_of(name))
 
 
 @pytest.mark.parametrize("name", LIBRARY)

@@ -111,7 +111,7 @@ def _intervals(values: Sequence[Value], truth: float | None) -> str:
         first, last = map(place, value.interval)
         marks += (
             f'<g class="{kind}"><line x1="{first}" x2="{last}" y1="{y:.1f}" y2="{y:.1f}"/>'
-            f'<circle cx="{place(value.value)}" cy="{y:.1f}" r="3"/></g>'
+            f'<circle cx="{place(value.corrected)}" cy="{y:.1f}" r="3"/></g>'
         )
     size = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}"'
     return f'<svg class="interval" {size} role="img" aria-label="intervals">{marks}</svg>'

@@ -1,0 +1,32 @@
+"""What a build of the documentation does not check by itself."""
+
+import re
+from pathlib import Path
+
+import axisid
+
+
+def test_every_public_name_is_in_the_api_reference(root: Path) -> None:
+    text = "\n".join(page.read_text() for page in (root / "docs" / "api").glob("*.md"))
+    listed = set(re.findall(r"\baxisid\.(\w+)$", text, re.MULTILINE))
+    assert listed == set(axisid.__all__) - {"__version__"}
+
+
+def test_pages_that_are_programs_say_what_they_are_in_their_first_cell(root: Path) -> None:
+    pages = [*(root / "docs").glob("*.py"), *(root / "docs" / "howto").glob("*.py")]
+    programs = [page for page in pages if page.name not in ("conf.py", "axis_pages.py")]
+    assert len(programs) >= 8
+    for page in programs:
+        assert page.read_text().startswith("# %% [markdown]\n# # "), page
+
+
+def test_gallery_has_every_library_axis(root: Path) -> None:
+    listed = re.findall(r"^# axes/(\w+)$", (root / "docs" / "gallery.py").read_text(), re.MULTILINE)
+    assert listed == list(axisid.LIBRARY)
+
+
+def test_pages_need_no_network(root: Path) -> None:
+    """Formulas, fonts and scripts come with the pages."""
+    text = (root / "docs" / "conf.py").read_text()
+    assert "http" not in text.replace("https_proxy", "")
+    assert 'html_math_renderer = "mathml"' in text
