@@ -31,7 +31,8 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.estimation.forms import InverseForm
-from axisid.estimation.signals import measured_signals
+from axisid.estimation.signals import measured_signals, settled
+from axisid.estimation.simulated_rows import simulated_loops, simulated_right
 
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=5.0)
@@ -196,3 +197,46 @@ def test_search_needs_a_start(record: Record) -> None:
     blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
     with pytest.raises(EstimationError, match="v enters nonlinearly, so its search needs a start"):
         identify(blind, record, FILTER, "idm-ls")
+
+
+def bounded(lower: float, upper: float, nominal: float) -> GeneratedAxis:
+    v_bounded = Parameter("v", "m/s", nominal=nominal, lower=lower, upper=upper)
+    return build(replace(stribeck_axis(), parameters=(m, b, c, s, v_bounded)))
+
+
+def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: Record) -> None:
+    """Least squares ends at the bound; that is not where the instruments' equations hold."""
+    axis = bounded(1e-4, 0.09, nominal=0.05)
+    result = identify(axis, record, FILTER)
+    assert result["idm-ls"].parameters["v"].value == pytest.approx(0.09)
+    assert (
+        "the instruments lead to v = 0.09883 m/s, beyond its bound 0.09" in result.failed["idm-iv"]
+    )
+    with pytest.raises(EstimationError, match="Widen the bounds if such a value is possible"):
+        identify(axis, record, FILTER, "idm-iv")
+
+
+def test_damped_iterates_show_the_error_of_their_own_loop(
+    axis: GeneratedAxis, record: Record, result: Identification
+) -> None:
+    """The first whole step is beyond the lower bound, the solution is not."""
+    narrow = bounded(0.0991, np.inf, nominal=0.1)
+    damped = identify(narrow, record, FILTER, "idm-iv")["idm-iv"]
+    free = result["idm-iv"]
+    assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
+    assert damped.physical == pytest.approx(free.physical, rel=1e-4)
+    filtered = settled(FILTER, axis, record)
+    for iterate in damped.iterates:
+        loops = simulated_loops(axis, record, iterate.physical)
+        form = InverseForm(axis)
+        known, regressor = simulated_right(form, loops, iterate.physical, filtered, record.period)
+        left = damped.y - known - regressor @ iterate.physical
+        own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
+        assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)
+        assert iterate.simulation_error_percent == pytest.approx(own, rel=1e-9)
+
+
+def test_estimate_is_the_point_that_was_simulated(result: Identification) -> None:
+    iv = result["idm-iv"]
+    assert iv.physical == pytest.approx(iv.iterates[-1].physical, rel=1e-12)
+    assert iv.simulation_error_percent == pytest.approx(iv.iterates[-1].simulation_error_percent)
