@@ -5,6 +5,7 @@ belongs to the force half a sample earlier than the one recorded with it; a filt
 further. Half a sample moves viscous friction by several of its deviations.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from .forms import Equations, InverseForm
 from .linear import Factored, factor, instrumental_variables, least_squares
 from .prefilter import Prefilter
 from .record import Record
-from .signals import drive_force, measured_signals
+from .signals import drive_force, measured_signals, settled
 
 _DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
 _STEPS, _STILL = 10, 1e-3
@@ -80,23 +81,26 @@ def profile_alignment(
         Of the inverse model, and the simulated force of the same rows: the delay is then estimated
         by instruments too, since noise in the motion moves that of least squares.
     """
+    prefilter = settled(prefilter, axis, record)
     form = InverseForm(axis, physical)
     equations = form.equations(measured_signals(axis, record, prefilter))
     reduced = equations.reduced(prefilter, record.period)
     regressor = factor(reduced.regressor, axis.names)
-    force = drive_force(axis, record)
+    rows = _Rows(record, prefilter, drive_force(axis, record), equations)
     estimates, errors = [], []
     for delay in _DELAYS:
-        left = prefilter.reduce(_earlier(force, delay), record.period)
+        left = rows.left(delay)
         solution = least_squares(left - reduced.known, regressor)
         estimates.append(solution.theta)
         errors.append(100 * np.linalg.norm(solution.residuals) / np.linalg.norm(left))
     found, percent = np.array(estimates), np.array(errors)
     best, at_the_end = _minimum(_DELAYS, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
-    deviation = _deviation(force, best, equations, regressor, prefilter, record.period)
+    deviation = _deviation(rows, best, reduced.known, regressor)
     if instruments is not None:
-        search = _Delay(force, equations, regressor, instruments, prefilter, record.period)
-        best, deviation, at_the_end = search.found(min(max(best, 0.0), 1.0))
+        start = min(max(best, 0.0), 1.0)
+        best, deviation, at_the_end = _by_instruments(
+            rows, start, reduced.known, regressor, *instruments
+        )
     slopes = np.gradient(found, _DELAYS, axis=0)
     return Alignment(
         delays=_DELAYS.copy(),
@@ -121,69 +125,93 @@ def _minimum(delays: Array, errors: Array) -> float:
     return float(delays[i] + shift * (delays[1] - delays[0]))
 
 
-def _earlier(force: Array, delay: float) -> Array:
-    """By a cubic spline: a straight line would smooth noise most between two samples.
+def _by_segment(values: Array, edges: Sequence[int], change: Callable[[Array], Array]) -> Array:
+    """What changes (n,) values from row to row, in each of the segments that begin at `edges`.
 
-    The smallest error would then be drawn there.
+    Neighbouring rows of two segments were not measured one after the other.
     """
-    from scipy.ndimage import shift
-
-    return np.asarray(shift(force, delay, order=3, mode="nearest"), dtype=float)
+    return np.concatenate([change(piece) for piece in np.split(values, edges)])
 
 
-def _deviation(
-    force: Array,
-    delay: float,
-    equations: Equations,
-    X: Factored,
-    prefilter: Prefilter,
-    period: float,
-) -> float:
-    """Of the delay, to first order: ``y(t - d) = y(t - best) - (d - best) dy/dsample``.
+def _slope(values: Array) -> Array:
+    """Change from row to row, (n,); none where there is one row."""
+    return np.gradient(values) if len(values) > 1 else np.zeros_like(values)
 
-    The change per sample is that of the fitted force; the recorded one's holds its noise.
-    """
-    known, left = (
-        prefilter.reduce(each, period) for each in (equations.known, _earlier(force, delay))
-    )
-    theta = least_squares(left - known, X).theta
-    fitted = equations.regressor @ theta + equations.known
-    change = prefilter.reduce(np.gradient(fitted), period)
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """A record's force, and the equations of its motion, at any delay between them."""
+
+    record: Record
+    prefilter: Prefilter
+    force: Array
+    equations: Equations
+
+    def left(self, delay: float) -> Array:
+        """The force a delay earlier, reduced, (n,).
+
+        By a cubic spline: a straight line would smooth noise most between two samples, and draw
+        the smallest error there.
+        """
+        from scipy.ndimage import shift
+
+        def earlier(force: Array) -> Array:
+            return np.asarray(shift(force, delay, order=3, mode="nearest"), dtype=float)
+
+        moved = _by_segment(self.force, self._starts, earlier)
+        return self.prefilter.reduce(moved, self.record.period)
+
+    def fitted_change(self, theta: Array) -> Array:
+        """Change in a sample of the force fitted by parameters (p,), reduced, (n,).
+
+        The recorded one's holds its noise.
+        """
+        fitted = self.equations.regressor @ theta + self.equations.known
+        change = _by_segment(fitted, self._starts, _slope)
+        return self.prefilter.reduce(change, self.record.period)
+
+    def reduced_change(self, values: Array) -> Array:
+        """Change from row to row of reduced values, (n,); masked rows part them too."""
+        rows = self.prefilter.rows(len(self.record), self.record.period)
+        parted = np.flatnonzero(np.diff(rows) > self.prefilter.decimate) + 1
+        edges = np.union1d(np.searchsorted(rows, self._starts), parted)
+        return _by_segment(values, edges.tolist(), _slope)
+
+    @property
+    def _starts(self) -> list[int]:
+        """Of all segments but the first."""
+        return [start for start, _ in self.record.spans[1:]]
+
+
+def _deviation(rows: _Rows, delay: float, known: Array, X: Factored) -> float:
+    """Of the delay, to first order: ``y(t - d) = y(t - best) - (d - best) dy/dsample``."""
+    left = rows.left(delay) - known
+    change = rows.fitted_change(least_squares(left, X).theta)
     columns = np.column_stack([X.columns, change])
     try:
-        solution = least_squares(left - known, factor(columns, (*X.names, "delay")))
+        solution = least_squares(left, factor(columns, (*X.names, "delay")))
     except EstimationError:
         return float("inf")
     return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
 
 
-@dataclass(frozen=True, slots=True)
-class _Delay:
-    """The delay as one more parameter of an instrumental-variable estimate.
+def _by_instruments(
+    rows: _Rows, start: float, known: Array, X: Factored, Z: Array, simulated: Array
+) -> tuple[float, float, bool]:
+    """The delay as one more parameter: it, its deviation, and whether it left what is searched.
 
     Its column is the fitted force's change in a sample; its instrument that of the simulated force.
     """
-
-    force: Array
-    equations: Equations
-    regressor: Factored
-    instruments: tuple[Array, Array]
-    prefilter: Prefilter
-    period: float
-
-    def found(self, start: float) -> tuple[float, float, bool]:
-        """Delay, its deviation, and whether it left the range that is searched."""
-        Z, simulated = self.instruments
-        names = (*self.regressor.names, "delay")
-        delay, deviation = start, float("inf")
+    names = (*X.names, "delay")
+    delay, deviation = start, float("inf")
+    instruments = factor(Z, X.names)
+    try:
+        extended = factor(np.column_stack([Z, rows.reduced_change(simulated)]), names)
         for _ in range(_STEPS):
-            left, change = self._rows(delay, Z)
-            try:
-                X = factor(np.column_stack([self.regressor.columns, change]), names)
-                extended = factor(np.column_stack([Z, np.gradient(simulated)]), names)
-                solution = instrumental_variables(left, X, extended)
-            except EstimationError:
-                return start, float("inf"), False
+            left = rows.left(delay) - known
+            change = rows.fitted_change(instrumental_variables(left, X, instruments).theta)
+            columns = factor(np.column_stack([X.columns, change]), names)
+            solution = instrumental_variables(left, columns, extended)
             step = float(solution.theta[-1])
             deviation = float(np.sqrt(Hac().matrix(solution)[-1, -1]))
             delay += step
@@ -191,15 +219,6 @@ class _Delay:
                 return float(np.clip(delay, _DELAYS[0], _DELAYS[-1])), deviation, True
             if abs(step) < _STILL:
                 break
-        return delay, deviation, False
-
-    def _rows(self, delay: float, Z: Array) -> tuple[Array, Array]:
-        """Left side at a delay, and the fitted force's change in a sample."""
-        known, left = (
-            self.prefilter.reduce(each, self.period)
-            for each in (self.equations.known, _earlier(self.force, delay))
-        )
-        instruments = factor(Z, self.regressor.names)
-        theta = instrumental_variables(left - known, self.regressor, instruments).theta
-        fitted = self.equations.regressor @ theta + self.equations.known
-        return left - known, self.prefilter.reduce(np.gradient(fitted), self.period)
+    except EstimationError:
+        return start, float("inf"), False
+    return delay, deviation, False

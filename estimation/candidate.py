@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtr
@@ -11,6 +11,7 @@ from axisid.codegen import GeneratedAxis
 
 from .covariance import Hac
 from .estimate import Estimate
+from .forms import InverseForm
 from .held_out import (
     Block,
     HeldOut,
@@ -22,6 +23,7 @@ from .held_out import (
 from .linear import Solution
 from .prefilter import Prefilter
 from .record import Record
+from .signals import measured_signals
 
 #: Of the tests of parameters and of nested models.
 LEVEL = 0.05
@@ -34,18 +36,22 @@ class ParameterCheck:
     Attributes
     ----------
     name : str
-    p_value : float
+    p_value : float or None
         That it is zero: Student, autocorrelation-consistent.
     without_percent : float or None
         Held-out equation error where it is left out; None if the model has no other.
-    informed : bool
-        The test rejects zero at 5 %, and leaving it out raises the held-out error.
+    informed : bool or None
+        The test rejects zero at 5 %, and leaving it out raises the held-out error; without a test,
+        by more than one standard error. None of a nonlinear parameter.
+    not_tested : str or None
+        Why there is no `p_value`.
     """
 
     name: str
-    p_value: float
+    p_value: float | None
     without_percent: float | None
-    informed: bool
+    informed: bool | None
+    not_tested: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,9 +148,7 @@ def candidate(
         equation=equation,
         simulation=None if isinstance(simulation, str) else simulation,
         reason=reason,
-        checks=tuple(
-            _check(rows, i, estimate, blocks, equation, signal) for i in range(len(rows.names))
-        ),
+        checks=_Checks(record, prefilter, estimate, rows, blocks, equation).all(),
     )
 
 
@@ -168,25 +172,74 @@ def criteria(solution: Solution) -> Criteria:
     )
 
 
-def _check(
-    rows: Rows,
-    column: int,
-    estimate: Estimate,
-    blocks: Sequence[Block],
-    equation: HeldOut,
-    signal: float,
-) -> ParameterCheck:
-    """One parameter against zero, and against the model without it."""
-    value = estimate.physical[column]
-    deviation = float(np.sqrt(estimate.covariances["hac"][column, column]))
-    p_value = float(2 * stdtr(estimate.dof, -abs(value) / deviation)) if deviation else 0.0
-    without = None
-    if len(rows.names) > 1:
-        poorer, _ = held_out_equation(rows.without(column), blocks, signal)
-        without = poorer.error_percent
-    return ParameterCheck(
-        name=rows.names[column],
-        p_value=p_value,
-        without_percent=without,
-        informed=p_value < LEVEL and (without is None or without > equation.error_percent),
-    )
+@dataclass(frozen=True, slots=True)
+class _Checks:
+    """Each parameter of an estimate against zero, and against the model without it."""
+
+    record: Record
+    prefilter: Prefilter
+    estimate: Estimate
+    rows: Rows
+    blocks: Sequence[Block]
+    equation: HeldOut
+
+    def all(self) -> tuple[ParameterCheck, ...]:
+        """In the order of the parameters."""
+        return tuple(self._one(column) for column in range(len(self.rows.names)))
+
+    def _one(self, column: int) -> ParameterCheck:
+        name = self.rows.names[column]
+        if name in self.rows.nonlinear:
+            why = "it enters nonlinearly, so that a model without it is none with it at zero"
+            return ParameterCheck(
+                name=name, p_value=None, without_percent=None, informed=None, not_tested=why
+            )
+        poorer = self._without(column)
+        if lost := [each for each in self.rows.nonlinear if each not in poorer.names]:
+            return self._untested(name, poorer, lost)
+        p_value, without = self._p_value(column), self._held_out(poorer)
+        error = None if without is None else without.error_percent
+        return ParameterCheck(
+            name=name,
+            p_value=p_value,
+            without_percent=error,
+            informed=p_value < LEVEL and (error is None or error > self.equation.error_percent),
+        )
+
+    def _untested(self, name: str, poorer: Rows, lost: Sequence[str]) -> ParameterCheck:
+        """By the held-out error alone: where the parameter is zero, others are fitted to noise."""
+        without = self._held_out(poorer)
+        excess, deviation = (math.inf, 0.0) if without is None else without.excess(self.equation)
+        return ParameterCheck(
+            name=name,
+            p_value=None,
+            without_percent=None if without is None else without.error_percent,
+            informed=excess > deviation,
+            not_tested=f"at zero, {' and '.join(lost)} would mean nothing",
+        )
+
+    def _p_value(self, column: int) -> float:
+        value = self.estimate.physical[column]
+        deviation = float(np.sqrt(self.estimate.covariances["hac"][column, column]))
+        return float(2 * stdtr(self.estimate.dof, -abs(value) / deviation)) if deviation else 0.0
+
+    def _held_out(self, poorer: Rows) -> HeldOut | None:
+        """Error of a model; None if it has no parameters."""
+        if not poorer.names:
+            return None
+        return held_out_equation(poorer, self.blocks, self.equation.signal)[0]
+
+    def _without(self, column: int) -> Rows:
+        """The rows without a parameter, and without those that then move nothing."""
+        if not self.rows.nonlinear:
+            return self.rows.without(column)
+        axis, physical = self.estimate.form.axis, self.estimate.physical.copy()
+        physical[column] = 0.0
+        signals = measured_signals(axis, self.record, self.prefilter)
+        equations = InverseForm(axis, physical).equations(signals)
+        known, regressor = equations.reduced_right(self.prefilter, self.record.period)
+        moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
+        silent = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
+        for i in reversed(silent):
+            moved = moved.without(i)
+        return moved

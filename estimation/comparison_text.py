@@ -4,6 +4,7 @@ import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from .candidate import LEVEL, Candidate, ParameterCheck
@@ -20,6 +21,21 @@ _SCHEMA = "axisid.comparison/1"
 _WIDTH = 96
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
+#: What the notes, by number, add where a candidate is partially linear.
+_OF_NONLINEAR = MappingProxyType(
+    {
+        2: "Of a partially linear model, a block's estimate is one linearised step from the whole "
+        "record's, so that its held-out error is a little too small; nonlinear parameters are kept "
+        "within their bounds before the loop is simulated with them.",
+        4: "No test where the larger model estimates a nonlinear parameter that means nothing "
+        "where the smaller one holds: there it is fitted to noise, and neither statistic is F "
+        "distributed. The criteria count it as any other, and overrate it. Go by the held-out "
+        "error.",
+        5: "Nonlinear parameters are not judged. Where one would mean nothing with another at "
+        "zero, that other one carries information if the held-out error is larger without both by "
+        "more than one standard error.",
+    }
+)
 
 
 def comparison_text(comparison: "Comparison") -> str:
@@ -32,7 +48,8 @@ def comparison_text(comparison: "Comparison") -> str:
     blocks.append(_errors(c.candidates))
     if c.tests:
         blocks.append(_tests(c))
-    blocks.append("\n".join([*_uninformed(c.candidates), *_unneeded(c.tests), *_remarks(c)]))
+    said = [*_uninformed(c.candidates), *_untested(c), *_unneeded(c.tests), *_remarks(c)]
+    blocks.append("\n".join(said))
     blocks.append(_wrapped("recommended: ", f"{c.recommended or 'none'}; {c.reason}."))
     blocks.append("\n".join(_wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
     return "\n\n".join(block for block in blocks if block) + "\n"
@@ -151,9 +168,9 @@ def _tests(c: "Comparison") -> str:
         [
             f"{t.smaller} in {t.larger}",
             str(t.restrictions),
-            f"{t.f:.4g}",
+            _statistic(t.f),
             _p(t.f_p),
-            f"{t.wald:.4g}",
+            _statistic(t.wald),
             _p(t.wald_p),
         ]
         for t in c.tests
@@ -161,8 +178,12 @@ def _tests(c: "Comparison") -> str:
     return text_table(["nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"], rows)
 
 
-def _p(value: float) -> str:
-    if math.isnan(value):
+def _statistic(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _p(value: float | None) -> str:
+    if value is None or math.isnan(value):
         return "-"
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
@@ -173,9 +194,26 @@ def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
         _wrapped("", f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
         for c in candidates
         for check in c.checks
-        if not check.informed
+        if check.informed is False
     ]
-    return lines or ["Every parameter of every candidate carries information [5]."]
+    judged = "linear " if any(not c.axis.is_linear for c in candidates) else ""
+    return lines or [f"Every {judged}parameter of every candidate carries information [5]."]
+
+
+def _untested(c: "Comparison") -> list[str]:
+    """A line for each pair and each parameter that no test judges."""
+    lines = [
+        f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4]."
+        for t in c.tests
+        if t.not_tested
+    ]
+    lines += [
+        f"{check.name} of {each.name} is not judged: {check.not_tested} [5]."
+        for each in c.candidates
+        for check in each.checks
+        if check.informed is None
+    ]
+    return [_wrapped("", line) for line in lines]
 
 
 def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
@@ -183,7 +221,7 @@ def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
     return [
         f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)})."
         for t in tests
-        if t.wald_p >= LEVEL
+        if t.wald_p is not None and t.wald_p >= LEVEL
     ]
 
 
@@ -195,6 +233,8 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
         f"the held-out error is {check.without_percent:.5g} % without it, "
         f"{candidate.equation.error_percent:.5g} % with it"
     )
+    if check.p_value is None:
+        return errors
     if check.p_value >= LEVEL:
         return f"{zero}; {errors}"
     return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
@@ -241,7 +281,7 @@ def _notes(c: "Comparison") -> list[str]:
         if c.method == "idm-iv"
         else ""
     )
-    return [
+    notes = [
         "sd: HAC, for autocorrelated residuals, as in identify.",
         "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error: of "
         "the simulated loop. Held out: each block by the estimate from the others, without the "
@@ -260,6 +300,10 @@ def _notes(c: "Comparison") -> list[str]:
         "fewest parameters.",
         rows_text(c.record, c.prefilter, len(c.candidates[0].estimate.y)),
     ]
+    if any(not each.axis.is_linear for each in c.candidates):
+        for i, addition in _OF_NONLINEAR.items():
+            notes[i - 1] += f" {addition}"
+    return notes
 
 
 def _wrapped(head: str, text: str) -> str:

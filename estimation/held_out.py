@@ -22,6 +22,7 @@ from .linear import Solution, factor, instrumental_variables, least_squares
 from .prefilter import Prefilter
 from .record import Record
 from .simulated_rows import simulated_loops, simulated_right
+from .variable_projection import search_bounds
 
 _BLOCKS = 10
 _FEW_ROWS = 5  # of training, for each parameter
@@ -40,12 +41,15 @@ class Rows:
         None for least squares.
     names : tuple of str
         Of the k parameters.
+    nonlinear : tuple of str
+        Those about which the model is linearised.
     """
 
     left: Array
     regressor: Array
     instruments: Array | None
     names: tuple[str, ...]
+    nonlinear: tuple[str, ...] = ()
 
     def at(self, rows: NDArray[np.intp]) -> "Rows":
         """Some of the rows."""
@@ -85,7 +89,13 @@ def regression_rows(estimate: Estimate) -> Rows:
         regressor=estimate.X,
         instruments=estimate.Z,
         names=tuple(q.name for q in estimate.quantities),
+        nonlinear=nonlinear_names(estimate.form.axis),
     )
+
+
+def nonlinear_names(axis: GeneratedAxis) -> tuple[str, ...]:
+    """Parameters of an axis that enter nonlinearly."""
+    return tuple(name for name, bent in zip(axis.names, axis.nonlinear, strict=True) if bent)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,6 +197,8 @@ def held_out_simulation(
 ) -> HeldOut | str:
     """Errors of the loop simulated over the whole record with each block's estimate, on its rows.
 
+    Nonlinear parameters are kept within their bounds: a linearised step may leave them.
+
     Returns
     -------
     HeldOut or str
@@ -194,7 +206,8 @@ def held_out_simulation(
     """
     form, squares = InverseForm(axis), []
     try:
-        for block, theta in zip(blocks, thetas, strict=True):
+        for block, step in zip(blocks, thetas, strict=True):
+            theta = np.clip(step, *search_bounds(axis))
             loops = simulated_loops(axis, record, theta)
             known, regressor = simulated_right(form, loops, theta, prefilter, record.period)
             error = (estimate.y - regressor @ theta - known)[block.held_out]

@@ -30,7 +30,7 @@ from .record import Record
 from .results import Identification
 from .signals import measured_signals, settled
 from .simulated_rows import LoopDataError, loop_reference, simulated_loops, simulated_right
-from .variable_projection import damped_step, variable_projection
+from .variable_projection import damped_step, search_bounds, variable_projection
 
 #: Every method: model form, then estimator.
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -164,8 +164,7 @@ class _Study:
         solution = least_squares(measured.left - measured.known, self._factored(form, measured))
         if not self.axis.is_linear:
             # The search ends within the bounds, where a step of the linearised model might not.
-            left = measured.left - measured.known - measured.regressor @ form.start
-            solution = replace(solution, theta=form.start, residuals=left)
+            solution = _at_point(solution, measured, form.start)
         try:
             loops, known, Z = self._simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
@@ -187,7 +186,8 @@ class _Study:
                 regressor = self._factored(form, measured)
             with _naming(f"{method}, iterate {len(iterates)}"):
                 loops, known, Z = self._simulated(form, physical)
-                theta = form.regressed(physical) if solution is None else solution.theta
+                # Of the point that is simulated, which a damped step leaves short of the solution.
+                theta = form.regressed(physical)
                 # The loop satisfies the model row by row, so this is its left side.
                 simulated = Z @ theta + known
                 error = relative_error_percent(measured.left - simulated, measured.left)
@@ -196,6 +196,8 @@ class _Study:
                 )
                 if solution is not None and instruments is not None and still:
                     self._check_valley(iterates)
+                    if not self.axis.is_linear:
+                        solution = _at_point(solution, measured, physical)
                     return _Fit(
                         measured, solution, instruments, tuple(iterates), loops, simulated, ()
                     )
@@ -203,18 +205,27 @@ class _Study:
                 solution = instrumental_variables(
                     measured.left - measured.known, regressor, instruments
                 )
-                following, jacobian = form.physical(solution.theta)
-                if isinstance(form, InverseForm) and not self.axis.is_linear:
-                    following = damped_step(form, self._rows, instruments, physical, following)
-            deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
-            allowed = _STILL * deviation + _ROUNDING * np.abs(following)
-            still = bool(np.all(np.abs(following - physical) <= allowed))
-            physical = following
+                goal, jacobian = form.physical(solution.theta)
+                deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
+                allowed = _STILL * deviation + _ROUNDING * np.abs(goal)
+                # Of the whole step: a damped one may be small far from the solution.
+                still = bool(np.all(np.abs(goal - physical) <= allowed))
+                physical = self._next(form, instruments, physical, goal, still=still)
         raise EstimationError(
             f"{method} still moves after {_MOST_ITERATIONS} iterations; the last estimate is "
             f"{self.axis.describe(physical)}. Check the control law against the record, and start "
             "from better nominal values."
         )
+
+    def _next(
+        self, form: Form, instruments: Factored, physical: Array, goal: Array, *, still: bool
+    ) -> Array:
+        """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
+        if self.axis.is_linear or not isinstance(form, InverseForm):
+            return goal
+        if still:
+            return np.clip(goal, *search_bounds(self.axis))
+        return damped_step(form, self._rows, instruments, physical, goal)
 
     def _check_valley(self, iterates: list[Iterate]) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""
@@ -351,6 +362,12 @@ class _Fit:
     loops: tuple[Simulation, ...]
     simulated: Array | None
     remarks: tuple[str, ...]
+
+
+def _at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
+    """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
+    left = measured.left - measured.known - measured.regressor @ physical
+    return replace(solution, theta=physical, residuals=left)
 
 
 @contextmanager

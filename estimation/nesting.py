@@ -3,10 +3,14 @@
 A model is nested in another where the columns of the other span its own on the rows at hand. The
 classical F test takes the rows for independent; the Wald test takes the autocorrelation-consistent
 covariance of the larger model instead.
+
+A nonlinear parameter that only the larger model has means nothing where the smaller one holds:
+there it is fitted to the noise, and neither statistic is F distributed [Davies1987]_. Such pairs
+are not tested.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import fdtrc
@@ -31,21 +35,24 @@ class NestedTest:
         Numerator degrees of freedom.
     dof : int
         Denominator degrees of freedom.
-    f, f_p : float
+    f, f_p : float or None
         Classical F of least squares and its p-value, for independent residuals.
-    wald, wald_p : float
+    wald, wald_p : float or None
         Wald statistic over its restrictions, F distributed, and its p-value, by the
         autocorrelation-consistent covariance.
+    not_tested : str or None
+        Why there are no statistics.
     """
 
     smaller: str
     larger: str
     restrictions: int
     dof: int
-    f: float
-    f_p: float
-    wald: float
-    wald_p: float
+    f: float | None = None
+    f_p: float | None = None
+    wald: float | None = None
+    wald_p: float | None = None
+    not_tested: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,20 +106,14 @@ def nested_tests(
 
 
 def _tested(a: str, b: str, models: Mapping[str, Rows], how: Embedding) -> NestedTest:
-    smaller, larger = models[a].by_least_squares(), models[b].by_least_squares()
-    n, k = larger.influence.shape
-    f, f_p = f_test(smaller, larger)
+    n, k = models[b].regressor.shape
+    pair = NestedTest(smaller=a, larger=b, restrictions=k - len(models[a].names), dof=n - k)
+    if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
+        why = f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
+        return replace(pair, not_tested=why)
+    f, f_p = f_test(models[a].by_least_squares(), models[b].by_least_squares())
     wald, wald_p = wald_test(models[b].solved(), how, Hac())
-    return NestedTest(
-        smaller=a,
-        larger=b,
-        restrictions=k - len(models[a].names),
-        dof=n - k,
-        f=f,
-        f_p=f_p,
-        wald=wald,
-        wald_p=wald_p,
-    )
+    return replace(pair, f=f, f_p=f_p, wald=wald, wald_p=wald_p)
 
 
 def embedding(small: Rows, large: Rows) -> Embedding | None:

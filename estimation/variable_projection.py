@@ -13,6 +13,8 @@ from itertools import product
 
 import numpy as np
 
+from axisid.codegen import GeneratedAxis
+
 from .arrays import Array
 from .errors import EstimationError
 from .forms import Equations, InverseForm
@@ -63,6 +65,15 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     return search.solved(np.asarray(best.x, dtype=float))[0]
 
 
+def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
+    """Lower and upper bounds (p,) of what is searched for; linear parameters have none."""
+    bent, declared = np.array(axis.nonlinear), axis.axis.parameters
+    return (
+        np.where(bent, [p.lower for p in declared], -np.inf),
+        np.where(bent, [p.upper for p in declared], np.inf),
+    )
+
+
 def damped_step(
     form: InverseForm,
     rows: Callable[[InverseForm], Equations],
@@ -74,9 +85,13 @@ def damped_step(
 
     As far as what the instruments see of the residuals falls, within the bounds of the nonlinear
     parameters.
+
+    Raises
+    ------
+    EstimationError
+        The solution is beyond a bound, and no step towards it within the bounds is of use.
     """
-    bounds = [(p.lower, p.upper) for p in form.axis.axis.parameters]
-    low, high = np.where(np.array(form.axis.nonlinear)[:, None], bounds, (-np.inf, np.inf)).T
+    low, high = search_bounds(form.axis)
 
     def seen(physical: Array) -> float:
         equations = rows(form.at(physical))
@@ -88,7 +103,23 @@ def damped_step(
         there = start + (goal - start) / 2**halving
         if np.all((there >= low) & (there <= high)) and seen(there) < before:
             return np.asarray(there, dtype=float)
-    return goal if np.all((goal >= low) & (goal <= high)) else start
+    if np.any((goal < low) | (goal > high)):
+        raise _led_out(form.axis, goal)
+    return goal
+
+
+def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
+    low, high = search_bounds(axis)
+    beyond = [
+        f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
+        for p, value, least, most in zip(axis.axis.parameters, goal, low, high, strict=True)
+        if not least <= value <= most
+    ]
+    return EstimationError(
+        f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
+        "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
+        "believe idm-ls, whose search ends within them, and check the model of the friction."
+    )
 
 
 class _Projected:
@@ -101,10 +132,8 @@ class _Projected:
         declared = [p for p, bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if bent]
         self.names = tuple(p.name for p in declared)
         self._linear = [n for n, bent in zip(axis.names, axis.nonlinear, strict=True) if not bent]
-        self.bounds = (
-            np.array([p.lower for p in declared]),
-            np.array([p.upper for p in declared]),
-        )
+        low, high = search_bounds(axis)
+        self.bounds = (low[self._bent], high[self._bent])
         self._nominal = np.array([p.nominal for p in declared])
         if missing := [p.name for p in declared if p.nominal == 0]:
             raise EstimationError(

@@ -1,6 +1,8 @@
 """The delay between force and motion, on twins whose delay is known and on the real record."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,6 +12,16 @@ from axisid.codegen import GeneratedAxis
 from axisid.estimation import profile_alignment
 
 FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
+
+
+def in_pieces(record: Record, order: Sequence[int]) -> Record:
+    """A record cut into as many segments of equal length, in an order."""
+    edges = np.linspace(0, len(record), len(order) + 1).astype(int)
+    chosen = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in order])
+    columns = {r: v[chosen] for r, v in record.channels().items() if r != "time"}
+    joined = np.cumsum([0, *np.diff(edges)[list(order)]]).tolist()
+    spans = tuple(pairwise(joined))
+    return replace(record, **columns, segments=spans)  # type: ignore[arg-type]
 
 
 def test_held_force_of_a_noise_free_twin_is_half_a_sample_late(emps2015: GeneratedAxis) -> None:
@@ -88,3 +100,32 @@ def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAx
     assert check.name == "alignment"
     assert check.status == "not evaluated"
     assert "samples only" in check.meaning
+
+
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv"])
+@pytest.mark.parametrize("drop", [None, (0, 0)])
+def test_order_of_segments_does_not_matter(
+    emps2015: GeneratedAxis, twin: Record, method: str, drop: tuple[int, int] | None
+) -> None:
+    """And their delay is that of the whole record."""
+    prefilter = Prefilter(drop=drop)
+    orders = (range(10), (7, 2, 9, 0, 4, 8, 1, 6, 3, 5))
+    first, other = (
+        identify(emps2015, in_pieces(twin, order), prefilter, method).diagnosis.alignment
+        for order in orders
+    )
+    whole = identify(emps2015, twin, prefilter, method).diagnosis.alignment
+    assert not isinstance(first, str)
+    assert not isinstance(other, str)
+    assert not isinstance(whole, str)
+    assert other.best == pytest.approx(first.best, rel=1e-9)
+    assert other.errors_percent == pytest.approx(first.errors_percent, rel=1e-9)
+    assert abs(first.best - whole.best) < 2 * (first.deviation + whole.deviation)
+
+
+def test_segments_are_found_without_a_prefilter_that_knows_them(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    record = in_pieces(twin, (3, 1, 2, 0))
+    told = profile_alignment(emps2015, record, Prefilter(segments=record.segments))
+    assert profile_alignment(emps2015, record, Prefilter()).best == told.best

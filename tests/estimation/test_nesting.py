@@ -1,5 +1,7 @@
 """Nested models: found from their columns, tested as statsmodels does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import statsmodels.api as sm
@@ -122,3 +124,18 @@ def test_a_perfect_fit_is_rejected_against(rng: np.random.Generator) -> None:
     statistic, p = f_test(rows(X[:, :1], y).solved(), rows(X, y).solved())
     assert statistic > 1e20
     assert p == 0
+
+
+def test_a_nonlinear_parameter_that_means_nothing_in_the_smaller_model_is_not_tested(
+    data: tuple[np.ndarray, np.ndarray],
+) -> None:
+    X, y = data
+    larger = replace(rows(X, y), nonlinear=("p3",))
+    ((test,), _) = nested_tests({"small": rows(X[:, :2], y), "large": larger})
+    assert (test.f, test.f_p, test.wald, test.wald_p) == (None, None, None, None)
+    assert test.not_tested == "large estimates p3, of no meaning where small holds"
+    assert (test.restrictions, test.dof) == (2, N - 4)
+    bent = replace(rows(X[:, [0, 1, 3]], y), names=("p0", "p1", "p3"), nonlinear=("p3",))
+    ((test,), _) = nested_tests({"small": bent, "large": larger})
+    assert test.not_tested is None
+    assert test.wald_p is not None

@@ -1,14 +1,18 @@
 """Parameters that enter nonlinearly: the linearised regressor, the search, and instruments."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+from jsonschema import Draft202012Validator
 from scipy.optimize import least_squares as scipy_least_squares
 
 from axisid import (
     Axis,
+    Comparison,
     Coordinate,
     Drive,
     EstimationError,
@@ -20,6 +24,7 @@ from axisid import (
     back_and_forth,
     build,
     cascade_pd,
+    compare,
     coulomb,
     derive,
     identify,
@@ -31,7 +36,9 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.estimation.forms import InverseForm
-from axisid.estimation.signals import measured_signals
+from axisid.estimation.held_out import HeldOut, contiguous_blocks, held_out_simulation
+from axisid.estimation.signals import measured_signals, settled
+from axisid.estimation.simulated_rows import simulated_loops, simulated_right
 
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=5.0)
@@ -196,3 +203,114 @@ def test_search_needs_a_start(record: Record) -> None:
     blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
     with pytest.raises(EstimationError, match="v enters nonlinearly, so its search needs a start"):
         identify(blind, record, FILTER, "idm-ls")
+
+
+def bounded(lower: float, upper: float, nominal: float) -> GeneratedAxis:
+    v_bounded = Parameter("v", "m/s", nominal=nominal, lower=lower, upper=upper)
+    return build(replace(stribeck_axis(), parameters=(m, b, c, s, v_bounded)))
+
+
+def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: Record) -> None:
+    """Least squares ends at the bound; that is not where the instruments' equations hold."""
+    axis = bounded(1e-4, 0.09, nominal=0.05)
+    result = identify(axis, record, FILTER)
+    assert result["idm-ls"].parameters["v"].value == pytest.approx(0.09)
+    assert (
+        "the instruments lead to v = 0.09883 m/s, beyond its bound 0.09" in result.failed["idm-iv"]
+    )
+    with pytest.raises(EstimationError, match="Widen the bounds if such a value is possible"):
+        identify(axis, record, FILTER, "idm-iv")
+
+
+def test_damped_iterates_show_the_error_of_their_own_loop(
+    axis: GeneratedAxis, record: Record, result: Identification
+) -> None:
+    """The first whole step is beyond the lower bound, the solution is not."""
+    narrow = bounded(0.0991, np.inf, nominal=0.1)
+    damped = identify(narrow, record, FILTER, "idm-iv")["idm-iv"]
+    free = result["idm-iv"]
+    assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
+    assert damped.physical == pytest.approx(free.physical, rel=1e-4)
+    filtered = settled(FILTER, axis, record)
+    for iterate in damped.iterates:
+        loops = simulated_loops(axis, record, iterate.physical)
+        form = InverseForm(axis)
+        known, regressor = simulated_right(form, loops, iterate.physical, filtered, record.period)
+        left = damped.y - known - regressor @ iterate.physical
+        own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
+        assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)
+        assert iterate.simulation_error_percent == pytest.approx(own, rel=1e-9)
+
+
+def test_estimate_is_the_point_that_was_simulated(result: Identification) -> None:
+    iv = result["idm-iv"]
+    assert iv.physical == pytest.approx(iv.iterates[-1].physical, rel=1e-12)
+    assert iv.simulation_error_percent == pytest.approx(iv.iterates[-1].simulation_error_percent)
+
+
+@pytest.fixture(scope="module")
+def compared(axis: GeneratedAxis, record: Record) -> Comparison:
+    """With and without the excess that the record has."""
+    plain = newton(
+        "plain",
+        coordinate=x,
+        parameters=(m, b, c),
+        inertia=m,
+        resistance=(viscous(b, x), coulomb(c, x)),
+        drive=axis.axis.drive,
+        control=axis.axis.control,
+    )
+    return compare({"plain": build(plain), "Stribeck": axis}, record, FILTER)
+
+
+def test_no_p_value_where_only_the_larger_model_has_a_velocity(compared: Comparison) -> None:
+    """Without an excess its velocity means nothing, so that no statistic is F distributed."""
+    (test,) = compared.tests
+    assert (test.smaller, test.larger, test.restrictions) == ("plain", "Stribeck", 2)
+    assert test.f_p is None
+    assert test.wald_p is None
+    text = " ".join(compared.summary().split())
+    assert "plain in Stribeck is not tested: Stribeck estimates v, of no meaning" in text
+    assert "one linearised step from the whole record's" in text
+    assert compared.recommended == "Stribeck"
+
+
+def test_parameters_that_no_test_judges_are_not_said_to_carry_information(
+    compared: Comparison,
+) -> None:
+    checks = {check.name: check for check in compared["Stribeck"].checks}
+    assert (checks["v"].p_value, checks["v"].informed) == (None, None)
+    assert checks["s"].p_value is None
+    assert checks["s"].not_tested == "at zero, v would mean nothing"
+    # Without the excess, and so without its velocity, the model is the one before it.
+    plain = compared["plain"].equation.error_percent
+    assert checks["s"].without_percent == pytest.approx(plain, rel=1e-9)
+    assert checks["s"].informed
+    assert all(checks[name].p_value is not None for name in ("m", "b", "c"))
+    text = " ".join(compared.summary().split())
+    assert "Every linear parameter of every candidate carries information" in text
+    assert "v of Stribeck is not judged: it enters nonlinearly" in text
+
+
+def test_comparison_without_p_values_is_what_the_schema_documents(
+    compared: Comparison, root: Path
+) -> None:
+    schema = json.loads((root / "docs/schema/results-1.json").read_text(encoding="utf-8"))
+    written = json.loads(json.dumps(compared.to_dict(), allow_nan=False))
+    Draft202012Validator(schema).validate(written)
+    assert written["tests"][0]["wald_p"] is None
+    assert "Stribeck estimates v" in written["tests"][0]["not_tested"]
+
+
+def test_blocks_are_simulated_within_the_bounds(
+    record: Record, result: Identification, compared: Comparison
+) -> None:
+    """A linearised step may leave them, where the loop cannot be simulated or means nothing."""
+    axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
+    blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
+    beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
+    settings = axis, record, settled(FILTER, axis, record), estimate, blocks
+    found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
+    assert isinstance(found, HeldOut)
+    assert isinstance(expected, HeldOut)
+    assert found.squares == pytest.approx(expected.squares, rel=1e-12)
