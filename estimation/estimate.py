@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LEVEL = 0.95
+#: Simulation error in percent from which the simulated loop does not follow the record.
+FOLLOWING = 50.0
 #: Second-order part of a deviation, against the first, from which the delta method is not enough.
 CURVED = 0.1
 

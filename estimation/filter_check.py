@@ -1,7 +1,7 @@
 """Whether the prefilter itself moves the estimate, as a check."""
 
 from .check import Check, passed
-from .estimate import Estimate
+from .estimate import FOLLOWING, Estimate
 
 _MOST = 1.0  # deviations
 
@@ -9,7 +9,10 @@ _MOST = 1.0  # deviations
 def filter_bias(estimate: Estimate) -> Check:
     """The filter's own bias against the deviations."""
     if estimate.filter_bias is None:
-        return Check.missing("filter bias", "the closed loop could not be simulated")
+        error = estimate.simulation_error_percent
+        simulated = error is not None and error >= FOLLOWING
+        why = "does not follow the record" if simulated else "could not be simulated"
+        return Check.missing("filter bias", f"the closed loop {why}")
     moved = {n: v for n, v in estimate.parameters.items() if shift(v.filter_bias, v.sd_hac) > _MOST}
     worst = max(shift(v.filter_bias, v.sd_hac) for v in estimate.parameters.values())
     listed = ", ".join(f"{n} by {v.filter_bias:+.2g} {v.unit}" for n, v in moved.items())

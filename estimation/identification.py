@@ -13,7 +13,7 @@ from .arrays import Array, relative_error_percent
 from .closed_loop import Simulation
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
-from .estimate import Estimate, Iterate
+from .estimate import FOLLOWING, Estimate, Iterate
 from .excitation import motion_lacks
 from .forms import DirectForm, Equations, Form, InverseForm
 from .linear import (
@@ -305,7 +305,7 @@ class _Study:
                 slopes = slopes_by_gain(
                     form, self._measured, self.prefilter, self.record.period, fit.instruments
                 )
-            if fit.loops:
+            if fit.follows:
                 bias = filter_bias(
                     form, self.record, self.prefilter, fit.loops, physical, fit.instruments
                 )
@@ -362,6 +362,14 @@ class _Fit:
     loops: tuple[Simulation, ...]
     simulated: Array | None
     remarks: tuple[str, ...]
+
+    @property
+    def follows(self) -> bool:
+        """Whether the simulated loops move as the record does, so that they stand for it."""
+        if self.simulated is None:
+            return False
+        left = self.measured.left
+        return relative_error_percent(left - self.simulated, left) < FOLLOWING
 
 
 def _at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:

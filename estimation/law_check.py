@@ -31,7 +31,7 @@ _EXACT_FACTOR = 0.01  # the same where the law fits otherwise
 _SAME_PERIOD = 2e-3
 _LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
-_CLEARLY_BETTER = 0.7  # of the residual without a shift
+_CLEARLY_BETTER = 0.7  # of the residual without a shift, or a constant
 _CONSTANT = "constant"
 _SETTLE = 10  # samples in which the law's memory fills
 
@@ -90,7 +90,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     factors, fitted = _factors(control[used], terms[used], names)
     scaled = _scaled(control[used], terms[used], names)
     passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
-    constant = None if passed else _constant(control[used], terms[used], names)
+    constant = None if passed else _constant(control[used], terms[used], names, fitted)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -200,12 +200,22 @@ def _slightly(scaled: dict[str, float]) -> str:
     )
 
 
-def _constant(control: Array, terms: Array, names: list[str]) -> float | None:
-    """A constant that alone explains what the declared law does not, or None."""
+def _constant(
+    control: Array, terms: Array, names: list[str], without: float | None
+) -> float | None:
+    """A constant that explains what the law's terms with factors of their own do not, or None.
+
+    Parameters
+    ----------
+    without : float or None
+        What factors alone leave, percent.
+    """
     factors, fitted = _factors(
         control, np.column_stack([terms, np.ones(len(terms))]), [*names, _CONSTANT]
     )
     if fitted is None or fitted > GOOD_RESIDUAL:
+        return None
+    if without is not None and fitted > _CLEARLY_BETTER * without:
         return None
     constant = factors.pop(_CONSTANT)
     near = all(abs(value - 1) < _GOOD_FACTOR for value in factors.values())

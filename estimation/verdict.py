@@ -10,7 +10,7 @@ import numpy as np
 
 from .alignment import Alignment
 from .check import Check, passed
-from .estimate import CURVED, Estimate
+from .estimate import CURVED, FOLLOWING, Estimate
 from .excitation import Excitation
 from .filter_check import filter_bias
 from .instruments import COVERED, NOTICED, STRONG_F, Endogeneity, InstrumentTests, biased_parameters
@@ -19,7 +19,6 @@ from .motion_checks import conditioning, precision, within_bounds
 from .residual_checks import residual_checks
 
 _SELF_TEST = 1e-6
-_FOLLOWING = 50.0  # percent
 _ALIGNED = 0.35  # samples; what rounding by the filter may look like is up to 0.15
 _TOLD = 0.5  # samples, one deviation
 
@@ -173,12 +172,12 @@ def _following(judged: Estimate) -> Check:
     error = judged.simulation_error_percent
     if error is None:
         return Check.missing("simulation", "the closed loop could not be simulated")
-    good = error < _FOLLOWING
+    good = error < FOLLOWING
     return Check(
         name="simulation",
         status=passed(good),
         figure=error,
-        threshold=_FOLLOWING,
+        threshold=FOLLOWING,
         source="simulation error in percent of the left side; at 50 the loop explains three "
         "quarters of its power, at 100 nothing",
         meaning="the simulated loop follows the record"
