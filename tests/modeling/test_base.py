@@ -155,7 +155,7 @@ def test_gear_adds_rotor_and_load() -> None:
 def test_square_alone_and_beside_its_root() -> None:
     squared = newton(
         "squared", coordinate=x, parameters=(m, l), inertia=m,
-        resistance=(1.0 * l.symbol**2 * x.velocity, 1.0 * l.symbol * x.symbol), drive=DRIVE,
+        resistance=(3.0 * l.symbol**2 * x.velocity, 3.0 * l.symbol * x.symbol), drive=DRIVE,
     )  # fmt: skip
     base = base_model(squared)
     assert [p.name for p in base.axis.parameters] == ["m", "l", "l2"]
@@ -203,7 +203,7 @@ def test_parameters_that_enter_otherwise_stay_as_they_are() -> None:
     vs, fs = Parameter("vs", "m/s", nominal=0.1), Parameter("fs", "N")
     stribeck = newton(
         "stribeck", coordinate=x, parameters=(m, l, fs, vs), inertia=m,
-        resistance=(1.0 * m.symbol * l * x.velocity,
+        resistance=(3.0 * m.symbol * l * x.velocity,
                     fs * sympy.exp(-((x.velocity / vs.symbol) ** 2)) * sympy.sign(x.velocity)),
         drive=DRIVE,
     )  # fmt: skip
@@ -233,7 +233,7 @@ def test_new_names_are_free_and_allowed() -> None:
     taken = Parameter("m_l", "N/m")
     axis = newton(
         "taken", coordinate=x, parameters=(m, l, taken), inertia=m,
-        resistance=(1.0 * m.symbol * l * x.velocity, taken * x.symbol), drive=DRIVE,
+        resistance=(3.0 * m.symbol * l * x.velocity, taken * x.symbol), drive=DRIVE,
     )  # fmt: skip
     assert [p.name for p in base_model(axis).axis.parameters] == ["m", "m_l_2", "m_l"]
     long = [Parameter(f"{letter}{'o' * 20}", "kg") for letter in "abc"]
@@ -310,7 +310,7 @@ def polynomial_axes(draw: st.DrawFn) -> tuple[Axis, list[list[int]]]:
     used = [s for s in symbols if s in force.free_symbols]
     parameters = [Parameter(str(s), "kg", nominal=1.0) for s in used]
     axis = newton("random", coordinate=q, parameters=(J,), inertia=J, resistance=(), drive=DRIVE)
-    return replace(axis, parameters=tuple(parameters), force=sympy.expand(1.0 * force)), weights
+    return replace(axis, parameters=tuple(parameters), force=sympy.expand(3.0 * force)), weights
 
 
 @settings(max_examples=25)
