@@ -17,8 +17,8 @@ from axisid.modeling import (
     BaseModel,
     UsageError,
     derive,
-    describe_combinations,
     describe_direction,
+    describe_loss,
 )
 
 from .arguments import VECTORS, Array, by_sample, checked_arguments
@@ -183,11 +183,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ddm_refusal=_refusal(model),
         uniform=_is_uniform(model),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
-        hidden=tuple(
-            f"no motion shows a change of {describe_direction(h)}; only {describe_combinations(h)} "
-            "can be identified"
-            for h in model.hidden
-        ),
+        hidden=tuple(map(describe_loss, model.hidden)),
         functions=functions,
         native=Native(texts[NATIVE], functions, enabled=native),
     )

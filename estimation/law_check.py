@@ -7,7 +7,8 @@ compared after a zero-phase low-pass of both sides, since that velocity is not r
 identification's own filter plays no part.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,12 @@ _EXACT_FACTOR = 0.01  # the same where the law fits otherwise
 _SAME_PERIOD = 2e-3
 _LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
+_COLUMN_FAULTS = {
+    -1.0: "its sign",
+    1e-3: "its unit, such as millimetres for metres",
+    1e3: "its unit, such as metres for millimetres",
+    math.pi / 180: "its unit, such as degrees for radians",
+}
 _CLEARLY_BETTER = 0.7  # of the residual without a shift, or a constant
 _CONSTANT = "constant"
 _SETTLE = 10  # samples in which the law's memory fills
@@ -91,6 +98,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     scaled = _scaled(control[used], terms[used], names)
     passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
+    repair = "" if passed or shift else _repair(axis, law, record, settle)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -99,6 +107,8 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         if passed
+        else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
+        if repair
         else _slightly(scaled)
         if declared < GOOD_RESIDUAL and shift == 0
         else _fault(
@@ -118,6 +128,18 @@ def _other_clock(recorded: float, declared: float) -> LawCheck:
         meaning=f"the record is sampled every {recorded:.6g} s, the control law runs every "
         f"{declared:.6g} s: check the time column and its unit, or declare the drive's period",
     )
+
+
+def _repair(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> str:
+    """One column in another unit or with the other sign that would make the law fit; or empty."""
+    for role in ("position", "reference"):
+        for factor, what in _COLUMN_FAULTS.items():
+            changed = {role: factor * getattr(record, role)}
+            control, terms, used = _compared(axis, law, replace(record, **changed), settle)
+            off = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
+            if off < GOOD_RESIDUAL:
+                return f"it is with the {role} times {factor:g}: check {what}"
+    return ""
 
 
 def _takes_velocity(law: ControlLaw) -> bool:

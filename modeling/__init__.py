@@ -58,6 +58,7 @@ from .fixed import known_text as known_text
 from .fixed import read_fixed as read_fixed
 from .identifiability import describe_combinations as describe_combinations
 from .identifiability import describe_direction as describe_direction
+from .identifiability import describe_loss as describe_loss
 from .identifiability import rounded as rounded
 from .ladder import friction_ladder as friction_ladder
 from .lagrange import lagrange as lagrange

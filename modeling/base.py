@@ -10,15 +10,15 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import sympy
-from sympy.polys.matrices import DomainMatrix
 
 from .axis import Axis
 from .base_terms import Exponents, Row, force_terms, reduced_rows
 from .constants import with_numbers
 from .errors import ModelError
 from .friction import with_direction
-from .identifiability import Direction, rounded
+from .identifiability import rounded
 from .names import fresh_name
+from .null_space import Direction, null_space
 from .symbols import Parameter
 from .units import parse_unit
 
@@ -125,46 +125,6 @@ def base_model(axis: Axis) -> BaseModel:
         return base
     leads = [found.monomials[pivots[i]] for i in places]
     return replace(base, axis=_reduced(base, leads, found.bent))
-
-
-def null_space(
-    jacobian: sympy.Matrix,
-    parameters: Sequence[sympy.Symbol],
-    known: AbstractSet[sympy.Symbol] = frozenset(),
-) -> tuple[Direction, ...]:
-    """Directions that a Jacobian maps to nothing at a generic point, those known held.
-
-    Parameters
-    ----------
-    jacobian : sympy.Matrix, (b, p)
-        Of polynomials.
-    parameters : sequence of sympy.Symbol
-        Length p.
-    known : set of sympy.Symbol
-    """
-    free = [j for j, p in enumerate(parameters) if p not in known]
-    if not free:
-        return ()
-    matrix = DomainMatrix.from_Matrix(jacobian.extract(list(range(jacobian.rows)), free))
-    vectors = matrix.to_field().nullspace().to_Matrix()
-    return tuple(
-        _direction([parameters[j] for j in free], list(vectors.row(i))) for i in range(vectors.rows)
-    )
-
-
-def _direction(parameters: Sequence[sympy.Symbol], vector: list[sympy.Expr]) -> Direction:
-    """Weights without quotients; where they are numbers, the last is 1."""
-    pairs = {p: w for p, w in zip(parameters, vector, strict=True) if w != 0}
-    last = list(pairs.values())[-1]
-    ratios = [sympy.cancel(w / last) for w in pairs.values()]
-    if all(ratio.is_number for ratio in ratios):
-        return dict(zip(pairs, ratios, strict=True))
-    shared = sympy.S.One
-    for ratio in ratios:
-        shared = sympy.lcm(shared, sympy.fraction(sympy.together(ratio))[1])
-    whole = [sympy.cancel(ratio * shared) for ratio in ratios]
-    sign = -1 if whole[0].could_extract_minus_sign() else 1
-    return {p: sympy.expand(sign * w) for p, w in zip(pairs, whole, strict=True)}
 
 
 def _check_effects(monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]) -> None:

@@ -11,12 +11,12 @@ from fractions import Fraction
 import sympy
 from sympy.simplify.fu import TR8
 
-from .identifiability import power_of_ten
 from .symbols import DIRECTION
 
 #: Share of a row below which a weight is what rounding left of nothing.
 _ROUNDING = Fraction(1, 10**12)
 _DIGITS = 30  # of an irrational weight
+_EXTREME = 100  # decimal exponent
 
 Exponents = tuple[int, ...]
 Row = list[Fraction]
@@ -108,12 +108,32 @@ def reduced_rows(weights: Sequence[Row]) -> tuple[list[Row], list[int]]:
     return scaled, pivots
 
 
+def exact(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with fractions for its decimals."""
+    decimals = expression.atoms(sympy.Float)
+    return expression.xreplace({x: sympy.Rational(str(x)) for x in decimals})
+
+
 def _canonical(force: sympy.Expr) -> sympy.Expr:
-    """Decimals as fractions; products of sines and cosines as sums, which are independent."""
-    exact = force.xreplace({x: sympy.Rational(str(x)) for x in force.atoms(sympy.Float)})
-    terms = sympy.Add.make_args(sympy.expand(exact))
-    waves = [TR8(term) if term.has(sympy.sin, sympy.cos) else term for term in terms]
+    """Products of sines and cosines as sums, which are independent; decimals as fractions."""
+    terms = sympy.Add.make_args(sympy.expand(exact(force)))
+    waves = [_in_phase(TR8(term)) if term.has(sympy.sin, sympy.cos) else term for term in terms]
     return sympy.expand(sympy.Add(*waves))
+
+
+def _in_phase(term: sympy.Expr) -> sympy.Expr:
+    """Sines and cosines with a phase that is a number, by those without one."""
+    replaced = {}
+    for wave in term.atoms(sympy.sin, sympy.cos):
+        phase, angle = wave.args[0].as_coeff_Add()
+        if phase != 0:
+            sine, cosine = sympy.sin(angle), sympy.cos(angle)
+            replaced[wave] = (
+                sine * sympy.cos(phase) + cosine * sympy.sin(phase)
+                if isinstance(wave, sympy.sin)
+                else cosine * sympy.cos(phase) - sine * sympy.sin(phase)
+            )
+    return term.xreplace(replaced)
 
 
 def _is_whole_power(factor: sympy.Expr, unknown: set[sympy.Symbol]) -> bool:
@@ -122,11 +142,20 @@ def _is_whole_power(factor: sympy.Expr, unknown: set[sympy.Symbol]) -> bool:
 
 
 def _without_abs(motion: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """``|dq|`` as a factor is ``direction dq``, the same function in other words."""
-    if sympy.Abs(velocity) not in sympy.Mul.make_args(motion):
+    """``|dq|`` as a factor is ``direction dq``, the same function in other words.
+
+    Where ``|dq|`` has a power that is not whole, ``dq`` is ``direction |dq|``.
+    """
+    size = sympy.Abs(velocity)
+    powers = motion.as_powers_dict()
+    of_size, of_velocity, of_direction = (
+        powers.get(base, sympy.S.Zero) for base in (size, velocity, DIRECTION)
+    )
+    if not of_size:
         return motion
-    signed = motion / sympy.Abs(velocity) * velocity * DIRECTION
-    return signed / DIRECTION**2 if signed.as_powers_dict()[DIRECTION] > 1 else signed
+    base, turns = (velocity, of_size) if of_size.is_Integer else (size, of_velocity)
+    rest = motion / (size**of_size * velocity**of_velocity * DIRECTION**of_direction)
+    return rest * base ** (of_size + of_velocity) * DIRECTION ** ((of_direction + turns) % 2)
 
 
 def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
@@ -134,8 +163,19 @@ def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
 
 
 def _fractions(row: dict[Exponents, sympy.Expr], monomials: Sequence[Exponents]) -> Row:
-    scale = power_of_ten(next((w for w in row.values() if w != 0), sympy.S.One))
+    scale = _power_of_ten(next((w for w in row.values() if w != 0), sympy.S.One))
     return [_fraction(row.get(e, sympy.S.Zero) * scale) for e in monomials]
+
+
+def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
+    """What brings an extreme weight near 1; 1 for any other.
+
+    Scaling a row does not change the null space, and a number such as exp(-1e4), which expanding a
+    Gaussian gives, would be a fraction of thousands of digits.
+    """
+    size = sympy.Abs(sympy.N(weight))
+    exponent = int(sympy.floor(sympy.log(size, 10))) if size else 0
+    return sympy.Integer(10) ** -exponent if abs(exponent) > _EXTREME else sympy.S.One
 
 
 def _fraction(weight: sympy.Expr) -> Fraction:

@@ -6,7 +6,8 @@ import sympy
 
 from .base import BaseModel
 from .fixed import known_text
-from .identifiability import Direction, describe_direction, rounded
+from .identifiability import describe_direction, rounded
+from .null_space import Direction
 
 _MOST_DIRECTIONS = 4
 

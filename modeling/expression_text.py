@@ -323,7 +323,11 @@ class _Reader:
                 raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
-        """Arithmetic of numbers in floating point: exact, it could take for ever."""
+        """Arithmetic of numbers in floating point: exact, it could take for ever.
+
+        A quotient of whole numbers that floating point holds stays one: ``1/2`` is the half of an
+        energy, and ``x**(1/2)`` a root.
+        """
         try:
             value = operation(*map(float, numbers))
         except OverflowError as error:
@@ -333,8 +337,13 @@ class _Reader:
         if isinstance(value, complex) or not math.isfinite(value):
             what = "too large" if value in (math.inf, -math.inf) else f"{value}, not a real one"
             raise self._error(node, f"this number is {what}.")
-        whole = value == int(value) and abs(value) < _EXACT
-        return sympy.Integer(int(value)) if whole else sympy.Float(value)
+        if value == int(value) and abs(value) < _EXACT:
+            return sympy.Integer(int(value))
+        if operation is operator.truediv and all(n.is_Integer for n in numbers):
+            exact = sympy.Rational(*numbers)
+            if exact == sympy.Rational(value):
+                return exact
+        return sympy.Float(value)
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
         try:

@@ -3,7 +3,7 @@
 A plain number has no unit of its own. In a function of parameters it is a pure number. In an
 equation of motion it may stand for something with a unit (``9.81 * m``, an arm of 0.25): there a
 mismatch that a number could mend is *excused* and noted, never passed in silence. The numbers
-that energies and their derivatives bring (1, 2, 1/2 and their negatives, written exactly) excuse
+that energies and their derivatives bring (1, 2, 1/2 and their negatives, however written) excuse
 nothing.
 """
 
@@ -22,7 +22,7 @@ from .units import Unit, parse_unit
 NUMBER = parse_unit("1")
 
 _ROOT, _NEAR = 12, 1e-9
-_PURE = frozenset(sympy.Rational(p, q) for p, q in ((1, 1), (2, 1), (1, 2)))
+_PURE = (0.5, 1.0, 2.0)
 _JUMPS = (sympy.sign, sympy.Heaviside)
 _OF_NUMBERS = (
     sympy.exp,
@@ -113,8 +113,7 @@ class UnitReader:
         if node.is_Symbol:
             return _Read(self._units[node])
         if node.is_number:
-            pure = node in _PURE or -node in _PURE or not node.atoms(sympy.Number)
-            return _Read(NUMBER, self._loose_numbers and not pure)
+            return _Read(NUMBER, self._loose_numbers and not _is_pure(node))
         if node.is_Mul:
             return self._product([self._read(factor) for factor in node.args])
         if node.is_Pow:
@@ -186,3 +185,14 @@ class UnitReader:
         if isinstance(node, sympy.ITE):
             return self._common(node, node.args[1:], "chooses from")
         return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
+
+
+def _is_pure(number: sympy.Expr) -> bool:
+    """Whether a number has no room for a unit: it comes of an energy, or is a constant as pi is.
+
+    A half is written as ``1/2`` and as ``0.5``, of which deriving leaves ``1.0``; SymPy has both
+    as numbers of different kinds.
+    """
+    if number.is_Number:
+        return abs(float(number)) in _PURE
+    return not number.atoms(sympy.Number)

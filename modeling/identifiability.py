@@ -1,61 +1,18 @@
-"""What a regressor can tell apart, whatever the motion.
-
-Columns that are linear combinations of each other as functions cannot be separated by any
-experiment: only a combination of their parameters is identifiable.
-"""
-
-from collections.abc import Sequence
+"""What no motion tells apart, in words."""
 
 import sympy
 
-_EXTREME = 100  # decimal exponent
+from .null_space import Direction
+
 _SIMPLE, _DIGITS = 1000, 6
 
-Direction = dict[sympy.Symbol, sympy.Expr]
 
-
-def hidden_directions(
-    columns: Sequence[sympy.Expr], parameters: Sequence[sympy.Symbol]
-) -> tuple[Direction, ...]:
-    """Null space of a regressor over all motions.
-
-    Each column is written over the basis of distinct functions of the motion that occur in it; the
-    null space of the coefficients is exact where these functions are independent.
-
-    Returns
-    -------
-    tuple of dict
-        Each maps parameters to the weights of a change that no motion shows.
-    """
-    basis: dict[sympy.Expr, int] = {}
-    scales: list[sympy.Expr] = []
-    entries: dict[tuple[int, int], sympy.Expr] = {}
-    for j, column in enumerate(columns):
-        for term in sympy.Add.make_args(sympy.expand(column)):
-            weight, function = term.as_independent(*term.free_symbols, as_Add=False)
-            if weight != 0:
-                row = basis.setdefault(function, len(basis))
-                if row == len(scales):
-                    scales.append(power_of_ten(weight))
-                exact = sympy.nsimplify(weight * scales[row], rational=True)
-                entries[row, j] = entries.get((row, j), sympy.S.Zero) + exact
-    matrix = sympy.Matrix(
-        max(len(basis), 1), len(columns), lambda i, j: entries.get((i, j), sympy.S.Zero)
-    )
-    return tuple(
-        {p: weight for p, weight in zip(parameters, vector, strict=True) if weight != 0}
-        for vector in matrix.nullspace()
-    )
-
-
-def power_of_ten(weight: sympy.Expr) -> sympy.Expr:
-    """What brings an extreme weight near 1; 1 for any other.
-
-    Scaling a row does not change the null space, and a number such as exp(-1e4), which expanding a
-    Gaussian gives, would be a fraction of thousands of digits.
-    """
-    exponent = int(sympy.floor(sympy.log(sympy.Abs(sympy.N(weight)), 10)))
-    return sympy.Integer(10) ** -exponent if abs(exponent) > _EXTREME else sympy.S.One
+def describe_loss(direction: Direction) -> str:
+    """Say what no motion shows, and where all weights are numbers, what it shows of that."""
+    lost = f"no motion shows a change of {describe_direction(direction)}"
+    if len(direction) == 1 or not all(weight.is_Rational for weight in direction.values()):
+        return lost
+    return f"{lost}; only {describe_combinations(direction)} can be identified"
 
 
 def describe_direction(direction: Direction) -> str:

@@ -4,12 +4,16 @@ What the axis declares as friction, forces of the velocity alone and a constant 
 each rung's own terms; inertia, gravity, springs and whatever depends on the position stay.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import sympy
 
 from .axis import Axis
+from .base_terms import Terms, force_terms, reduced_rows
+from .constants import with_numbers
 from .errors import ModelError
+from .friction import with_direction
 from .names import fresh_name
 from .numbers import number
 from .symbols import Coordinate, Parameter
@@ -23,13 +27,15 @@ def friction_ladder(
     """The axis under each friction law, by the law's name, from the poorest to the richest.
 
     ``viscous``; with ``Coulomb``; with ``offset``; ``directional``, where viscous and Coulomb
-    friction differ by direction. Each contains those before it. Where the declared axis is none of
-    them it comes last, as ``declared``.
+    friction differ by direction. Each contains those before it. The rung that the declared axis is,
+    in these parameters or others, is the axis itself; where it is none it comes last, as
+    ``declared``.
 
     Parameters
     ----------
     axis : Axis
-        Its own viscous, Coulomb and offset parameters keep their names.
+        Its own friction parameters keep their names, and what is known of them; a parameter that
+        is split by direction leaves its value as the nominal one of both, but not as known.
     quadratic : bool
         A further rung adds ``Fq dq |dq|`` to the directional law.
     stribeck : float, optional
@@ -46,9 +52,8 @@ def friction_ladder(
     kept, friction = _split(axis)
     ladder: dict[str, Axis] = {}
     for law, terms in _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck).items():
-        rung = _rung(axis, kept, law, terms)
-        own = sympy.expand(rung.force - axis.force) == 0
-        ladder[law] = axis if own else rung
+        own = _is_law(axis, friction, terms)
+        ladder[law] = axis if own else _rung(axis, kept, law, terms)
     if not any(rung is axis for rung in ladder.values()):
         ladder["declared"] = axis
     return ladder
@@ -94,10 +99,13 @@ def _laws(
     constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
     basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
     directional = [
-        (_one_way(viscous, "p", taken), speed * ahead),
-        (_one_way(viscous, "m", taken), speed * back),
-        (_one_way(coulomb, "p", taken), ahead),
-        (_one_way(coulomb, "m", taken), -back),
+        (_declared(axis, friction, factor) or _one_way(undirected, suffix, taken), factor)
+        for undirected, suffix, factor in (
+            (viscous, "p", speed * ahead),
+            (viscous, "m", speed * back),
+            (coulomb, "p", ahead),
+            (coulomb, "m", -back),
+        )
     ]
     laws = {
         "viscous": basic[:1],
@@ -106,12 +114,41 @@ def _laws(
         "directional": directional,
     }
     if quadratic:
-        drag = _fresh("Fq", f"{force}/({rate})^2", taken)
-        laws["quadratic"] = [*directional, (drag, speed * sympy.Abs(speed))]
+        drag = speed * sympy.Abs(speed)
+        own = _declared(axis, friction, drag)
+        added = own or _fresh("Fq", f"{force}/({rate})^2", taken)
+        laws["quadratic"] = [*directional, (added, drag)]
     if stribeck is not None:
-        peak = _fresh("Fs", force, taken)
-        laws["Stribeck"] = [*directional, (peak, sign * sympy.exp(-((speed / stribeck) ** 2)))]
+        peak = sign * sympy.exp(-((speed / stribeck) ** 2))
+        added = _declared(axis, friction, peak) or _fresh("Fs", force, taken)
+        laws["Stribeck"] = [*directional, (added, peak)]
     return laws
+
+
+def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
+    """Whether the axis's friction gives the forces that a law gives, and no others."""
+    used = {s for term in friction for s in term.free_symbols}
+    symbols = [p.symbol for p in axis.parameters if p.symbol in used]
+    amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
+    terms = (amount * factor for amount, (_, factor) in zip(amounts, law, strict=True))
+    both = _terms(axis, sympy.Add(*friction, *terms), (*symbols, *amounts))
+    if both.bent or any(sum(exponents) > 1 for exponents in both.monomials):
+        return False
+    own = [any(exponents[: len(symbols)]) for exponents in both.monomials]
+    sides = [[j for j, mine in enumerate(own) if mine is side] for side in (True, False)]
+    ranks = {_rank(both, columns) for columns in (*sides, range(len(own)))}
+    return len(ranks) == 1
+
+
+def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Terms:
+    """A force over functions of the motion, the same one however it is written."""
+    velocity = axis.coordinate.velocity
+    return force_terms(with_direction(with_numbers(force), velocity), velocity, symbols)
+
+
+def _rank(terms: Terms, columns: Iterable[int]) -> int:
+    chosen = tuple(columns)
+    return len(reduced_rows([[row[j] for j in chosen] for row in terms.weights])[1])
 
 
 def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
@@ -129,8 +166,11 @@ def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> A
 
 def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
     """The parameter that the axis itself gives a term, if that is all it does."""
+    symbols = {p.symbol for p in axis.parameters}
     for p in axis.parameters:
-        if [term for term in friction if p.symbol in term.free_symbols] == [p * factor]:
+        own = [term for term in friction if p.symbol in term.free_symbols]
+        rest = sympy.Add(*own, -p * factor)
+        if own and not _terms(axis, rest, tuple(rest.free_symbols & symbols)).monomials:
             return p
     return None
 
@@ -146,9 +186,12 @@ def _taken(axis: Axis, kept: list[sympy.Expr]) -> set[str]:
 
 
 def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
-    """The parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative."""
+    """The parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
+
+    A value known of the undirected one is a mean of the two, and says of neither how sure it is.
+    """
     fresh = _fresh(f"{parameter.name}{suffix}", parameter.unit, taken)
-    return replace(parameter, name=fresh.name)
+    return replace(parameter, name=fresh.name, known=None, known_sd=0.0)
 
 
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:

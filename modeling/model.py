@@ -10,8 +10,8 @@ from .constants import with_numbers
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .errors import ModelError
 from .friction import with_direction
-from .identifiability import Direction, hidden_directions
 from .inverse import Regressor, inverse_regressor
+from .null_space import Direction, hidden_directions
 from .parameter_map import ParameterMap, parameter_map
 from .units import parse_unit
 
@@ -41,7 +41,8 @@ class AxisModel:
     parameter_map : ParameterMap or None
         Between ``theta_ddm`` and the parameters.
     hidden : tuple of dict
-        Changes of the parameters that no motion shows; empty for a linear model.
+        Changes of the parameters of a partially linear axis that no motion shows; for a linear one
+        `base` has them.
     """
 
     base: BaseModel
@@ -94,7 +95,7 @@ def derive(axis: Axis) -> AxisModel:
         ddm=direct,
         ddm_refusal=refusal,
         parameter_map=None if direct is None else _map(axis, direct),
-        hidden=hidden_directions(idm.columns, symbols),
+        hidden=hidden_directions(idm, axis.parameters, q),
     )
 
 

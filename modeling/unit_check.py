@@ -16,9 +16,9 @@ def checked_terms(
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 
-    Symbols, constants, functions and exact factors 1, 2 and 1/2 are held to their units. A term
-    with another plain number in it passes if it fits with that as a pure number; if not, the number
-    may stand for something with a unit, and the term is returned with the unit that this must be.
+    Symbols, constants, functions and factors 1, 2 and 1/2 are held to their units. A term with
+    another plain number in it passes if it fits with that as a pure number; if not, the number may
+    stand for something with a unit, and the term is returned with the unit that this must be.
 
     Raises
     ------

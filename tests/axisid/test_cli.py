@@ -227,7 +227,7 @@ def test_instruments_without_a_control_law_exit_4(
     ("text", "message"),
     [
         ("import nonsense_xyz", "does not import"),
-        (NO_LAW.replace("viscous(Fv, q)", "1.0*Fv*q.acceleration**2"), "not linear in the accel"),
+        (NO_LAW.replace("viscous(Fv, q)", "3.0*Fv*q.acceleration**2"), "not linear in the accel"),
         (NO_LAW.replace("viscous(Fv, q)", "Fv*q"), "the term Fv*q is in kg m/s"),
         (NO_LAW.replace('"Fv"', '"double"'), "keyword of C"),
     ],

@@ -18,6 +18,7 @@ import sympy
 
 from axisid import (
     LIBRARY,
+    Constant,
     Coordinate,
     UsageError,
     build,
@@ -401,7 +402,8 @@ def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path
         parameters=(m, c),
         inertia=m,
         resistance=(
-            c * sympy.Min(5, sympy.sqrt(x.symbol - 1)) + 1.0 * sympy.Max(3, sympy.log(x.symbol)),
+            c * sympy.Min(5, sympy.sqrt(x.symbol - 1))
+            + Constant(1.0, "N m") * sympy.Max(3, sympy.log(x.symbol)),
         ),
         drive=Drive(gain=1.0),
         control=cascade_pd(kp=10.0, kv=10.0, period=1e-3),

@@ -80,6 +80,19 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
         lambda r: replace(r, control=1e3 * np.roll(r.control, 2)),  # type: ignore[operator]
         "no factor explains it",
     ),
+    "small scaling": (lambda r: replace(r, control=1.05 * r.control), "control's scaling"),  # type: ignore[operator]
+    "unit of the position": (
+        lambda r: replace(r, position=1e3 * r.position),
+        "with the position times 0.001: check its unit, such as millimetres",
+    ),
+    "unit of the reference": (
+        lambda r: replace(r, reference=r.reference / 1e3),  # type: ignore[operator]
+        "with the reference times 1000: check its unit, such as metres",
+    ),
+    "sign of the position": (
+        lambda r: replace(r, position=-r.position),
+        "with the position times -1: check its sign",
+    ),
     "constant": (lambda r: replace(r, control=r.control + 0.1), "a constant of 0.1 explains it"),  # type: ignore[operator]
 }
 

@@ -32,16 +32,16 @@ REST = np.zeros(600)
 
 
 def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
-    """A light axis with one stiff term ``p * term``; the 1.0 leaves its unit unchecked."""
+    """A light axis with one stiff term ``value * term``; the 4 leaves its unit unchecked."""
     x = Coordinate("x")
-    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value)
+    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value / 4)
     return build(
         newton(
             "stiff",
             coordinate=x,
             parameters=(m, p),
             inertia=m,
-            resistance=(1.0 * p * term(x),),
+            resistance=(4 * p * term(x),),
             drive=Drive(gain=1.0),
             control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
         )

@@ -13,6 +13,7 @@ from axisid import (
     PERIOD,
     REFERENCE,
     Axis,
+    Constant,
     ControlLaw,
     Coordinate,
     Drive,
@@ -325,12 +326,13 @@ def test_start_of_zero_and_wild_nominal_values_find_the_same(
 
 def squared(lower: float, nominal: float = 1.0) -> GeneratedAxis:
     mass, root = Parameter("m", "kg", nominal=5.0), Parameter("r", "m", nominal, lower)
+    unit = Constant(1.0, "kg/(m^2 s)")
     axis = newton(
         "squared",
         coordinate=x,
         parameters=(mass, root),
         inertia=mass,
-        resistance=(1.0 * root.symbol**2 * x.velocity,),
+        resistance=(unit * root.symbol**2 * x.velocity,),
         drive=Drive(gain=18.0),
     )
     return build(axis)

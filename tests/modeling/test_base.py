@@ -155,7 +155,7 @@ def test_gear_adds_rotor_and_load() -> None:
 def test_square_alone_and_beside_its_root() -> None:
     squared = newton(
         "squared", coordinate=x, parameters=(m, l), inertia=m,
-        resistance=(1.0 * l.symbol**2 * x.velocity, 1.0 * l.symbol * x.symbol), drive=DRIVE,
+        resistance=(3.0 * l.symbol**2 * x.velocity, 3.0 * l.symbol * x.symbol), drive=DRIVE,
     )  # fmt: skip
     base = base_model(squared)
     assert [p.name for p in base.axis.parameters] == ["m", "l", "l2"]
@@ -199,11 +199,35 @@ def test_products_rounded_by_the_user_are_still_products() -> None:
     assert base.at((1.0, 2.0)) == pytest.approx((1 + 2 * k,), rel=1e-12)
 
 
+def test_wave_of_a_known_phase_is_a_sine_and_a_cosine() -> None:
+    a, b, c = (Parameter(name, "N m") for name in "abc")
+    waves = (sympy.sin(q.symbol + 0.5), sympy.sin(q.symbol), sympy.cos(q.symbol))
+    swing = newton(
+        "swing", coordinate=q, parameters=(J, a, b, c), inertia=J,
+        resistance=[p * wave for p, wave in zip((a, b, c), waves, strict=True)], drive=DRIVE,
+    )  # fmt: skip
+    (hidden,) = base_model(swing).hidden
+    weights = [float(hidden[p.symbol] / hidden[a.symbol]) for p in (b, c)]
+    assert weights == pytest.approx([-np.cos(0.5), -np.sin(0.5)], rel=1e-12)
+
+
+@pytest.mark.parametrize("power", [Fraction(1), Fraction(2), Fraction(1, 2), Fraction(-1, 3)])
+def test_powers_of_the_speed_are_one_function_in_all_their_words(power: Fraction) -> None:
+    speed, sign, less = sympy.Abs(x.velocity), sympy.sign(x.velocity), sympy.Rational(power)
+    unit = f"N/(m/s)^({(power + 1).numerator}/{power.denominator})"
+    one, two = Parameter("one", unit), Parameter("two", unit)
+    axis = newton(
+        "drag", coordinate=x, parameters=(m, one, two), inertia=m,
+        resistance=(one * speed**less * x.velocity, two * speed ** (less + 1) * sign), drive=DRIVE,
+    )  # fmt: skip
+    assert base_model(axis).hidden == ({one.symbol: -1, two.symbol: 1},)
+
+
 def test_parameters_that_enter_otherwise_stay_as_they_are() -> None:
     vs, fs = Parameter("vs", "m/s", nominal=0.1), Parameter("fs", "N")
     stribeck = newton(
         "stribeck", coordinate=x, parameters=(m, l, fs, vs), inertia=m,
-        resistance=(1.0 * m.symbol * l * x.velocity,
+        resistance=(3.0 * m.symbol * l * x.velocity,
                     fs * sympy.exp(-((x.velocity / vs.symbol) ** 2)) * sympy.sign(x.velocity)),
         drive=DRIVE,
     )  # fmt: skip
@@ -233,7 +257,7 @@ def test_new_names_are_free_and_allowed() -> None:
     taken = Parameter("m_l", "N/m")
     axis = newton(
         "taken", coordinate=x, parameters=(m, l, taken), inertia=m,
-        resistance=(1.0 * m.symbol * l * x.velocity, taken * x.symbol), drive=DRIVE,
+        resistance=(3.0 * m.symbol * l * x.velocity, taken * x.symbol), drive=DRIVE,
     )  # fmt: skip
     assert [p.name for p in base_model(axis).axis.parameters] == ["m", "m_l_2", "m_l"]
     long = [Parameter(f"{letter}{'o' * 20}", "kg") for letter in "abc"]
@@ -310,7 +334,7 @@ def polynomial_axes(draw: st.DrawFn) -> tuple[Axis, list[list[int]]]:
     used = [s for s in symbols if s in force.free_symbols]
     parameters = [Parameter(str(s), "kg", nominal=1.0) for s in used]
     axis = newton("random", coordinate=q, parameters=(J,), inertia=J, resistance=(), drive=DRIVE)
-    return replace(axis, parameters=tuple(parameters), force=sympy.expand(1.0 * force)), weights
+    return replace(axis, parameters=tuple(parameters), force=sympy.expand(3.0 * force)), weights
 
 
 @settings(max_examples=25)

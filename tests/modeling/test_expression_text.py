@@ -28,7 +28,12 @@ def read(text: str) -> sympy.Expr:
     [
         ("m*ddx + b*dx + c*sign(dx)", m * ddx + b * dx + c * sympy.sign(dx)),
         ("m*dx**2/2", m * dx**2 / 2),
-        ("1/2*m*dx**2", 0.5 * m * dx**2),
+        ("1/2*m*dx**2", m * dx**2 / 2),
+        ("-6/8*b", sympy.Rational(-3, 4) * b),
+        ("1./2*b", b / 2),
+        ("0.5*b", 0.5 * b),
+        ("1/3*b", (1 / 3) * b),
+        ("x**(1/2)", sympy.sqrt(x)),
         ("-c*abs(-x)", -c * sympy.Abs(x)),
         ("b*tanh(dx/1e-3)", b * sympy.tanh(dx / sympy.Float(1e-3))),
         ("b - c - x", b - c - x),
@@ -49,6 +54,16 @@ def read(text: str) -> sympy.Expr:
 )
 def test_text_means_what_it_means_in_python(text: str, expected: sympy.Expr) -> None:
     assert read(text) == expected
+
+
+@given(st.integers(-(10**9) + 1, 10**9 - 1), st.integers(1, 10**9 - 1))
+def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, below: int) -> None:
+    for divisor in (below, below & -below):
+        value = read(f"{above}/{divisor}")
+        assert float(value) == above / divisor
+        assert value.is_Rational == (
+            sympy.Rational(above, divisor) == sympy.Rational(above / divisor)
+        )
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,28 @@
 """The friction ladder: what gives way, what stays, and that each law contains those before it."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 import sympy
 
-from axisid import Axis, Coordinate, Drive, ModelError, Parameter, build, lagrange, newton
+from axisid import (
+    Axis,
+    Constant,
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    asymmetric_coulomb,
+    asymmetric_viscous,
+    build,
+    fix,
+    lagrange,
+    load_axis,
+    newton,
+    quadratic,
+    stribeck,
+)
 from axisid.modeling import derive, friction_ladder, parse_unit
 from tests.estimation.axes import AXES
 
@@ -17,6 +34,7 @@ b = Parameter("b", "N/(m/s)")
 c = Parameter("c", "N")
 k = Parameter("k", "N/m")
 w = Parameter("w", "N")
+v = Parameter("v", "m/s", nominal=0.1)
 
 
 def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
@@ -134,6 +152,96 @@ def test_richer_rungs_on_request_contain_the_directional_law() -> None:
 def test_a_stribeck_velocity_that_is_none_is_refused(speed: object) -> None:
     with pytest.raises(ModelError, match="Stribeck velocity is"):
         friction_ladder(AXES["offset"], stribeck=speed)  # type: ignore[arg-type]
+
+
+def test_an_axis_that_differs_by_direction_is_the_directional_rung_by_its_own_names() -> None:
+    axis = load_axis("belt_axis")
+    ladder = friction_ladder(axis, quadratic=True)
+    assert tuple(ladder) == (*LAWS, "quadratic")
+    assert ladder["directional"] is axis
+    assert names(ladder["offset"]) == ["m", "Fv", "Fc", "F0"]
+    assert names(ladder["quadratic"]) == ["m", "Fvp", "Fvm", "Fcp", "Fcm", "Fq"]
+
+
+def test_one_direction_that_is_declared_keeps_its_name() -> None:
+    cm = Parameter("cm", "N")
+    axis = stage(b * x.velocity, asymmetric_coulomb(c, cm, x), parameters=(b, c, cm))
+    ladder = friction_ladder(axis)
+    assert ladder["offset"] is axis  # unequal levels are an equal one and an offset
+    assert names(ladder["directional"]) == ["m", "bp", "bm", "c", "cm"]
+
+
+SIGN, SPEED = sympy.sign(x.velocity), sympy.Abs(x.velocity)
+MORE = Parameter("more", "N/(m/s)")
+DRAG = Parameter("drag", "N/(m/s)^2")
+
+
+@pytest.mark.parametrize(
+    ("friction", "parameters", "law"),
+    [
+        ((c * SIGN, b * SPEED * SIGN), (b, c), "Coulomb"),
+        ((b * x.velocity, c * (2 * sympy.Heaviside(x.velocity) - 1)), (b, c), "Coulomb"),
+        ((b * x.velocity + c * SIGN, MORE * SPEED + w), (b, c, w, MORE), "directional"),
+        ((b * x.velocity + c * SIGN + w, w * SIGN), (b, c, w), "offset"),
+        (
+            (asymmetric_viscous(b, MORE, x), asymmetric_coulomb(c, w, x), quadratic(DRAG, x)),
+            (b, c, w, MORE, DRAG),
+            "quadratic",
+        ),
+        (
+            (
+                asymmetric_viscous(b, MORE, x),
+                asymmetric_coulomb(c, w, x),
+                stribeck(k, x, velocity=0.02),
+            ),
+            (b, c, w, MORE, k),
+            "Stribeck",
+        ),
+    ],
+)
+def test_a_law_is_recognised_however_it_is_written(
+    friction: tuple[sympy.Expr, ...], parameters: tuple[Parameter, ...], law: str
+) -> None:
+    force = [replace(p, unit="N") if p is k else p for p in parameters]
+    axis = stage(*friction, parameters=tuple(force))
+    ladder = friction_ladder(axis, quadratic=True, stribeck=0.02)
+    assert [name for name, rung in ladder.items() if rung is axis] == [law]
+    assert all(p.name in names(ladder[law]) for p in parameters)
+
+
+@pytest.mark.parametrize(
+    ("friction", "parameters"),
+    [
+        ((b * (x.velocity + Constant(0.1, "m/s") * SIGN),), (b,)),
+        ((b * x.velocity, MORE * SPEED), (b, MORE)),
+        ((b * x.velocity + Constant(1.0, "m^2/(N s^2)") * b.symbol**2 * SIGN,), (b,)),
+        ((b * x.velocity, c * sympy.tanh(x.velocity / v)), (b, c, v)),
+    ],
+)
+def test_another_law_is_a_rung_of_its_own(
+    friction: tuple[sympy.Expr, ...], parameters: tuple[Parameter, ...]
+) -> None:
+    axis = stage(*friction, parameters=parameters)
+    ladder = friction_ladder(axis)
+    assert tuple(ladder) == (*LAWS, "declared")
+    assert ladder["declared"] is axis
+
+
+def test_what_is_known_of_an_undirected_parameter_is_not_known_of_its_halves() -> None:
+    ladder = friction_ladder(fix(load_axis("emps"), Fc=(20.4, 0.1)))
+    known = {law: {p.name: p.known for p in rung.parameters} for law, rung in ladder.items()}
+    assert known["Coulomb"]["Fc"] == known["offset"]["Fc"] == 20.4
+    assert not any(known["directional"].values())
+    assert all(p.known_sd == 0 for p in ladder["directional"].parameters)
+
+
+def test_what_is_known_of_one_direction_stays_known() -> None:
+    ladder = friction_ladder(fix(load_axis("belt_axis"), Fcp=(26.0, 0.5)), quadratic=True)
+    for law in ("directional", "quadratic"):
+        known = {p.name: (p.known, p.known_sd) for p in ladder[law].parameters}
+        assert known["Fcp"] == (26.0, 0.5)
+        assert known["Fcm"] == (None, 0.0)
+    assert ladder["Coulomb"].parameters[-1].known is None
 
 
 def test_an_axis_without_friction_gets_it() -> None:

@@ -1,5 +1,6 @@
 """The equation of motion in its units: what is caught, what passes, what is open and listed."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,6 +17,7 @@ from axisid import (
     coulomb,
     gravity,
     lagrange,
+    load_axis,
     load_dependent,
     motor_inertia,
     newton,
@@ -110,6 +112,59 @@ def test_stribeck_velocity_of_a_wrong_unit_is_refused() -> None:
     vs, level = p("m", "vs"), p("N")
     with pytest.raises(ModelError, match=r"takes a number, not 1/s\^2"):
         linear(stribeck(level, q, velocity=vs), parameters=(level, vs))
+
+
+HALF = sympy.Rational(1, 2)
+
+
+@pytest.mark.parametrize("half", [HALF, 0.5, sympy.Float(0.5, 30), -0.5], ids=str)
+def test_energy_of_a_wrong_unit_is_refused_however_its_half_is_written(half: Any) -> None:
+    def by_energy(parameter: Parameter) -> Axis:
+        return lagrange(
+            "test",
+            coordinate=theta,
+            parameters=(parameter,),
+            kinetic=half * parameter.symbol * theta.velocity**2,
+            drive=Drive(gain=1.0),
+        )
+
+    assert by_energy(J).unchecked_terms == ()
+    with pytest.raises(ModelError, match=r"the term .*M\*ddtheta is in .*, but the drive"):
+        by_energy(M)
+
+
+@pytest.mark.parametrize("factor", [1, 1.0, -1.0, 2, 2.0, -2.0, HALF, 0.5, -0.5], ids=repr)
+def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
+    wrong = p("N/(m/s)", "Fv")
+    with pytest.raises(ModelError, match=r"Fv\*q.* is in .* \(Fv in N/\(m/s\), q in m\)"):
+        linear(factor * wrong.symbol * q.symbol, parameters=(wrong,))
+
+
+UNDRIVEN = """
+name = "test"
+coordinate = { name = "x", unit = "rad" }
+
+[parameters]
+m = { unit = "kg m^2", nominal = 1.0 }
+k = { unit = "N m" }
+
+[drive]
+gain = 1.0
+"""
+
+
+@pytest.mark.parametrize("half", ["1/2*", "2/4*", "0.5*", ".5*", "1./2*"])
+def test_halves_of_a_toml_declaration_excuse_nothing(tmp_path: Path, half: str) -> None:
+    file = tmp_path / "axis.toml"
+    energies = f'[lagrange]\nkinetic = "{half}m*dx**2"\npotential = "{half}k*x**2"\n'
+    balance = f'[newton]\ninertia = "m"\nresistance = ["{half}k*x"]\n'
+    for law in (energies, balance):
+        file.write_text(UNDRIVEN + law)
+        assert load_axis(file).unchecked_terms == ()
+        for right, wrong in (("kg m^2", "kg"), ("N m", "N")):
+            file.write_text(UNDRIVEN.replace(f'"{right}"', f'"{wrong}"') + law)
+            with pytest.raises(ModelError, match="but the drive of a rotary axis gives N m"):
+                load_axis(file)
 
 
 @pytest.mark.parametrize("unit", ["N", "N/(rad/s)", "kg"])
