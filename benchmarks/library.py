@@ -28,9 +28,9 @@ PREFILTERS = {
 }
 
 
-def prefilter_of(name: str) -> Prefilter:
-    """The filter that suits the twin of a library axis."""
-    return PREFILTERS.get(name, Prefilter())
+def prefilter_of(name: str) -> Prefilter | None:
+    """The filter for the twin of a library axis, where the default does not suit."""
+    return PREFILTERS.get(name)
 
 
 def outside(result: Identification) -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from axisid import LIBRARY, AxisModel, Prefilter, derive, load_axis
+from axisid import LIBRARY, AxisModel, derive, load_axis
 from axisid.modeling import Axis, describe_combinations, named_constants
 from benchmarks.library import prefilter_of
 
@@ -80,9 +80,8 @@ def _identifiable(model: AxisModel) -> str:
 def _twin(axis: Axis) -> str:
     if axis.control is None or axis.experiment is None:
         return "It has none."
-    settings, usual = prefilter_of(axis.name), Prefilter()
-    options = ""
-    if settings != usual:
+    settings, options = prefilter_of(axis.name), ""
+    if settings is not None:
         options = f" --cutoff {settings.cutoff:g} --decimate {settings.decimate}"
     law = axis.control
     return (

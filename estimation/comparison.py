@@ -126,7 +126,9 @@ def compare(
         raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
     named = _named(axes)
     _check_comparable(named)
-    filtered = settled(prefilter or Prefilter(), next(iter(named.values())), record)
+    filtered = settled(
+        prefilter or Prefilter.suited(record.period), next(iter(named.values())), record
+    )
     fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)
     rows = len(next(iter(fits.values())).y)

@@ -62,7 +62,8 @@ def identify(
     axis : Axis or GeneratedAxis
     record : Record
     prefilter : Prefilter, optional
-        The paper's appropriate filter by default.
+        The paper's appropriate filter by default; on records above 1.5 kHz fewer rows are kept,
+        see `Prefilter.suited`.
     methods : sequence of str, optional
         Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
@@ -83,7 +84,7 @@ def identify(
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
     if not isinstance(record, Record):
         raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
-    prefilter = settled(prefilter or Prefilter(), generated, record)
+    prefilter = settled(prefilter or Prefilter.suited(record.period), generated, record)
     study = _Study(generated, record, prefilter, lags)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}

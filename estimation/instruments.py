@@ -20,7 +20,8 @@ from .linear import factor, least_squares
 COVERED = 3.0
 #: First-stage F from which instruments are not weak [StaigerStock1997]_.
 STRONG_F = 10.0
-_SIGNIFICANT = 0.01
+#: Level of the endogeneity test.
+SIGNIFICANT = 0.01
 #: Share of the estimate from which a bias that is significant is worth a warning.
 NOTICED = 0.1
 _KNOWN = 0.3  # of the estimate
@@ -101,7 +102,7 @@ def biased_parameters(ls: Estimate, iv: Estimate, tested: Endogeneity | None) ->
     """
     apart = np.abs(ls.physical - iv.physical)
     far = apart > COVERED * np.sqrt(np.diag(iv.covariance))
-    if tested is not None and tested.p_value < _SIGNIFICANT:
+    if tested is not None and tested.p_value < SIGNIFICANT:
         known = np.sqrt(np.diag(iv.covariances["hac"])) < _KNOWN * np.abs(iv.physical)
         far |= known & (apart > NOTICED * np.abs(iv.physical))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)

@@ -133,12 +133,12 @@ def _other_clock(recorded: float, declared: float) -> LawCheck:
 def _repair(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> str:
     """One column in another unit or with the other sign that would make the law fit; or empty."""
     for role in ("position", "reference"):
-        for factor, what in _COLUMN_FAULTS.items():
-            changed = {role: factor * getattr(record, role)}
+        for scale, what in _COLUMN_FAULTS.items():
+            changed = {role: scale * getattr(record, role)}
             control, terms, used = _compared(axis, law, replace(record, **changed), settle)
             off = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
             if off < GOOD_RESIDUAL:
-                return f"it is with the {role} times {factor:g}: check {what}"
+                return f"it is with the {role} times {scale:g}: check {what}"
     return ""
 
 

@@ -12,7 +12,7 @@ References
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
 _LOWEST = 1e-4  # of the Nyquist frequency
+_EDGE = 0.4  # of the decimation filter, of the rate that it leaves
 _SAME = 1.01  # cutoff and decimation edge that count as one
 
 
@@ -98,6 +99,19 @@ class Prefilter:
             raise UsageError(f"the hold is {self.hold!r}; give raw or zoh.")
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(f"the rows to drop are {self.drop!r}; give 0 or more at each end.")
+
+    @classmethod
+    def suited(cls, period: float, **settings: Any) -> "Prefilter":
+        """Settings for a sampling period in s, the decimation chosen if it is not among them.
+
+        It keeps one row in 10, or fewer where the force would be filtered less than the motion.
+        """
+        chosen = cls(**settings)
+        if "decimate" in settings:
+            return chosen
+        return replace(
+            chosen, decimate=max(chosen.decimate, matching_decimation(chosen.cutoff, period))
+        )
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
@@ -189,10 +203,10 @@ class Prefilter:
 
     def remarks(self, period: float) -> tuple[str, ...]:
         """What the settings do to the estimates, where that is not what one would want."""
-        edge = 0.4 / (self.decimate * period) if self.decimate > 1 else 0.5 / period
+        edge = _EDGE / (self.decimate * period) if self.decimate > 1 else 0.5 / period
         if edge <= self.cutoff * _SAME:
             return ()
-        wanted = math.ceil(0.4 / (self.cutoff * period))
+        wanted = matching_decimation(self.cutoff, period)
         return (
             f"the motion is low-passed at {self.cutoff:g} Hz, the force only at {edge:.4g} Hz, by "
             "the decimation: they no longer belong together, which biases every method; decimate "
@@ -295,6 +309,11 @@ class Prefilter:
         if self.decimation == "scipy":
             return 0
         return self.decimate - (self.decimate * math.ceil(samples / self.decimate) - samples) - 1
+
+
+def matching_decimation(cutoff: float, period: float) -> int:
+    """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
+    return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.

@@ -8,6 +8,7 @@ from axisid.codegen import GeneratedAxis
 from axisid.modeling import UsageError
 
 from .check import Check
+from .details_text import details_text
 from .diagnosis import Diagnosis, diagnose, judged_method
 from .estimate import Estimate
 from .physical import Physical, physical_parameters
@@ -80,7 +81,7 @@ class Identification:
         """What was checked, against what, and what it means."""
         return self.diagnosis.verdict
 
-    def summary(self, draws: int = 0) -> str:
+    def summary(self, draws: int = 0, *, full: bool = False) -> str:
         """The estimates side by side as text, with numbered notes.
 
         Parameters
@@ -88,18 +89,22 @@ class Identification:
         draws : int
             How many to draw from each estimate's distribution, for a table of intervals that do
             without the delta method; 0 for none.
+        full : bool
+            Add intervals, correlations and every diagnostic with its figures.
         """
         drawn = f"\n{drawn_text(self.estimates, draws)}" if draws else ""
+        diagnosis = self.diagnosis
+        details = f"\n{details_text(self.estimates, diagnosis)}" if full else ""
         text = summary_text(
             self.axis,
             self.record,
             self.prefilter,
             tuple(self.estimates.values()),
             {**self.skipped, **self.failed},
-            self.verdict,
+            diagnosis.verdict,
             self.physical,
         )
-        return text + drawn
+        return text + drawn + details
 
     def __str__(self) -> str:
         return self.summary()

@@ -7,7 +7,7 @@ the HAC deviations, in a further pass, the products of neighbouring scores.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,7 @@ Blocks = Iterable[Mapping[str, Array]]
 def identify_stream(
     axis: Axis | GeneratedAxis,
     blocks: Blocks,
-    prefilter: Prefilter | None = None,
+    prefilter: Prefilter | Callable[[float], Prefilter] | None = None,
     *,
     sample_period: float | None = None,
     provenance: Provenance | None = None,
@@ -49,7 +49,8 @@ def identify_stream(
         Columns by role in SI: position, force or control, and time unless `sample_period` is
         given. Iterating must begin anew each time; see `LogBlocks` for files.
     prefilter : Prefilter, optional
-        The paper's appropriate filter by default.
+        As in `identify`; or a function that gives it for the sampling period in s, which is known
+        after the first pass only.
     sample_period : float, optional
         s
     provenance : Provenance, optional
@@ -64,7 +65,9 @@ def identify_stream(
     _check_axis(generated)
     told = provenance or Provenance()
     found = extent(told.source, blocks, sample_period)
-    rows = _Rows(generated, blocks, prefilter or Prefilter(), found, told.source)
+    chosen = prefilter(found.period) if callable(prefilter) else prefilter
+    chosen = chosen or Prefilter.suited(found.period)
+    rows = _Rows(generated, blocks, chosen, found, told.source)
     triangle, size, left = _factored(rows)
     names = [q.expression or q.name for q in generated.parameters]
     if size <= len(names) or not left:

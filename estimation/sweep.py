@@ -21,7 +21,7 @@ from .filter_check import filter_bias
 from .identification import FEW_ROWS, METHODS, identify
 from .instruments import STRONG_F, biased_parameters, endogeneity_of, instrument_tests
 from .law_check import check_law
-from .prefilter import Prefilter
+from .prefilter import Prefilter, matching_decimation
 from .record import Record
 from .results import Identification
 from .summary import heading_text, record_lines, text_table
@@ -151,7 +151,7 @@ def sweep(
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results, failures = [], {}
     for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
-        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, rate))
+        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
         try:
             results.append(identify(generated, record, chosen, methods))
         except (EstimationError, DataError) as error:
@@ -187,11 +187,6 @@ def default_cutoffs(
             f"{_MOST_POINTS}, from a lower to a higher frequency."
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
-
-
-def matching_decimation(cutoff: float, rate: float) -> int:
-    """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
-    return max(2, math.ceil(0.4 * rate / cutoff - 1e-9))
 
 
 def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
@@ -230,9 +225,12 @@ def _agrees(result: Identification) -> bool:
 
 
 def _vagueness(result: Identification) -> float:
-    """Mean relative deviation of the instrumental estimate, geometric.
+    """Mean relative error of the instrumental estimate, noise and filter, geometric.
 
     One parameter that is about zero must not decide for all.
     """
-    relative = [v.relative_sd_hac_percent for v in result["idm-iv"].parameters.values()]
+    relative = [
+        100 * math.hypot(v.sd_hac, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
+        for v in result["idm-iv"].parameters.values()
+    ]
     return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

@@ -13,7 +13,15 @@ from .check import Check, passed
 from .estimate import CURVED, FOLLOWING, Estimate
 from .excitation import Excitation
 from .filter_check import filter_bias
-from .instruments import COVERED, NOTICED, STRONG_F, Endogeneity, InstrumentTests, biased_parameters
+from .instruments import (
+    COVERED,
+    NOTICED,
+    SIGNIFICANT,
+    STRONG_F,
+    Endogeneity,
+    InstrumentTests,
+    biased_parameters,
+)
 from .law_check import GOOD_RESIDUAL, LawCheck
 from .motion_checks import conditioning, precision, within_bounds
 from .residual_checks import residual_checks
@@ -120,8 +128,16 @@ def _ls_against_iv(
         "believe the instruments"
         if biased
         else "least squares and instruments differ by less than the rules allow; a bias below "
-        f"{_unseen(iv):.2g} % would not be seen",
+        f"{_unseen(iv):.2g} % would not be seen{_rejected(tested)}",
     )
+
+
+def _rejected(tested: Endogeneity | None) -> str:
+    """What the test alone says; with little noise in the equation it rejects for any bias."""
+    if tested is None or tested.p_value >= SIGNIFICANT:
+        return ""
+    said = f"Durbin-Wu-Hausman rejects (p = {tested.p_value:.1g})"
+    return f". {said}: there is a bias, too small to matter"
 
 
 def _unseen(iv: Estimate) -> float:

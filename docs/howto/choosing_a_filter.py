@@ -5,9 +5,9 @@
 # rounds the motion, most where friction reverses. Too high, and noise reaches velocity and acceleration,
 # where it biases least squares.
 #
-# **Rule of thumb**: 3 to 10 times the bandwidth of the position loop. Keep one row in N such that the
-# decimation's edge, 0.4 times the sampling frequency over N, is at or below the cut-off; then force and
-# motion are filtered alike.
+# **Rule of thumb**: 3 to 10 times the bandwidth of the position loop. Of the rows, one in N is kept such
+# that the decimation's edge, 0.4 times the sampling frequency over N, is at or below the cut-off; then
+# force and motion are filtered alike. Left open, N is 10, or more where that asks for it.
 #
 # ## Let the record decide
 #

@@ -121,7 +121,12 @@ def _fault(error: Exception) -> str:
 )
 @click.option("--cutoff", type=float, metavar="HZ", help="Butterworth low-pass.  [default: 60]")
 @click.option("--order", type=int, metavar="N", help="Its order.  [default: 4]")
-@click.option("--decimate", type=int, metavar="N", help="Keep one row in N.  [default: 10]")
+@click.option(
+    "--decimate",
+    type=int,
+    metavar="N",
+    help="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
+)
 @click.option(
     "--decimation",
     type=click.Choice(["matlab", "scipy"]),
@@ -169,6 +174,9 @@ def _fault(error: Exception) -> str:
     help="Add intervals from N draws of each estimate, which do without the delta method.",
 )
 @click.option(
+    "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
+)
+@click.option(
     "--stream", is_flag=True, help="Read a log larger than memory in blocks; IDM-LS alone."
 )
 @click.option(
@@ -194,6 +202,7 @@ def identify(
     reading: Reading,
     lags: int | None,
     draws: int | None,
+    full: bool,
     stream: bool,
     json_file: str | None,
     fix: tuple[str, ...],
@@ -206,11 +215,12 @@ def identify(
 ) -> None:
     """Identify AXIS from RECORD, or from its built-in twin if no record is given.
 
-    AXIS is a name of the library (emps2015, emps) or a TOML or Python file that declares one.
+    AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
+    rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
     RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS or a
     ROS bag. Values are SI unless the file or --columns says otherwise.
     """
-    prefilter = _prefilter(settings)
+    _prefilter(settings)  # refused before anything is read
     _check_json(json_file, record, axis, second)
     check_output(report, "--report", record, axis, second, json_file)
     _check_folder(figures)
@@ -220,11 +230,12 @@ def identify(
             "--validate": second,
             "--draws": draws,
             "--lags": lags is not None,
+            "--full": full,
             "--fix": fix,
             "--report": report,
             "--figures": figures,
         }
-        _streamed(axis, record, reading, prefilter, json_file, [o for o, x in beyond.items() if x])
+        _streamed(axis, record, reading, settings, json_file, [o for o, x in beyond.items() if x])
         return
 
     with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
@@ -235,6 +246,7 @@ def identify(
     from axisid.estimation import identify as run
     from axisid.estimation.signals import measured_signals
 
+    prefilter = _prefilter(settings, data.period)
     other = None
     if second is not None:
         other = reading.record(second, generated)
@@ -251,7 +263,7 @@ def identify(
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
-    _report(result, json_file, other, draws or 0, outputs)
+    _report(result, json_file, other, draws or 0, outputs, full=full)
 
 
 @cli.command(epilog="Example: axisid generate --check")
@@ -495,7 +507,7 @@ def compare(
     same rows and judged by the error on rows that are held out. Without RECORD it is the twin of
     the first axis.
     """
-    prefilter = _prefilter(settings)
+    _prefilter(settings)  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
     _check_json(json_file, record, *named)
     if not named:
@@ -515,7 +527,8 @@ def compare(
     _add_named(candidates, axes)
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
-        result = run(built, data, prefilter, method, progress=line)
+        filtered = _prefilter(settings, data.period)
+        result = run(built, data, filtered, method, progress=line)
     if json_file is not None:
         _put_json(json_file, result.to_dict())
     if json_file != "-":
@@ -643,7 +656,7 @@ def _streamed(
     axis: str,
     record: str | None,
     reading: Reading,
-    prefilter: "Prefilter",
+    settings: dict[str, Any],
     json_file: str | None,
     beyond: list[str],
 ) -> None:
@@ -663,7 +676,7 @@ def _streamed(
         result = identify_stream(
             generated,
             blocks,
-            prefilter,
+            lambda period: _prefilter(settings, period),
             sample_period=reading.sample_period,
             provenance=blocks.provenance(),
         )
@@ -673,10 +686,12 @@ def _streamed(
         show_text(result.summary())
 
 
-def _prefilter(settings: dict[str, Any]) -> "Prefilter":
+def _prefilter(settings: dict[str, Any], period: float | None = None) -> "Prefilter":
+    """The filter that the options ask for; what is left open suits the sampling period."""
     from axisid.estimation import Prefilter
 
-    return Prefilter(**{name: value for name, value in settings.items() if value is not None})
+    given = {name: value for name, value in settings.items() if value is not None}
+    return Prefilter(**given) if period is None else Prefilter.suited(period, **given)
 
 
 def _check_json(json_file: str | None, *inputs: str | None) -> None:
@@ -726,6 +741,8 @@ def _report(
     other: "Record | None",
     draws: int,
     outputs: "Outputs",
+    *,
+    full: bool,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation import EstimationError, validate, validation_dict, validation_text
@@ -734,7 +751,7 @@ def _report(
     with ProgressLine("judging the estimates"):
         validations = None if other is None else validate(result, other)
         written = None if json_file is None else result.to_dict(draws)
-        text = "" if json_file == "-" else result.summary(draws)
+        text = "" if json_file == "-" else result.summary(draws, full=full)
     refused: UsageError | None = None
     if json_file is not None and written is not None:
         added = {} if other is None else {"validation": validation_dict(validations or (), other)}

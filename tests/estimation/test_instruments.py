@@ -38,6 +38,33 @@ def test_endogeneity_is_the_wu_hausman_test_of_linearmodels(data: Data) -> None:
     assert ours.p_value == pytest.approx(expected.pval, rel=1e-7, abs=1e-300)
 
 
+def test_endogeneity_gives_the_durbin_statistic_of_linearmodels(data: Data) -> None:
+    """Durbin's chi-squared and the F of the regression form are two sides of one sum of squares."""
+    y, X, Z = data
+    expected = IV2SLS(y, None, X, Z).fit(cov_type="unadjusted").durbin()
+    ours = endogeneity(y, X, Z, Classical())
+    q, dof = X.shape[1], len(y) - 2 * X.shape[1]
+    explained = q * ours.statistic
+    assert len(y) * explained / (explained + dof) == pytest.approx(expected.stat, rel=1e-9)
+
+
+@pytest.mark.parametrize(("appropriate", "listed"), [(True, ()), (False, ("M",))])
+def test_on_the_papers_twin_the_test_rejects_and_size_decides(
+    emps2015: GeneratedAxis, appropriate: bool, listed: tuple[str, ...]
+) -> None:
+    """Noise enters through the loop, hardly any through the equation: any bias is significant."""
+    settings = (60.0, 10) if appropriate else (180.0, 3)
+    prefilter = Prefilter(cutoff=settings[0], decimate=settings[1])
+    result = identify(emps2015, twin_record(emps2015), prefilter)
+    tested = endogeneity_of(result["idm-iv"])
+    assert tested is not None
+    assert tested.p_value < 1e-3
+    assert biased_parameters(result["idm-ls"], result["idm-iv"], tested) == listed
+    (check,) = (c for c in result.verdict if c.name == "least squares against instruments")
+    assert check.status == ("pass" if appropriate else "fail")
+    assert ("there is a bias, too small to matter" in check.meaning) is appropriate
+
+
 def test_endogeneity_is_seldom_found_where_there_is_none(rng: np.random.Generator) -> None:
     Z = rng.normal(size=(400, 2))
     X = Z + 0.5 * rng.normal(size=(400, 2))

@@ -10,7 +10,7 @@ import pytest
 from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, sweep
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import default_cutoffs
-from axisid.estimation.sweep import matching_decimation
+from axisid.estimation.prefilter import matching_decimation
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -42,8 +42,8 @@ def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
 def test_decimation_follows_the_cutoff(swept: Sweep) -> None:
     for result in swept.results:
         assert result.prefilter.remarks(1e-3) == ()
-    assert matching_decimation(40.0, 1000.0) == 10
-    assert matching_decimation(400.0, 1000.0) == 2
+    assert matching_decimation(40.0, 1e-3) == 10
+    assert matching_decimation(400.0, 1e-3) == 2
 
 
 def test_without_instruments_the_lowest_is_recommended(
