@@ -126,9 +126,9 @@ def compare(
         raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
     named = _named(axes)
     _check_comparable(named)
-    filtered = settled(
-        prefilter or Prefilter.suited(record.period), next(iter(named.values())), record
-    )
+    # The same rows for all: those of the candidates that are not linear, if there are any.
+    first = min(named.values(), key=lambda axis: axis.is_linear)
+    filtered = settled(prefilter or Prefilter.suited(record.period), first, record)
     fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)
     rows = len(next(iter(fits.values())).y)

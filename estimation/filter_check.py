@@ -26,7 +26,8 @@ def filter_bias(estimate: Estimate) -> Check:
         meaning="the prefilter moves no parameter by more than its deviation"
         if not moved
         else f"the prefilter itself moves {listed}; the values have it, the 95 % intervals are "
-        "less it: raise the cut-off and keep the decimation, or subtract it (filter_bias)",
+        "less it: leave out the reversals (--reversals leave-out), or raise the cut-off and keep "
+        "the decimation, or subtract it (filter_bias)",
     )
 
 

@@ -28,6 +28,9 @@ _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
 _LOWEST = 1e-4  # of the Nyquist frequency
+_ROUNDED = 0.05  # of a step, that the low-pass still lacks
+_REST = 1e-3  # of the largest speed
+_LIGHT = 0.1  # weight below which a row is left out
 _EDGE = 0.4  # of the decimation filter, of the rate that it leaves
 _SAME = 1.01  # cutoff and decimation edge that count as one
 
@@ -56,10 +59,15 @@ class Prefilter:
         after it, since a drive holds its force over the period; ``raw`` with the force after it,
         as the published recipe does. None takes ``zoh`` for a control that a drive holds, and
         ``raw`` where nothing is held: a measured force, or a continuous law.
-    segments, masked : tuple of (int, int)
+    reversals : {"keep", "leave-out"} or None
+        ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
+        there the low-pass rounds what friction does at once, which a term that changes fast with
+        the velocity takes for its own. None keeps them, as the published recipe does, for an axis
+        that is linear in its parameters, and leaves them out for one that is not.
+    segments, masked, silent : tuple of (int, int)
         Of the record that `settled` fits the settings to. Each segment is filtered by itself, and
         loses its transients at both ends; one that is too short for that is left out. So are the
-        rows whose filters reach a masked sample.
+        rows whose filters reach a masked sample. What is silent has no weight.
 
     Raises
     ------
@@ -73,8 +81,10 @@ class Prefilter:
     decimation: Literal["matlab", "scipy"] = "matlab"
     drop: tuple[int, int] | None = None
     hold: Literal["raw", "zoh"] | None = None
+    reversals: Literal["keep", "leave-out"] | None = None
     segments: tuple[Span, ...] = ()
     masked: tuple[Span, ...] = ()
+    silent: tuple[Span, ...] = ()
 
     def __post_init__(self) -> None:
         whole = (self.order, self.decimate, *(self.drop or ()))
@@ -97,6 +107,8 @@ class Prefilter:
             raise UsageError(f"the row alignment is {self.decimation!r}; give matlab or scipy.")
         if self.hold not in ("raw", "zoh", None):
             raise UsageError(f"the hold is {self.hold!r}; give raw or zoh.")
+        if self.reversals not in ("keep", "leave-out", None):
+            raise UsageError(f"the reversals are {self.reversals!r}; give keep or leave-out.")
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(f"the rows to drop are {self.drop!r}; give 0 or more at each end.")
 
@@ -112,6 +124,11 @@ class Prefilter:
         return replace(
             chosen, decimate=max(chosen.decimate, matching_decimation(chosen.cutoff, period))
         )
+
+    @property
+    def silenced(self) -> int:
+        """How many samples have no weight, near reversals and rests."""
+        return sum(stop - start for start, stop in self.silent)
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
@@ -237,10 +254,29 @@ class Prefilter:
         record is filtered, and rows near its ends are left out: the decimation filter too would
         otherwise continue the record from the last sample that is kept, and give it much weight.
         """
+        if self.silent:
+            signals = self._weighted(signals)
+        reduced = self._reduced(signals, period)
+        selected = self._selected(len(signals), period)
+        return reduced if selected is None else reduced[selected]
+
+    def _reduced(self, signals: Array, period: float) -> Array:
         spans = self.spans(len(signals), period)
         pieces = [self._reduce(signals[start:stop], period) for start, stop in spans]
-        reduced = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        return reduced[self._clean(len(signals), period)] if self.masked else reduced
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def _weighted(self, signals: Array) -> Array:
+        """Signals with no weight on what is silent."""
+        weighted = np.array(signals, dtype=float)
+        for start, stop in self.silent:
+            weighted[start:stop] = 0.0
+        return weighted
+
+    def _selected(self, samples: int, period: float) -> NDArray[np.bool_] | None:
+        """Which rows are neither masked nor silent; None for all."""
+        if not (self.masked or self.silent):
+            return None
+        return _selected_rows(self, samples, period)
 
     def _reduce(self, signals: Array, period: float) -> Array:
         start, end = self.cut_before(period)
@@ -261,8 +297,8 @@ class Prefilter:
 
     def rows(self, samples: int, period: float) -> Array:
         """Sample numbers of the rows that `reduce` keeps, (n,)."""
-        rows = self._all_rows(samples, period)
-        return rows[self._clean(samples, period)] if self.masked else rows
+        rows, selected = self._all_rows(samples, period), self._selected(samples, period)
+        return rows if selected is None else rows[selected]
 
     def cut_before(self, period: float) -> tuple[int, int]:
         """Samples that the decimation filter does not see, at start and end."""
@@ -270,7 +306,7 @@ class Prefilter:
 
     def masked_rows(self, samples: int, period: float) -> int:
         """How many rows are left out because their filters reach a masked sample."""
-        return int(np.sum(~self._clean(samples, period)))
+        return int(np.sum(~self.clean(samples, period)))
 
     def kept(self, samples: int, period: float) -> NDArray[np.bool_]:
         """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
@@ -295,7 +331,20 @@ class Prefilter:
         first += max(-(-(max(start, low) - first) // self.decimate), 0) * self.decimate
         return np.arange(first, min(stop, samples - high), self.decimate)
 
-    def _clean(self, samples: int, period: float) -> NDArray[np.bool_]:
+    def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
+        """Samples near which the filtered velocity changes its sign or rests."""
+        from scipy.ndimage import maximum_filter1d
+
+        velocity = self.motion(position, period)[1]
+        direction = np.sign(velocity) * (np.abs(velocity) > _REST * np.abs(velocity).max())
+        turns = direction == 0
+        turns[1:] |= direction[1:] != direction[:-1]
+        reach = self._transient(period, _ROUNDED)
+        near = maximum_filter1d(turns.astype(np.int8), 2 * reach + 1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], near, [0]])))
+        return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+    def clean(self, samples: int, period: float) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
         rows = self._all_rows(samples, period)
         clean = np.ones(len(rows), dtype=bool)
@@ -314,6 +363,19 @@ class Prefilter:
 def matching_decimation(cutoff: float, period: float) -> int:
     """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
     return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
+
+
+@lru_cache(maxsize=32)
+def _selected_rows(prefilter: Prefilter, samples: int, period: float) -> NDArray[np.bool_]:
+    """Rows that no masked sample reaches and that have weight."""
+    selected = prefilter.clean(samples, period)
+    if prefilter.silent:
+        bare = replace(prefilter, masked=(), silent=())
+        weights = np.ones(samples)
+        for start, stop in prefilter.silent:
+            weights[start:stop] = 0.0
+        selected = selected & (bare.reduce(weights, period) > _LIGHT)
+    return selected
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.

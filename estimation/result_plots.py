@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.modeling import ModelError
 
@@ -108,7 +109,7 @@ def record_plot(result: "Identification") -> Plot:
         for name, unit, values, tone in columns
         if values is not None
     ]
-    left_out = len(record) - int(result.prefilter.kept(len(record), record.period).sum())
+    left_out = len(record) - int(_used(result).sum())
     source = "as recorded" if record.force is not None else "the drive's gain times the control"
     return Plot(
         name="record",
@@ -178,10 +179,18 @@ def _times(record: "Record") -> Array:
     return record.period * np.arange(len(record), dtype=float)
 
 
+def _used(result: "Identification") -> NDArray[np.bool_]:
+    """Which samples are neither dropped nor masked nor silent, (N,)."""
+    used = result.prefilter.kept(len(result.record), result.record.period)
+    for start, stop in result.prefilter.silent:
+        used[start:stop] = False
+    return used
+
+
 def _dropped(result: "Identification") -> tuple[tuple[float, float], ...]:
-    """Stretches of time of which no row is made: dropped, masked, or a segment too short."""
+    """Stretches of time of which no row is made: dropped, masked, silent, too short a segment."""
     period, count = result.record.period, len(result.record)
-    kept = np.concatenate([[True], result.prefilter.kept(count, period), [True]])
+    kept = np.concatenate([[True], _used(result), [True]])
     edges = np.flatnonzero(np.diff(kept.astype(int)))
     before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
     return tuple((period * a, period * b) for a, b in zip(before, after, strict=True))

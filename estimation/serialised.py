@@ -44,6 +44,8 @@ def prefilter_dict(prefilter: Prefilter, period: float) -> dict[str, Any]:
         "decimation": prefilter.decimation,
         "drop": list(prefilter.dropped(period)),
         "hold": prefilter.hold,
+        "reversals": prefilter.reversals,
+        "silent": prefilter.silenced,
     }
 
 

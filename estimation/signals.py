@@ -43,8 +43,18 @@ def drive_force(axis: GeneratedAxis, record: Record) -> Array:
 
 def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:
     """The prefilter for a record: its segments and masked rows, and its hold if that is open."""
-    hold = chosen_hold(prefilter, axis, measured=record.force is not None)
-    return replace(prefilter, hold=hold, segments=record.segments, masked=record.masked)
+    fitted = replace(
+        prefilter,
+        hold=chosen_hold(prefilter, axis, measured=record.force is not None),
+        reversals=prefilter.reversals or ("keep" if axis.is_linear else "leave-out"),
+        segments=record.segments,
+        masked=record.masked,
+        silent=(),
+    )
+    if fitted.reversals == "keep":
+        return fitted
+    fitted.check(len(record), record.period)
+    return replace(fitted, silent=fitted.near_reversals(record.position, record.period))
 
 
 def chosen_hold(

@@ -125,7 +125,14 @@ class _Rows:
         prefilter.check(self.samples, self.period)
         first = next(iter(blocks))
         hold = chosen_hold(prefilter, axis, measured="force" in first)
-        self.prefilter = replace(prefilter, hold=hold, segments=(), masked=())
+        if prefilter.reversals == "leave-out":
+            raise UsageError(
+                "reversals cannot be left out of a log that is read in blocks; keep them, or leave "
+                "--stream out."
+            )
+        self.prefilter = replace(
+            prefilter, hold=hold, reversals="keep", segments=(), masked=(), silent=()
+        )
         self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
 
     def __iter__(self) -> Iterator[tuple[Array, Array]]:

@@ -69,10 +69,12 @@ def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
     masked = f.masked_rows(len(record), record.period) if f.masked else 0
     lost = f", {masked} left out that masked samples reach" if masked else ""
     each = " of each" if record.segments else ""
+    quiet = f", {f.silenced} samples near reversals and rests left out before" if f.silenced else ""
     return (
         f"{used} rows of {len(record)} samples{_of_segments(record, f)}: {start} dropped at the "
-        f"start, {end} at the end{each}, then {kept}{lost}. Position low-passed by Butterworth "
-        f"{f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold {f.hold}."
+        f"start, {end} at the end{each}, then {kept}{lost}{quiet}. Position low-passed by "
+        f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold "
+        f"{f.hold}."
     )
 
 

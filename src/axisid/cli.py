@@ -145,6 +145,12 @@ def _fault(error: Exception) -> str:
     help="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
     "after it.  [default: zoh for a control that a drive holds, else raw]",
 )
+@click.option(
+    "--reversals",
+    type=click.Choice(["keep", "leave-out"]),
+    help="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
+    "once.  [default: leave-out for axes that are not linear in their parameters, else keep]",
+)
 @record_options
 @click.option(
     "--fix",
@@ -373,6 +379,7 @@ def show(axis: str, form: str) -> None:
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @click.option("--order", type=int, metavar="N", help="Of the Butterworth filter.  [default: 4]")
 @click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
+@click.option("--reversals", type=click.Choice(["keep", "leave-out"]), help="As in identify.")
 @record_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @click.option(
@@ -483,6 +490,7 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
 @click.option("--decimation", type=click.Choice(["matlab", "scipy"]), help="As in identify.")
 @click.option("--drop", type=int, nargs=2, metavar="START END", help="As in identify.")
 @click.option("--hold", type=click.Choice(["raw", "zoh"]), help="As in identify.")
+@click.option("--reversals", type=click.Choice(["keep", "leave-out"]), help="As in identify.")
 @record_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @click.option(

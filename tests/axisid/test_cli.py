@@ -102,6 +102,8 @@ def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> Non
         "decimation": "scipy",
         "drop": [20, 30],
         "hold": "zoh",
+        "reversals": "keep",
+        "silent": 0,
     }
 
 

@@ -35,6 +35,7 @@ def provenance_html(result: Identification, command: str) -> str:
         if f.decimate == 1
         else f"one row in {f.decimate}, {f.decimation} alignment",
         "dropped": f"{start} samples at the start, {end} at the end",
+        "near reversals": f"{f.silenced} samples left out" if f.silenced else "kept",
         "hold": str(f.hold),
         "generated code": result.axis.signature,
         "simulated by": "native code"
