@@ -12,18 +12,20 @@ from .law_check import LawCheck
 from .summary import text_table
 
 _WIDTH = 96
+_LABELS = {"hac": "HAC", "robust": "robust", "iid": "i.i.d."}
 
 
 def details_text(estimates: Mapping[str, Estimate], diagnosis: Diagnosis) -> str:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
     judged = estimates[diagnosis.judged]
+    label = _LABELS[judged.chosen]
     blocks = [
-        _block("95 % intervals, less the filter's own bias", _intervals(estimates)),
-        _block(f"Correlation, {judged.method.upper()}, HAC", _correlation(judged)),
+        _block(f"95 % intervals, {label}, less the filter's own bias", _intervals(estimates)),
+        _block(f"Correlation, {judged.method.upper()}, {label}", _correlation(judged)),
         _block("Excitation", _excitation(diagnosis)),
         _block("Control law", _law(diagnosis.law)),
         _block("Instruments", _instruments(judged, diagnosis.instruments)),
-        _block("Durbin-Wu-Hausman, regression form, HAC", _endogeneity(judged, diagnosis)),
+        _block(f"Durbin-Wu-Hausman, regression form, {label}", _endogeneity(judged, diagnosis)),
         _block("Alignment", _alignment(judged, diagnosis.alignment)),
         _block("Checks", _checks(diagnosis.verdict)),
     ]

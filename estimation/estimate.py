@@ -13,7 +13,7 @@ from axisid.codegen import Quantity
 from axisid.modeling import FunctionLike, UsageError, parameter_function
 
 from .arrays import Array
-from .covariance import Hac, correlation
+from .covariance import Covariance, correlation
 from .errors import EstimationError
 from .forms import Form
 from .propagation import Bend, Drawn, bend, drawn_parameters, summarised
@@ -42,13 +42,15 @@ class Value:
     sd_robust, sd_hac : float
         For residuals of any variance; for autocorrelated ones too.
     interval : (float, float)
-        95 %, about `corrected`, from `sd_hac` and Student's distribution with n - k degrees of
+        95 %, about `corrected`, from `deviation` and Student's distribution with n - k degrees of
         freedom.
     sd_gain : float
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
         What the prefilter alone moves the value by, found on the loop that is simulated with the
         estimate; the value has it, the interval is less it. None where it was not found.
+    chosen : {"hac", "robust", "iid"}
+        The covariance that `deviation` and `interval` are of.
     """
 
     value: float
@@ -59,6 +61,12 @@ class Value:
     interval: tuple[float, float]
     sd_gain: float = 0.0
     filter_bias: float | None = None
+    chosen: str = "hac"
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation under the covariance that was chosen."""
+        return {"hac": self.sd_hac, "robust": self.sd_robust, "iid": self.sd}[self.chosen]
 
     @property
     def corrected(self) -> float:
@@ -71,9 +79,9 @@ class Value:
         return 100.0 * self.sd / abs(self.value) if self.value else float("inf")
 
     @property
-    def relative_sd_hac_percent(self) -> float:
-        """``100 sd_hac / |value|``; infinite for a value of 0."""
-        return 100.0 * self.sd_hac / abs(self.value) if self.value else float("inf")
+    def relative_deviation_percent(self) -> float:
+        """``100 deviation / |value|``; infinite for a value of 0."""
+        return 100.0 * self.deviation / abs(self.value) if self.value else float("inf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,8 +151,10 @@ class Estimate:
         What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of str
         What the user should know about this estimate.
-    hac : Hac
-        The autocorrelation-consistent covariance, with its lags.
+    chosen : {"hac", "robust", "iid"}
+        Of `covariances`, what intervals, draws, curvatures and tests are of.
+    assumed : Covariance
+        The same as what it assumes of residuals, with its lags if it has any.
     gain_relative_sd : float
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
     gain_slopes : (p,) array or None
@@ -178,7 +188,8 @@ class Estimate:
     iterates: tuple[Iterate, ...]
     covariance_names: Mapping[str, str]
     remarks: tuple[str, ...]
-    hac: Hac
+    assumed: Covariance
+    chosen: str = "hac"
     gain_relative_sd: float = 0.0
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
@@ -186,7 +197,7 @@ class Estimate:
 
     def __repr__(self) -> str:
         values = (
-            f"{n} = {v.value:.6g} +- {v.sd_hac:.2g} {v.unit}" for n, v in self.parameters.items()
+            f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.parameters.items()
         )
         return f"{self.method}: {', '.join(values)}"
 
@@ -217,8 +228,8 @@ class Estimate:
 
     @property
     def correlation(self) -> Array:
-        """Correlation matrix of the physical parameters, (p, p), autocorrelation-consistent."""
-        return correlation(self.covariances["hac"])
+        """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
+        return correlation(self.covariances[self.chosen])
 
     @property
     def parameters(self) -> dict[str, Value]:
@@ -306,7 +317,7 @@ class Estimate:
         *,
         draws: int = 10_000,
         seed: int = 0,
-        covariance: str = "hac",
+        covariance: str | None = None,
     ) -> Drawn:
         """Any function of the physical parameters over draws from the estimate's distribution.
 
@@ -319,13 +330,15 @@ class Estimate:
         function : str or SymPy expression
             As in `derive`; a parameter's name for itself.
         draws, seed : int
-        covariance : {"hac", "robust", "iid"}
+        covariance : {"hac", "robust", "iid"}, optional
+            The chosen one by default.
 
         Raises
         ------
         UsageError
             As in `derive`; or there are too few or too many draws, or no such covariance.
         """
+        covariance = covariance or self.chosen
         if covariance not in self.covariances:
             raise UsageError(
                 f"there is no covariance {covariance!r}; choose from {', '.join(self.covariances)}."
@@ -372,7 +385,7 @@ class Estimate:
         return drawn(drawable(convergence_plot(self)))
 
     def _bend(self) -> Bend:
-        return bend(self.form, self.theta, self._of_theta("hac"))
+        return bend(self.form, self.theta, self._of_theta(self.chosen))
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""
@@ -408,7 +421,7 @@ class Estimate:
         """A value from its variances and its slope by the logarithm of the drive gain."""
         # Rounding may leave a variance of nothing a little below zero.
         sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
-        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds["hac"]
+        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds[self.chosen]
         corrected = value - (filter_bias or 0.0)
         return Value(
             value=value,
@@ -419,4 +432,5 @@ class Estimate:
             interval=(corrected - reach, corrected + reach),
             sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
             filter_bias=filter_bias,
+            chosen=self.chosen,
         )

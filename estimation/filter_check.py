@@ -13,8 +13,10 @@ def filter_bias(estimate: Estimate) -> Check:
         simulated = error is not None and error >= FOLLOWING
         why = "does not follow the record" if simulated else "could not be simulated"
         return Check.missing("filter bias", f"the closed loop {why}")
-    moved = {n: v for n, v in estimate.parameters.items() if shift(v.filter_bias, v.sd_hac) > _MOST}
-    worst = max(shift(v.filter_bias, v.sd_hac) for v in estimate.parameters.values())
+    moved = {
+        n: v for n, v in estimate.parameters.items() if shift(v.filter_bias, v.deviation) > _MOST
+    }
+    worst = max(shift(v.filter_bias, v.deviation) for v in estimate.parameters.values())
     listed = ", ".join(f"{n} by {v.filter_bias:+.2g} {v.unit}" for n, v in moved.items())
     return Check(
         name="filter bias",
@@ -22,7 +24,7 @@ def filter_bias(estimate: Estimate) -> Check:
         figure=worst if worst < float("inf") else None,
         threshold=_MOST,
         source="what the same filter and estimator make of the noise-free loop that is simulated "
-        "with the estimate, less the estimate, in HAC deviations",
+        "with the estimate, less the estimate, in deviations",
         meaning="the prefilter moves no parameter by more than its deviation"
         if not moved
         else f"the prefilter itself moves {listed}; the values have it, the 95 % intervals are "

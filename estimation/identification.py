@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -54,6 +55,7 @@ def identify(
     methods: Sequence[str] | None = None,
     *,
     lags: int | None = None,
+    covariance: Literal["hac", "robust", "iid"] = "hac",
 ) -> Identification:
     """Identify an axis from a record.
 
@@ -69,6 +71,9 @@ def identify(
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
     lags : int, optional
         Of the autocorrelation-consistent covariance; chosen from the data by default.
+    covariance : {"hac", "robust", "iid"}
+        What intervals, draws, the delta method's check and the endogeneity test are of. All three
+        deviations are given whichever is chosen.
 
     Raises
     ------
@@ -85,7 +90,9 @@ def identify(
     if not isinstance(record, Record):
         raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
     prefilter = settled(prefilter or Prefilter.suited(record.period), generated, record)
-    study = _Study(generated, record, prefilter, lags)
+    if covariance not in ("hac", "robust", "iid"):
+        raise UsageError(f"there is no covariance {covariance!r}; choose hac, robust or iid.")
+    study = _Study(generated, record, prefilter, lags, covariance)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
     failed: dict[str, str] = {}
@@ -116,15 +123,20 @@ class _Study:
     """One axis, one record, one prefilter."""
 
     def __init__(
-        self, axis: GeneratedAxis, record: Record, prefilter: Prefilter, lags: int | None
+        self,
+        axis: GeneratedAxis,
+        record: Record,
+        prefilter: Prefilter,
+        lags: int | None,
+        covariance: str,
     ) -> None:
         self.axis, self.record, self.prefilter = axis, record, prefilter
-        self.hac = Hac(lags)
         self.covariances: dict[str, Covariance] = {
             "iid": Published(),
             "robust": Robust(),
-            "hac": self.hac,
+            "hac": Hac(lags),
         }
+        self.chosen = covariance
         if axis.hidden:
             raise EstimationError(
                 f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
@@ -287,7 +299,8 @@ class _Study:
                 *fit.remarks,
                 *_outside_bounds(self.axis, physical),
             ),
-            hac=self.hac,
+            assumed=self.covariances[self.chosen],
+            chosen=self.chosen,
             gain_relative_sd=self._gain_relative_sd,
             **self._made_again(form.at(physical), fit, physical),
         )

@@ -103,7 +103,7 @@ def biased_parameters(ls: Estimate, iv: Estimate, tested: Endogeneity | None) ->
     apart = np.abs(ls.physical - iv.physical)
     far = apart > COVERED * np.sqrt(np.diag(iv.covariance))
     if tested is not None and tested.p_value < SIGNIFICANT:
-        known = np.sqrt(np.diag(iv.covariances["hac"])) < _KNOWN * np.abs(iv.physical)
+        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < _KNOWN * np.abs(iv.physical)
         far |= known & (apart > NOTICED * np.abs(iv.physical))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
@@ -164,7 +164,7 @@ def endogeneity_of(iv: Estimate | None) -> Endogeneity | None:
     if iv is None or iv.Z is None:
         return None
     try:
-        return endogeneity(iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.hac)
+        return endogeneity(iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.assumed)
     except EstimationError:
         return None
 

@@ -34,10 +34,10 @@ def conditioning(X: Array) -> Check:
 def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
     """Every parameter against its own deviation; a vague one with the reason."""
     values = estimate.parameters
-    vague = [s for s in shown if values[s.name].relative_sd_hac_percent > _MOST_RELATIVE_SD]
+    vague = [s for s in shown if values[s.name].relative_deviation_percent > _MOST_RELATIVE_SD]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
     hidden = [s for s in vague if s not in small]
-    worst = max(v.relative_sd_hac_percent for v in values.values())
+    worst = max(v.relative_deviation_percent for v in values.values())
     return Check(
         name="precision",
         status=passed(not hidden),
@@ -85,5 +85,5 @@ def _is_nothing(shown: Excitation, value: Value) -> bool:
     """Known to be small, not unknown: no other column and no missing motion hides it."""
     if shown.alike or shown.lacking or not value.value:
         return False
-    largest = abs(value.value) + 2 * value.sd_hac
+    largest = abs(value.value) + 2 * value.deviation
     return shown.share * largest / abs(value.value) < _NOTHING

@@ -12,7 +12,7 @@ _MARKS = {"pass": "✓", "fail": "✗", "not evaluated": "-"}
 
 
 def result_html(result: "Identification") -> str:
-    """Parameters by method with HAC deviations, errors, and each check that did not pass."""
+    """Parameters by method with deviations, errors, and each check that did not pass."""
     estimates = list(result.estimates.values())
     head = "".join(f"<th>{escape(e.method.upper())}</th>" for e in estimates)
     rows = [
@@ -40,7 +40,7 @@ def result_html(result: "Identification") -> str:
     )
     source = escape(f"{result.axis.axis.name}, {result.record.provenance.source}")
     return (
-        f"<table><caption>{source}; ± HAC standard deviation</caption>"
+        f"<table><caption>{source}; ± standard deviation</caption>"
         f"<thead><tr><th></th><th></th>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
         f"<p>{passed} of {len(verdict)} checks passed.</p><ul>{listed}</ul>"
     )

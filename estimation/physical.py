@@ -122,7 +122,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
 
 def _expected(estimate: Estimate) -> Array:
     """Covariance of the base parameters about the truth: noise, and the drive gain."""
-    noise = estimate.covariances["hac"]
+    noise = estimate.covariances[estimate.chosen]
     if estimate.gain_slopes is None:
         return noise
     moved = estimate.gain_relative_sd * estimate.gain_slopes
@@ -146,8 +146,8 @@ def fixed_check(estimate: Estimate) -> tuple[Check, ...]:
             figure=physical.statistic,
             threshold=None,
             p_value=physical.p_value,
-            source=f"chi-squared with {physical.dof} degrees of freedom, HAC covariance and the "
-            "declared deviations, less the filter's own bias; fails below 1 %",
+            source=f"chi-squared with {physical.dof} degrees of freedom, covariance of the "
+            "estimate and declared deviations, less the filter's own bias; fails below 1 %",
             meaning="the record agrees with them" if good else _contradiction(physical, estimate),
         ),
     )
@@ -174,7 +174,7 @@ def _contradiction(physical: Physical, estimate: Estimate) -> str:
 
 
 def _deviation(value: Value) -> str:
-    return f"{np.hypot(value.sd_hac, value.sd_gain):.2g}"
+    return f"{np.hypot(value.deviation, value.sd_gain):.2g}"
 
 
 def _unknown_bias(estimate: Estimate) -> str:

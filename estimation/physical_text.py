@@ -39,5 +39,5 @@ def _how(physical: Physical) -> str:
     )
     return (
         "Physical parameters: the nearest to the estimates above, less the filter's own bias, by "
-        f"their HAC covariance{fixed} (minimum distance).{more}"
+        f"their covariance{fixed} (minimum distance).{more}"
     )

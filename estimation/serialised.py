@@ -67,6 +67,7 @@ def estimate_dict(estimate: Estimate) -> dict[str, Any]:
         "theta_ddm_covariance_hac": estimate.ddm_covariances["hac"].tolist() if direct else None,
         "correlation": estimate.correlation.tolist(),
         "covariance_names": dict(estimate.covariance_names),
+        "chosen_covariance": estimate.chosen,
         "equation_error_percent": estimate.equation_error_percent,
         "simulation_error_percent": estimate.simulation_error_percent,
         "rows": len(estimate.y),

@@ -92,11 +92,11 @@ def number_with_sd(value: Value) -> tuple[str, str, str, str]:
     places = 4
     if 0 < value.sd < math.inf:
         places = min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
-    relative = value.relative_sd_hac_percent
+    relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative < 1e4 else ">9999 %"
     return (
         f"{value.value:.{places}f}",
-        f"{value.sd_hac:.{places}f}",
+        f"{value.deviation:.{places}f}",
         percent,
         f"{value.sd:.{places}f}",
     )
@@ -220,7 +220,7 @@ def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
                 ]
             )
     header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]
-    said = f"{draws} draws from each estimate's HAC distribution, mapped exactly"
+    said = f"{draws} draws from each estimate's distribution, mapped exactly"
     if lost:
         said += f"; up to {lost} gave no positive inertia and are left out"
     return f"{text_table(header, rows)}\n{said}.\n"
@@ -233,10 +233,14 @@ def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
 def _notes(estimates: Sequence[Estimate]) -> list[str]:
     methods = [e.method for e in estimates]
     names = [e.covariance_names for e in estimates]
-    lags = dict.fromkeys(match for n in names for match in re.findall(r"(\d+) lags", n["hac"]))
-    hac = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", names[0]["hac"])
+    chosen = estimates[0].chosen
+    lags = dict.fromkeys(match for n in names for match in re.findall(r"(\d+) lags", n[chosen]))
+    name = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", names[0][chosen])
+    allowed = (
+        "are autocorrelated" if chosen == "hac" else "are autocorrelated, which HAC allows for"
+    )
     notes = [
-        f"sd: {hac}. Residuals of filtered data are autocorrelated.",
+        f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
         f"i.i.d. sd, as in the published tables: {names[0]['iid']}.",
     ]
     notes += _gain_notes(estimates[-1])
@@ -266,7 +270,7 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
         f"{e.method} {n} {v.filter_bias:+.2g} {v.unit}"
         for e in estimates
         for n, v in e.parameters.items()
-        if shift(v.filter_bias, v.sd_hac) > _NOTICEABLE
+        if shift(v.filter_bias, v.deviation) > _NOTICEABLE
     ]
     if not moved:
         return []

@@ -91,7 +91,7 @@ class Sweep:
         for method in methods:
             estimate = result.estimates.get(method)
             value = estimate and estimate.parameters[name]
-            row += [f"{value.value:.5g}", f"{value.sd_hac:.2g}"] if value else ["-", "-"]
+            row += [f"{value.value:.5g}", f"{value.deviation:.2g}"] if value else ["-", "-"]
         return row
 
     def plot(self) -> "Figure":
@@ -230,7 +230,7 @@ def _vagueness(result: Identification) -> float:
     One parameter that is about zero must not decide for all.
     """
     relative = [
-        100 * math.hypot(v.sd_hac, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
+        100 * math.hypot(v.deviation, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
         for v in result["idm-iv"].parameters.values()
     ]
     return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

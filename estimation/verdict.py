@@ -122,7 +122,7 @@ def _ls_against_iv(
         threshold=COVERED if by_rule or not biased else 100 * NOTICED,
         p_value=None if tested is None else tested.p_value,
         source="largest difference in i.i.d. deviations of the instrumental estimate, at most 3 as "
-        "in the paper; fails too where Durbin-Wu-Hausman (regression form, HAC, the p-value) "
+        "in the paper; fails too where Durbin-Wu-Hausman (regression form, the p-value) "
         "rejects at 1 % and a parameter differs by more than 10 %, which is then the figure",
         meaning=f"least squares differs from the instruments, {moved}: lower the cut-off, or "
         "believe the instruments"

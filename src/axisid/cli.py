@@ -12,7 +12,7 @@ import sys
 import warnings
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import click
 
@@ -168,6 +168,14 @@ def _fault(error: Exception) -> str:
     help="Hold the estimates, frozen, against a second record.",
 )
 @click.option(
+    "--covariance",
+    type=click.Choice(["hac", "robust", "iid"]),
+    default="hac",
+    show_default=True,
+    help="What intervals, draws and tests assume of the residuals: hac autocorrelated, robust of "
+    "any variance, iid alike and independent.",
+)
+@click.option(
     "--lags",
     type=click.IntRange(min=0),
     metavar="N",
@@ -206,6 +214,7 @@ def identify(
     method: str,
     second: str | None,
     reading: Reading,
+    covariance: Literal["hac", "robust", "iid"],
     lags: int | None,
     draws: int | None,
     full: bool,
@@ -236,6 +245,7 @@ def identify(
             "--validate": second,
             "--draws": draws,
             "--lags": lags is not None,
+            "--covariance": covariance != "hac",
             "--full": full,
             "--fix": fix,
             "--report": report,
@@ -258,7 +268,14 @@ def identify(
         other = reading.record(second, generated)
         measured_signals(generated, other, prefilter)  # refused before the long part
     with ProgressLine(f"identifying {generated.axis.name}"):
-        result = run(generated, data, prefilter, None if method == "all" else [method], lags=lags)
+        result = run(
+            generated,
+            data,
+            prefilter,
+            None if method == "all" else [method],
+            lags=lags,
+            covariance=covariance,
+        )
     from axisid.report import Outputs
 
     outputs = Outputs(

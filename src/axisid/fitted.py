@@ -89,7 +89,10 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
             source=_writable(str(written["record"]["source"])),
             sha256=str(written["record"]["sha256"] or ""),
             estimates={
-                e["method"]: {name: _value(v) for name, v in e["parameters"].items()}
+                e["method"]: {
+                    name: _value(v, str(e.get("chosen_covariance", "hac")))
+                    for name, v in e["parameters"].items()
+                }
                 for e in written["estimates"]
                 if e["method"] in JUDGED
             },
@@ -143,9 +146,9 @@ def _check(fitted: FittedAxis, file: str, name: str) -> None:
         )
 
 
-def _value(written: Mapping[str, Any]) -> Value:
+def _value(written: Mapping[str, Any], chosen: str) -> Value:
     low, high = written["interval_95"]
-    gain = written["sd_gain"]
+    gain, bias = written["sd_gain"], written.get("filter_bias")
     return Value(
         value=_number(written["value"]),
         unit=str(written["unit"]),
@@ -154,6 +157,8 @@ def _value(written: Mapping[str, Any]) -> Value:
         sd_hac=_number(written["sd_hac"]),
         interval=(_number(low), _number(high)),
         sd_gain=0.0 if gain is None else _number(gain),
+        filter_bias=None if bias is None else _number(bias),
+        chosen=chosen,
     )
 
 

@@ -175,7 +175,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(pendulum: GeneratedAxis) 
                 for name in ("l", "J")
             ]
         )
-    share = estimate.parameters["m_l"].relative_sd_hac_percent / (100 * spread / TRUTH["m"])
+    share = estimate.parameters["m_l"].relative_deviation_percent / (100 * spread / TRUTH["m"])
     assert 0.5 < share < 2
     held = np.mean(np.abs(pulls) <= 1, axis=0)
     assert np.all((held >= 0.90) & (held <= 0.985)), held

@@ -75,14 +75,14 @@ def _row(quantity: Quantity, values: Sequence[Value], result: Identification) ->
 
 def _places(value: Value) -> int:
     """Decimal places that show two digits of the deviation."""
-    if not 0 < value.sd_hac < math.inf:
+    if not 0 < value.deviation < math.inf:
         return 4
-    return min(max(0, 1 - math.floor(math.log10(value.sd_hac))), 12)
+    return min(max(0, 1 - math.floor(math.log10(value.deviation))), 12)
 
 
 def _cells(value: Value, places: int) -> str:
     low, high = value.interval
-    relative = value.relative_sd_hac_percent
+    relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative < _VAGUE else "-"
     return (
         f'<td class="value">{_number(value.value, places)}</td>'
