@@ -2,6 +2,10 @@
 
 An unknown node is a named error, not a guess. The memo belongs to the caller, so that expressions
 lowered together share their common subexpressions.
+
+SymPy has one zero, floating point two. All targets give a zero the same sign, but for ``sign``,
+the smaller or larger of two zeros, and what a condition chooses, which CasADi's virtual machine
+computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
 import math
@@ -59,6 +63,8 @@ _MAPPED = frozenset(
         sympy.atan2,
         sympy.Piecewise,
         sympy.ITE,
+        sympy.Heaviside,
+        sympy.Unequality,
         BooleanTrue,
         BooleanFalse,
     }
@@ -193,6 +199,18 @@ class Lowering:
     def map_ITE(self, node: sympy.ITE) -> int:
         condition, value, otherwise = node.args
         return self._builder.apply("select", self(condition), self(value), self(otherwise))
+
+    def map_Heaviside(self, node: sympy.Heaviside) -> int:
+        """The step, with the value at the step itself (1/2) that the node bears."""
+        argument, middle = self(node.args[0]), self(node.args[1])
+        zero, one = self._builder.constant(0), self._builder.constant(1)
+        above = self._builder.apply("lt", zero, argument)
+        below = self._builder.apply("lt", argument, zero)
+        beside = self._builder.apply("select", below, zero, middle)
+        return self._builder.apply("select", above, one, beside)
+
+    def map_Unequality(self, node: sympy.Unequality) -> int:
+        return self._builder.apply("not", self._relation("eq", False, node))
 
     def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
         divisor = self._builder.operations[below]
