@@ -9,7 +9,7 @@ computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import reduce
 
 import sympy
@@ -155,7 +155,7 @@ class Lowering:
         if node.could_extract_minus_sign():
             return self._builder.apply("neg", self(-node))
         numerator, denominator = [], []
-        for factor in sorted(node.args, key=sympy.default_sort_key):
+        for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
             if factor.is_Rational and factor.q != 1:
                 numerator += [self(sympy.Integer(factor.p))] if factor.p != 1 else []
                 denominator.append(self(sympy.Integer(factor.q)))
@@ -229,3 +229,14 @@ class Lowering:
 
     def _chain(self, operation: str, operands: list[int]) -> int:
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
+
+
+def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
+    """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    exponents: dict[sympy.Expr, sympy.Expr] = {}
+    for factor in product.args:
+        base, exponent = factor.as_base_exp()
+        exponents[base] = exponents.get(base, sympy.S.Zero) + exponent
+    if len(exponents) == len(product.args):
+        return tuple(product.args)
+    return [base**exponent for base, exponent in exponents.items()]

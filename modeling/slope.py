@@ -28,7 +28,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     ModelError
         The expression jumps where the variable passes a value.
     """
-    derivative = value.diff(variable)
+    derivative = _derivative(value, variable)
     for impulse in derivative.atoms(sympy.DiracDelta):
         if not _vanishes(derivative, impulse, variable):
             raise ModelError(
@@ -40,6 +40,21 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     if not derivative.has(sympy.Heaviside):
         return derivative
     return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
+
+
+def _derivative(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
+    """SymPy's, but that the argument of ``Abs`` is real whether or not SymPy can tell."""
+    unclear = {
+        node: sympy.Dummy(real=True)
+        for node in value.atoms(sympy.Abs)
+        if not node.args[0].is_extended_real
+    }
+    outer = value.xreplace(unclear)
+    derivative = outer.diff(variable)
+    for node, size in unclear.items():
+        inside = node.args[0]
+        derivative += outer.diff(size) * sympy.sign(inside) * _derivative(inside, variable)
+    return derivative.xreplace({size: node for node, size in unclear.items()})
 
 
 def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy.Symbol) -> bool:

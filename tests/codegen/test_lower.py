@@ -73,6 +73,13 @@ def test_signs_and_quotients_survive_printing(expression: sympy.Expr) -> None:
     assert value == pytest.approx(float(expression.subs({X: 1.75, Y: -0.3})), rel=1e-15)
 
 
+@pytest.mark.parametrize("x", [-1.0, 0.0, 2.0])
+def test_the_derivative_of_a_power_is_finite_where_its_base_is_zero(x: float) -> None:
+    hinge = sympy.Max(0, X)
+    (value,) = run_program(program_of(3 * hinge**Y / hinge), x, 2.5)
+    assert value == pytest.approx(3 * max(x, 0.0) ** 1.5, rel=1e-15)
+
+
 def test_unknown_node_is_named() -> None:
     with pytest.raises(ModelError, match="node gamma"):
         program_of(sympy.gamma(X))

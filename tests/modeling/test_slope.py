@@ -1,10 +1,11 @@
 """Energies and forces with kinks have derivatives that code can be generated for."""
 
+import numpy as np
 import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, sign
 
-from axisid import Axis, Coordinate, Drive, ModelError, Parameter, derive, lagrange
+from axisid import Axis, Coordinate, Drive, ModelError, Parameter, build, derive, lagrange
 from axisid.codegen import axis_artefacts
 from axisid.modeling.slope import slope
 
@@ -36,6 +37,7 @@ def axis(*extra: Parameter, kinetic: sympy.Expr | float = 0, **energies: sympy.E
         (Max(0, Q), Heaviside(Q)),
         (Max(0, 2 * Q - 1) ** 3, 6 * Max(0, 2 * Q - 1) ** 2),
         (Q**2 * sign(Q) / 2, Q * sign(Q)),
+        (Abs(sympy.sqrt(Q + 3) - 2), sign(sympy.sqrt(Q + 3) - 2) / sympy.sqrt(Q + 3) / 2),
         (Max(Q, Q**2), 2 * Q * Heaviside(Q**2 - Q) + Heaviside(Q - Q**2)),
     ],
     ids=str,
@@ -67,6 +69,7 @@ def test_a_step_that_changes_nothing_is_left_out() -> None:
         axis(k, potential=k * Min(Q**2, A)),
         axis(k, c, potential=k * Max(0, Q - c.symbol) ** 2 / 2),
         axis(k, c, potential=k * Abs(Q - c.symbol) ** 3 / 3 / A),
+        axis(F, potential=F * A * Abs(sympy.sqrt(Q / A + 3) - 2)),
         axis(v, dissipation=v * Max(0, DQ - A) ** 2 / 2),
         axis(j, kinetic=j * Max(0, Q) * DQ**2 / 2),
     ],
@@ -74,6 +77,28 @@ def test_a_step_that_changes_nothing_is_left_out() -> None:
 )
 def test_an_axis_with_kinks_is_derived_and_generated(declared: Axis) -> None:
     assert axis_artefacts(derive(declared))
+
+
+def test_a_spring_of_unknown_exponent_is_finite_where_it_is_free() -> None:
+    turn = Coordinate("x", unit="rad")
+    J, K = Parameter("J", "kg m^2", nominal=1.0), Parameter("K", "N m", nominal=2.0)
+    p = Parameter("p", "1", nominal=1.5)
+    declared = lagrange(
+        "contact",
+        coordinate=turn,
+        parameters=(J, K, p),
+        kinetic=J * turn.velocity**2 / 2,
+        potential=K * Max(0, turn.symbol) ** (p.symbol + 1) / (p.symbol + 1),
+        drive=Drive(gain=1.0),
+    )
+    rows, _ = build(declared, native=False).rows(
+        "idm_regressor",
+        *np.array([[-1.0, 0.0, 0.25], 3 * [0.0], 3 * [1.0], 3 * [0.0]]),
+        [1, 2, 1.5],
+    )
+    assert rows[:, 0].tolist() == [1, 1, 1]
+    assert rows[:, 1] == pytest.approx([0, 0, 0.125], rel=1e-12)
+    assert rows[:, 2] == pytest.approx([0, 0, 2 * 0.125 * np.log(0.25)], rel=1e-12)
 
 
 def test_friction_in_one_direction_follows_the_friction_direction() -> None:
