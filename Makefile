@@ -1,7 +1,7 @@
 # make identify : the main job on the built-in twin of the paper's axis
 # make test     : everything that must pass before a change lands
 # make docs     : the documentation, build/docs/index.html
-# make bench    : how fast it is, as ratios
+# make bench    : how fast it is, and how often its intervals hold the truth
 # PYTHON=... chooses the interpreter of the environment (3.11 or later).
 
 PYTHON ?= python3
@@ -27,7 +27,9 @@ test: lint types check tests docs
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/simulation.py
+	$(BIN)/python benchmarks/generation.py
 	$(BIN)/python benchmarks/calibration.py
+	$(BIN)/python benchmarks/library.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

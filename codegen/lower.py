@@ -2,10 +2,14 @@
 
 An unknown node is a named error, not a guess. The memo belongs to the caller, so that expressions
 lowered together share their common subexpressions.
+
+SymPy has one zero, floating point two. All targets give a zero the same sign, but for ``sign``,
+the smaller or larger of two zeros, and what a condition chooses, which CasADi's virtual machine
+computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import reduce
 
 import sympy
@@ -59,6 +63,8 @@ _MAPPED = frozenset(
         sympy.atan2,
         sympy.Piecewise,
         sympy.ITE,
+        sympy.Heaviside,
+        sympy.Unequality,
         BooleanTrue,
         BooleanFalse,
     }
@@ -149,7 +155,7 @@ class Lowering:
         if node.could_extract_minus_sign():
             return self._builder.apply("neg", self(-node))
         numerator, denominator = [], []
-        for factor in sorted(node.args, key=sympy.default_sort_key):
+        for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
             if factor.is_Rational and factor.q != 1:
                 numerator += [self(sympy.Integer(factor.p))] if factor.p != 1 else []
                 denominator.append(self(sympy.Integer(factor.q)))
@@ -194,6 +200,18 @@ class Lowering:
         condition, value, otherwise = node.args
         return self._builder.apply("select", self(condition), self(value), self(otherwise))
 
+    def map_Heaviside(self, node: sympy.Heaviside) -> int:
+        """The step, with the value at the step itself (1/2) that the node bears."""
+        argument, middle = self(node.args[0]), self(node.args[1])
+        zero, one = self._builder.constant(0), self._builder.constant(1)
+        above = self._builder.apply("lt", zero, argument)
+        below = self._builder.apply("lt", argument, zero)
+        beside = self._builder.apply("select", below, zero, middle)
+        return self._builder.apply("select", above, one, beside)
+
+    def map_Unequality(self, node: sympy.Unequality) -> int:
+        return self._builder.apply("not", self._relation("eq", False, node))
+
     def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
@@ -211,3 +229,14 @@ class Lowering:
 
     def _chain(self, operation: str, operands: list[int]) -> int:
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
+
+
+def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
+    """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    exponents: dict[sympy.Expr, sympy.Expr] = {}
+    for factor in product.args:
+        base, exponent = factor.as_base_exp()
+        exponents[base] = exponents.get(base, sympy.S.Zero) + exponent
+    if len(exponents) == len(product.args):
+        return tuple(product.args)
+    return [base**exponent for base, exponent in exponents.items()]

@@ -62,9 +62,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         Section(
             title="Inverse dynamic model",
             lines=(Formula(name=FORCE, value=model.force),),
-            note="direction is the sign of the velocity; between -1 and 1 while the axis sticks"
-            if DIRECTION in model.force.free_symbols
-            else "",
+            note=_conventions(model.force),
         ),
         Section(
             title="Inverse regressor",
@@ -89,6 +87,18 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             or ("every parameter has an effect of its own",),
         ),
     )
+
+
+def _conventions(force: sympy.Expr) -> str:
+    """What the names in a force mean that no declaration explains."""
+    notes = []
+    if DIRECTION in force.free_symbols:
+        notes.append(
+            "direction is the sign of the velocity; between -1 and 1 while the axis sticks"
+        )
+    if force.has(sympy.Heaviside):
+        notes.append("Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0")
+    return "; ".join(notes)
 
 
 def _base_sections(base: BaseModel) -> list[Section]:

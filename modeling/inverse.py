@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import sympy
 
 from .errors import ModelError
+from .slope import slope
 
 _LEAST = sympy.Float(1e-300)
 
@@ -44,15 +45,15 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     Raises
     ------
     ModelError
-        The force is not affine in its linear parameters (it has their product); the offending term
-        is named.
+        The force is not affine in its linear parameters (it has their product), the offending term
+        is named; or it jumps with a parameter.
 
     References
     ----------
     Equations (3) and (4) of [Brunot2015]_; [GolubPereyra1973]_ for partially linear models.
     """
     expanded = sympy.expand_mul(force)
-    columns = tuple(sympy.expand_mul(expanded.diff(p)) for p in parameters)
+    columns = tuple(sympy.expand_mul(slope(expanded, p, "the force")) for p in parameters)
     bent = tuple(
         p
         for p, column in zip(parameters, columns, strict=True)

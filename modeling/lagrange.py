@@ -6,6 +6,7 @@ from typing import Any
 import sympy
 
 from .axis import Axis
+from .slope import slope
 from .symbols import Coordinate, Parameter, Symbolic, expression, several
 
 
@@ -22,7 +23,9 @@ def lagrange(
 ) -> Axis:
     """Declare an axis by Lagrange's equation with a dissipation function.
 
-    ``d/dt(dT/d dq) - dT/dq + dV/dq + dD/d dq = tau + Q``.
+    ``d/dt(dT/d dq) - dT/dq + dV/dq + dD/d dq = tau + Q``. T, V and D may have kinks, such as
+    ``k Max(0, q)**2 / 2`` of a one-sided spring; where the force jumps at one, it has the mean of
+    both sides there.
 
     Parameters
     ----------
@@ -44,19 +47,19 @@ def lagrange(
     Raises
     ------
     ModelError
-        The declaration is contradictory.
+        The declaration is contradictory, or an energy jumps.
     """
     q = coordinate
     energy = expression(kinetic, "the kinetic energy")
     stored = expression(potential, "the potential energy")
     lost = expression(dissipation, "the dissipation function")
-    momentum = energy.diff(q.velocity)
+    momentum = slope(energy, q.velocity, "the kinetic energy")
     force = (
-        momentum.diff(q.velocity) * q.acceleration
-        + momentum.diff(q.symbol) * q.velocity
-        - energy.diff(q.symbol)
-        + stored.diff(q.symbol)
-        + lost.diff(q.velocity)
+        slope(momentum, q.velocity, "the momentum") * q.acceleration
+        + slope(momentum, q.symbol, "the momentum") * q.velocity
+        - slope(energy, q.symbol, "the kinetic energy")
+        + slope(stored, q.symbol, "the potential energy")
+        + slope(lost, q.velocity, "the dissipation function")
         - expression(generalised_force, "the generalised force")
     )
     return Axis(name=name, coordinate=q, parameters=several(parameters), force=force, **declaration)

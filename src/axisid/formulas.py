@@ -27,6 +27,12 @@ _SPECIALS = str.maketrans(_SPECIAL)
 _MOST_TERMS = 4  # of a line
 
 
+def with_named_steps(value: sympy.Expr) -> sympy.Expr:
+    """SymPy prints a step as a theta, which here is a parameter of the direct model."""
+    step = sympy.Function("step")
+    return value.replace(sympy.Heaviside, lambda inside, _: step(inside))
+
+
 def escaped_latex(text: str) -> str:
     """Plain text for a LaTeX document."""
     return " ".join(text.split()).translate(_SPECIALS)
@@ -97,6 +103,6 @@ def _sum(value: sympy.Expr | None, motion: Motion) -> str:
 
 def _expression(value: sympy.Expr, motion: Motion) -> str:
     names = {s: motion.get(s) or symbol_latex(str(s)) for s in value.free_symbols}
-    text = str(sympy.latex(value, symbol_names=names, mul_symbol=r"\, "))
+    text = str(sympy.latex(with_named_steps(value), symbol_names=names, mul_symbol=r"\, "))
     # GitHub knows no operatorname, and a bar would end the cell of a table.
     return text.replace(r"\operatorname{", r"\mathrm{").replace("|", r"\vert ")

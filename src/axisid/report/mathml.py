@@ -6,7 +6,7 @@ from xml.dom.minidom import Element
 import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
-from axisid.formulas import name_parts
+from axisid.formulas import name_parts, with_named_steps
 from axisid.modeling import Coordinate, Formula
 
 _DOTS = ("", "˙", "¨")
@@ -36,7 +36,7 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
     row = printer.dom.createElement("mrow")
     row.appendChild(printer._print(name))
     row.appendChild(printer.leaf("mo", "="))
-    row.appendChild(printer._print(formula.value))
+    row.appendChild(printer._print(with_named_steps(formula.value)))
     # The printer names signs that every reader of HTML knows; a product gets a little space.
     text = re.sub(r"&amp;(?=[A-Za-z]+;)", "&", row.toxml())
     text = text.replace(_TIMES, _SPACE).replace("<mo>-</mo>", "<mo>\u2212</mo>")

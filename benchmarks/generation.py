@@ -1,0 +1,68 @@
+"""How long each stage takes from the declaration of a library axis to loaded native code.
+
+Everything is cold: SymPy's memory of earlier results is cleared, and the C is compiled in an empty
+cache.
+
+    python benchmarks/generation.py               a table, seconds
+    python benchmarks/generation.py --json -      one JSON object
+    python benchmarks/generation.py --axes emps   some axes only
+"""
+
+import argparse
+import json
+import os
+import tempfile
+from pathlib import Path
+from unittest.mock import patch
+
+from sympy.core.cache import clear_cache
+
+from axisid import LIBRARY, load_axis
+from axisid.codegen import stage_times
+
+Times = dict[str, float]
+
+
+def generation_times(name: str) -> Times:
+    """Seconds of each stage of an axis, and their total."""
+    axis = load_axis(name)
+    clear_cache()
+    with (
+        tempfile.TemporaryDirectory(prefix="axisid-") as folder,
+        patch.dict(os.environ, {"AXISID_CACHE": folder}),
+    ):
+        times = dict(stage_times(axis))
+    return {**times, "total": sum(times.values())}
+
+
+def table(figures: dict[str, Times]) -> str:
+    """One line for each axis, one column for each stage."""
+    stages = max(figures.values(), key=len)
+    head = f"{'axis':<16}" + "".join(f"{stage:>{len(stage) + 2}}" for stage in stages)
+    rows = [
+        f"{name:<16}" + "".join(f"{times[stage]:{len(stage) + 2}.2f}" for stage in times)
+        for name, times in figures.items()
+    ]
+    return "\n".join([head, *rows])
+
+
+def main() -> None:
+    """Print the table, or write the JSON object."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser.add_argument("--axes", nargs="+", choices=LIBRARY, default=LIBRARY, metavar="AXIS")
+    options = parser.parse_args()
+    figures = {name: generation_times(name) for name in options.axes}
+    largest = max(figures, key=lambda name: figures[name]["total"])
+    text = json.dumps({"axes": figures, "largest": largest}, indent=2)
+    if options.json == "-":
+        print(text)
+    elif options.json:
+        Path(options.json).write_text(text + "\n")
+    else:
+        print(table(figures))
+        print(f"largest: {largest}, {figures[largest]['total']:.2f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""An axis with a one-sided spring, declared by its energies in TOML, from `show` to `identify`."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Run = Callable[..., tuple[int, str, str]]
+
+AXIS = """
+name = "bumper"
+coordinate = {{ name = "x", unit = "m" }}
+
+[parameters]
+M = {{ unit = "kg", nominal = 5, lower = 0 }}
+Fv = {{ unit = "N/(m/s)" }}
+Fc = {{ unit = "N" }}
+k = {{ unit = "{unit}" }}
+
+[constants]
+rest = {{ value = 0.04, unit = "m" }}
+
+[lagrange]
+kinetic = "M*dx**2/2"
+potential = "{potential}"
+dissipation = "Fv*dx**2/2 + Fc*abs(dx)"
+
+[drive]
+gain = 18.0
+unit = "A"
+
+[control]
+law = "cascade_pd"
+kp = 50.0
+kv = 60.0
+period = 1e-3
+
+[experiment]
+back_and_forth = {{ speeds = [0.1, 0.2, 0.3], acceleration = 4.0, seconds = 0.4, repeat = 3 }}
+truth = {{ M = 6.2, Fv = 14.0, Fc = 7.5, k = {truth} }}
+position_noise = 1e-6
+"""
+
+
+@pytest.mark.parametrize(
+    ("potential", "unit", "truth"),
+    [
+        ("k*max(0, x - rest)**2/2", "N/m", 250.0),
+        ("k*min(rest - x, 0)**2/2", "N/m", 250.0),
+        ("k*abs(x - rest)**3/3", "N/m^2", 3000.0),
+        ("k*max(x, rest)", "N", 9.0),
+    ],
+)
+def test_a_potential_with_a_kink_is_shown_generated_and_identified(
+    run: Run, tmp_path: Path, potential: str, unit: str, truth: float
+) -> None:
+    file = tmp_path / "bumper.toml"
+    file.write_text(AXIS.format(potential=potential, unit=unit, truth=truth))
+    for style in ("text", "latex", "markdown"):
+        code, _, err = run("show", file, "--format", style)
+        assert code == 0, err
+    code, _, err = run("generate", file, "--output", tmp_path / "generated")
+    assert code == 0, err
+    code, out, err = run("identify", file, "--json", "-")
+    assert code == 0, err
+    estimates = json.loads(out)["estimates"]
+    assert len(estimates) == 4
+    for estimate in estimates:
+        found = {name: p["value"] for name, p in estimate["parameters"].items()}
+        assert found["k"] == pytest.approx(truth, rel=0.01), estimate["method"]
+        assert found["M"] == pytest.approx(6.2, rel=0.01), estimate["method"]
+
+
+def test_a_step_is_no_theta_and_says_its_value_at_zero(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "bumper.toml"
+    file.write_text(AXIS.format(potential="k*max(x, rest)", unit="N", truth=9.0))
+    text = " ".join(run("show", file)[1].split())
+    assert "Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0" in text
+    latex = run("show", file, "--format", "latex")[1]
+    assert r"\theta\left(" not in latex
+    assert r"\mathrm{step}" in latex
+
+
+def test_a_potential_that_jumps_is_refused(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "bumper.toml"
+    file.write_text(AXIS.format(potential="k*sign(x - rest)", unit="J", truth=1.0))
+    code, _, err = run("show", file)
+    assert code == 4
+    assert "the potential energy jumps with x" in err
