@@ -233,10 +233,13 @@ class Lowering:
 
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
     """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    numbers = [factor for factor in product.args if not factor.free_symbols]
+    symbolic = [factor for factor in product.args if factor.free_symbols]
+    # Numbers stay apart: SymPy writes their joined powers as products again, ``2*sqrt(2)``.
     exponents: dict[sympy.Expr, sympy.Expr] = {}
-    for factor in product.args:
+    for factor in symbolic:
         base, exponent = factor.as_base_exp()
         exponents[base] = exponents.get(base, sympy.S.Zero) + exponent
-    if len(exponents) == len(product.args):
+    if len(exponents) == len(symbolic):
         return tuple(product.args)
-    return [base**exponent for base, exponent in exponents.items()]
+    return [*numbers, *(base**exponent for base, exponent in exponents.items())]

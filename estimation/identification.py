@@ -36,6 +36,9 @@ from .variable_projection import damped_step, search_bounds, variable_projection
 #: Every method: model form, then estimator.
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
+#: What residuals may be assumed to be: autocorrelated, of any variance, alike and independent.
+COVARIANCES = ("hac", "robust", "iid")
+
 _MOST_ITERATIONS = 20
 # The iteration stops when no parameter moves by more than this share of its deviation.
 _STILL = 1e-2
@@ -82,16 +85,8 @@ def identify(
     """
     generated = as_generated(axis)
     asked = (methods,) if isinstance(methods, str) else methods
-    for method in asked or ():
-        if method not in METHODS:
-            raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
-    if asked is not None and not asked:
-        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
-    if not isinstance(record, Record):
-        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
+    _check_arguments(asked, record, covariance)
     prefilter = settled(prefilter or Prefilter.suited(record.period), generated, record)
-    if covariance not in ("hac", "robust", "iid"):
-        raise UsageError(f"there is no covariance {covariance!r}; choose hac, robust or iid.")
     study = _Study(generated, record, prefilter, lags, covariance)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
@@ -117,6 +112,20 @@ def identify(
         skipped=skipped,
         failed=failed,
     )
+
+
+def _check_arguments(asked: Sequence[str] | None, record: object, covariance: str) -> None:
+    for method in asked or ():
+        if method not in METHODS:
+            raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
+    if asked is not None and not asked:
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+    if not isinstance(record, Record):
+        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
+    if covariance not in COVARIANCES:
+        raise UsageError(
+            f"there is no covariance {covariance!r}; choose from {', '.join(COVARIANCES)}."
+        )
 
 
 class _Study:

@@ -54,6 +54,14 @@ def test_the_oracle_has_the_value_of_sympy(expression: sympy.Expr) -> None:
         assert sympy.Abs(sympy.Float(found, 50) - expected) <= 1e-35 * (1 + sympy.Abs(expected))
 
 
+@pytest.mark.parametrize("number", [2 * sympy.sqrt(2), 3 * sympy.sqrt(6) / 2, sympy.root(4, 3)])
+def test_numbers_that_sympy_writes_as_products_of_powers_are_lowered(number: sympy.Expr) -> None:
+    """Their powers joined are the same product again."""
+    (alone, scaled) = run_program(program_of(number, number * X), 3.0, 0.0)
+    assert alone == pytest.approx(float(number), rel=1e-15)
+    assert scaled == pytest.approx(3.0 * float(number), rel=1e-15)
+
+
 def test_common_subexpressions_are_computed_once() -> None:
     shared = sympy.sin(X * Y)
     assert program_of(shared, shared + 1).operation_count == 3

@@ -55,5 +55,5 @@ def test_note_and_table_name_it(run: Callable[..., tuple[int, str, str]]) -> Non
 
 
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with pytest.raises(UsageError, match="choose hac, robust or iid"):
+    with pytest.raises(UsageError, match="choose from hac, robust, iid"):
         identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]
