@@ -20,12 +20,8 @@ from axisid import (
     twin_record,
 )
 
-#: Where the default does not suit: noise biases the least squares of emps2015 from 40 Hz on, and
-#: the valve is fast.
-PREFILTERS = {
-    "emps2015": Prefilter(cutoff=40.0, decimate=20),
-    "valve": Prefilter(cutoff=200.0, decimate=20),
-}
+#: Where the default does not suit: noise biases the least squares of emps2015 from 40 Hz on.
+PREFILTERS = {"emps2015": Prefilter(cutoff=40.0, decimate=20)}
 
 
 def prefilter_of(name: str) -> Prefilter | None:

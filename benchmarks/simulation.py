@@ -262,7 +262,7 @@ def measure(times: int) -> dict[str, float]:
         figures["scipy_over_single"] = by_scipy / single
         (machine,) = medians(lambda: simulate(virtual, TRUTH, ref, PERIOD), times=3)
         figures["virtual_machine_over_single"] = machine / single
-        prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw")
+        prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
         result = identify(axis, record, prefilter, ["idm-iv"])["idm-iv"]
         fit, floor = medians(
             lambda: identify(axis, record, prefilter, ["idm-iv"]),

@@ -58,6 +58,8 @@ class GeneratedAxis:
         Why there is no direct regressor, or no way back from it; else empty.
     uniform : bool
         Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
+    has_direction : bool
+        Whether the force depends on the direction of motion, as friction does.
     nonlinear : tuple of bool
         Which parameters enter nonlinearly, length p; the inverse regressor is then linearised.
     hidden : tuple of str
@@ -75,6 +77,7 @@ class GeneratedAxis:
     ddm_parameters: tuple[Quantity, ...]
     ddm_refusal: str
     uniform: bool
+    has_direction: bool
     nonlinear: tuple[bool, ...]
     hidden: tuple[str, ...]
     functions: Mapping[str, Any]
@@ -182,6 +185,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_refusal=_refusal(model),
         uniform=_is_uniform(model),
+        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.known)),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         hidden=tuple(map(describe_loss, model.hidden)),
         functions=functions,

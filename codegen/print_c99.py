@@ -3,6 +3,8 @@
 Names end in an underscore, as in all C text here, so that none is a macro of a header.
 """
 
+import re
+
 from .feed_forward import FeedForward
 from .print_c import C, print_c_helpers
 from .printing import comment, print_operations
@@ -31,6 +33,11 @@ def print_c99(export: FeedForward) -> str:
         )
     )
     helpers = print_c_helpers(functions)
+    # Helpers bear the function's name: a header that the file is joined with may have a `select`.
+    for name in re.findall(r"static inline double (\w+)\(", helpers):
+        helpers, functions = (
+            re.sub(rf"\b{name}\(", f"{force}_{name}(", text) for text in (helpers, functions)
+        )
     about = "\n   ".join(map(comment, export.about))
     units = ", ".join(f"{name} in {unit}" for name, unit in export.motion.items())
     return (

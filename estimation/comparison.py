@@ -126,8 +126,8 @@ def compare(
         raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
     named = _named(axes)
     _check_comparable(named)
-    # The same rows for all: those of the candidates that are not linear, if there are any.
-    first = min(named.values(), key=lambda axis: axis.is_linear)
+    # The same rows for all: those that suit the candidate with the most friction.
+    first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
     filtered = settled(prefilter or Prefilter.suited(record.period), first, record)
     fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)

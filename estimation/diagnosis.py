@@ -83,6 +83,7 @@ def diagnose(
                 moved=moved,
                 alignment=alignment,
                 hold=str(prefilter.hold),
+                reversals=prefilter.reversals,
             ),
             *fixed_check(estimates[judged]),
             *force_checks(axis, record),

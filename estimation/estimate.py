@@ -63,6 +63,13 @@ class Value:
     filter_bias: float | None = None
     chosen: str = "hac"
 
+    def __str__(self) -> str:
+        low, high = self.interval
+        return (
+            f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}, "
+            f"95 %: {low:.6g} to {high:.6g} {self.unit}"
+        )
+
     @property
     def deviation(self) -> float:
         """Standard deviation under the covariance that was chosen."""
@@ -135,6 +142,9 @@ class Estimate:
         Sample number of each row.
     period : float
         Of the samples, s.
+    times : (n,) array or None
+        Of each row since the record's first sample, s, where the record has gaps; None where it is
+        `rows` times `period`.
     residuals : (n,) array
         ``y - X theta``, less the known part of the model if it has one.
     simulated : (n,) array or None
@@ -189,6 +199,7 @@ class Estimate:
     covariance_names: Mapping[str, str]
     remarks: tuple[str, ...]
     assumed: Covariance
+    times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
     gain_slopes: Array | None = None

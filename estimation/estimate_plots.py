@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .arrays import Array
-from .plot import NoPlot, Panel, Plot, Series, Tone, labelled, line, paired, squared
+from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line, paired, squared
 
 if TYPE_CHECKING:
     from .estimate import Estimate
 
+_GAP = 1.5  # rows
 _SEGMENT = 256  # rows of a periodogram of Welch's mean
 
 
@@ -43,7 +44,9 @@ def force_plot(estimate: "Estimate", beside: Sequence["Estimate"] = ()) -> Plot:
     if estimate.simulated is not None:
         loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
         upper.append(loop)
-    return Plot(
+    steps = np.diff(time)
+    between = time[:-1][steps > _GAP * row_period(estimate)]
+    plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
         caption=f"{name} on the rows it was fitted to: the equation error is "
@@ -55,6 +58,7 @@ def force_plot(estimate: "Estimate", beside: Sequence["Estimate"] = ()) -> Plot:
             Panel(label=labelled("error", unit), series=tuple(lower)),
         ),
     )
+    return broken(plot, list(between + row_period(estimate) / 2))
 
 
 def autocorrelation_plot(estimate: "Estimate") -> Plot:
@@ -149,12 +153,12 @@ def convergence_plot(estimate: "Estimate") -> Plot | NoPlot:
 
 def row_times(estimate: "Estimate") -> Array:
     """Time of each row since the record's first sample, (n,), s."""
-    return estimate.rows * estimate.period
+    return estimate.rows * estimate.period if estimate.times is None else estimate.times
 
 
 def row_period(estimate: "Estimate") -> float:
     """Time from one row to the next, s."""
-    return float(estimate.rows[1] - estimate.rows[0]) * estimate.period
+    return float(np.diff(estimate.rows).min()) * estimate.period
 
 
 def left_unit(estimate: "Estimate") -> str:

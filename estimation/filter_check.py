@@ -4,10 +4,14 @@ from .check import Check, passed
 from .estimate import FOLLOWING, Estimate
 
 _MOST = 1.0  # deviations
+_ADVICE = {
+    None: "leave out the reversals (--reversals leave-out)",
+    "leave-out": "raise the cut-off",
+}
 
 
-def filter_bias(estimate: Estimate) -> Check:
-    """The filter's own bias against the deviations."""
+def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check:
+    """The filter's own bias against the deviations; the advice depends on the reversals."""
     if estimate.filter_bias is None:
         error = estimate.simulation_error_percent
         simulated = error is not None and error >= FOLLOWING
@@ -28,8 +32,7 @@ def filter_bias(estimate: Estimate) -> Check:
         meaning="the prefilter moves no parameter by more than its deviation"
         if not moved
         else f"the prefilter itself moves {listed}; the values have it, the 95 % intervals are "
-        "less it: leave out the reversals (--reversals leave-out), or raise the cut-off and keep "
-        "the decimation, or subtract it (filter_bias)",
+        f"less it: {_ADVICE.get(reversals, _ADVICE[None])}, or subtract it (filter_bias)",
     )
 
 

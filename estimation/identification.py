@@ -292,7 +292,8 @@ class _Study:
             y=y,
             X=measured.regressor,
             Z=None if fit.instruments is None else fit.instruments.columns,
-            rows=self.prefilter.rows(len(self.record), self.record.period),
+            rows=self._row_numbers,
+            times=self._row_times,
             period=self.record.period,
             residuals=solution.residuals,
             simulated=simulated,
@@ -318,6 +319,18 @@ class _Study:
     def _gain_relative_sd(self) -> float:
         """Of the gain that scaled the force; 0 for a measured force."""
         return 0.0 if self.record.force is not None else self.axis.axis.drive.relative_sd
+
+    @property
+    def _row_numbers(self) -> Array:
+        return self.prefilter.rows(len(self.record), self.record.period)
+
+    @property
+    def _row_times(self) -> Array | None:
+        """Of a record with gaps, since its first sample."""
+        if not self.record.segments:
+            return None
+        times = self.record.time[self._row_numbers.astype(int)] - self.record.time[0]
+        return np.asarray(times, dtype=float)
 
     def _made_again(self, form: Form, fit: "_Fit", physical: Array) -> dict[str, Array | None]:
         """What the gain and the filter alone move the estimate by."""

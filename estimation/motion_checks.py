@@ -8,6 +8,7 @@ from .arrays import Array
 from .check import Check, passed
 from .estimate import Estimate, Value
 from .excitation import Excitation
+from .physical import physical_parameters
 
 _MOST_CONDITION = 100.0
 _MOST_RELATIVE_SD = 30.0  # percent
@@ -58,9 +59,14 @@ def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
 
 
 def within_bounds(estimate: Estimate) -> Check:
-    """Every parameter against the bounds that it was declared with."""
-    declared = [p for p in estimate.form.axis.axis.parameters if p.is_bounded]
-    values = estimate.parameters
+    """Every parameter against the bounds that it was declared with, physical ones too."""
+    axis, values = estimate.form.axis, dict(estimate.parameters)
+    physical = physical_parameters(estimate)
+    if physical is not None:
+        known = {p.name for p in axis.base.known}
+        values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
+    bounded = {p.name: p for p in (*axis.base.declared.parameters, *axis.axis.parameters)}
+    declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.lower < values[p.name].value < p.upper]
     if not declared:
         return Check.missing("bounds", "no parameter is declared with bounds")

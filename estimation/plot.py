@@ -5,7 +5,7 @@ One description serves matplotlib (`axisid.estimation.drawing`) and the report's
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -146,6 +146,33 @@ def readable_unit(unit: str) -> str:
 def squared(unit: str, *, per: str) -> str:
     """Unit of a power density."""
     return f"({unit})^2/{per}" if set(unit) & set(" /^*") else f"{unit}^2/{per}"
+
+
+def broken(plot: Plot, places: Sequence[float]) -> Plot:
+    """The plot with its lines broken at places along x, where there is no sample."""
+    panels = tuple(
+        replace(panel, series=tuple(_broken_line(s, places) for s in panel.series))
+        for panel in plot.panels
+    )
+    return replace(plot, panels=panels) if places else plot
+
+
+def _broken_line(series: Series, places: Sequence[float]) -> Series:
+    if series.kind != "line":
+        return series
+    inside = [p for p in places if series.x[0] < p < series.x[-1]]
+    at = np.searchsorted(series.x, inside)
+
+    def parted(values: Array | None) -> Array | None:
+        return None if values is None else np.insert(values, at, np.nan)
+
+    return replace(
+        series,
+        x=np.insert(series.x, at, inside),
+        y=np.insert(series.y, at, np.nan),
+        low=parted(series.low),
+        high=parted(series.high),
+    )
 
 
 def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> Series:

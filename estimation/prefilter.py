@@ -61,9 +61,9 @@ class Prefilter:
         ``raw`` where nothing is held: a measured force, or a continuous law.
     reversals : {"keep", "leave-out"} or None
         ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
-        there the low-pass rounds what friction does at once, which a term that changes fast with
-        the velocity takes for its own. None keeps them, as the published recipe does, for an axis
-        that is linear in its parameters, and leaves them out for one that is not.
+        there the low-pass rounds what friction does at once, and at rest noise decides its sign.
+        None leaves them out for an axis whose force depends on the direction of motion, unless
+        that would take most of the record; ``keep`` is what the published recipe does.
     segments, masked, silent : tuple of (int, int)
         Of the record that `settled` fits the settings to. Each segment is filtered by itself, and
         loses its transients at both ends; one that is too short for that is left out. So are the
@@ -332,17 +332,14 @@ class Prefilter:
         return np.arange(first, min(stop, samples - high), self.decimate)
 
     def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
-        """Samples near which the filtered velocity changes its sign or rests."""
-        from scipy.ndimage import maximum_filter1d
-
+        """Samples near which the filtered velocity changes its sign or rests, by segment."""
         velocity = self.motion(position, period)[1]
-        direction = np.sign(velocity) * (np.abs(velocity) > _REST * np.abs(velocity).max())
-        turns = direction == 0
-        turns[1:] |= direction[1:] != direction[:-1]
         reach = self._transient(period, _ROUNDED)
-        near = maximum_filter1d(turns.astype(np.int8), 2 * reach + 1)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], near, [0]])))
-        return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+        return tuple(
+            (start + first, start + last)
+            for start, stop in self.spans(len(position), period)
+            for first, last in _near_turns(velocity[start:stop], reach)
+        )
 
     def clean(self, samples: int, period: float) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
@@ -363,6 +360,18 @@ class Prefilter:
 def matching_decimation(cutoff: float, period: float) -> int:
     """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
     return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
+
+
+def _near_turns(velocity: Array, reach: int) -> list[Span]:
+    """Stretches of a segment within reach of a change of direction or of a rest."""
+    from scipy.ndimage import maximum_filter1d
+
+    direction = np.sign(velocity) * (np.abs(velocity) > _REST * np.abs(velocity).max())
+    turns = direction == 0
+    turns[1:] |= direction[1:] != direction[:-1]
+    near = maximum_filter1d(turns.astype(np.int8), 2 * reach + 1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], near, [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 @lru_cache(maxsize=32)

@@ -31,8 +31,9 @@ def _independence(tests: ResidualTests) -> Check:
         source="Ljung-Box at 5 %",
         meaning="the residuals look independent"
         if independent
-        else f"the residuals are autocorrelated (Durbin-Watson {tests.durbin_watson:.2f}, 2 if "
-        "not): believe the HAC deviations, not the i.i.d. ones",
+        else f"the residuals are autocorrelated (Ljung-Box {tests.ljung_box:.4g}, less than "
+        f"{chdtri(len(tests.autocorrelation) - 1, _SIGNIFICANT):.3g} if not; Durbin-Watson "
+        f"{tests.durbin_watson:.2f}): believe the HAC deviations, not the i.i.d. ones",
     )
 
 

@@ -11,7 +11,7 @@ from .arrays import Array
 from .errors import DataError, EstimationError
 from .estimate_plots import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
 from .friction import friction_plot
-from .plot import NoPlot, Panel, Plot, Series, Tone, labelled, line
+from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line
 from .signals import drive_force
 from .simulated_rows import loop_reference, simulated_loops, simulated_position
 
@@ -72,7 +72,7 @@ def tracking_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
     )
     kept = result.prefilter.kept(len(record), record.period)
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    return Plot(
+    plot = Plot(
         name="tracking",
         title=title,
         caption=f"The closed loop simulated with {estimate.method.upper()} from the reference "
@@ -88,8 +88,9 @@ def tracking_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
             ),
         ),
         shaded=_dropped(result),
-        marks=_gaps(record),
+        marks=tuple((place, "gap") for place in _gaps(record)),
     )
+    return broken(plot, _gaps(record))
 
 
 def record_plot(result: "Identification") -> Plot:
@@ -111,7 +112,7 @@ def record_plot(result: "Identification") -> Plot:
     ]
     left_out = len(record) - int(_used(result).sum())
     source = "as recorded" if record.force is not None else "the drive's gain times the control"
-    return Plot(
+    plot = Plot(
         name="record",
         title="The record",
         caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
@@ -119,8 +120,9 @@ def record_plot(result: "Identification") -> Plot:
         x_label="time [s]",
         panels=tuple(panels),
         shaded=_dropped(result),
-        marks=_gaps(record),
+        marks=tuple((place, "gap") for place in _gaps(record)),
     )
+    return broken(plot, _gaps(record))
 
 
 def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
@@ -176,6 +178,9 @@ def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
 
 
 def _times(record: "Record") -> Array:
+    """Since the first sample, (N,), s; even but for gaps."""
+    if record.segments:
+        return np.asarray(record.time - record.time[0], dtype=float)
     return record.period * np.arange(len(record), dtype=float)
 
 
@@ -188,14 +193,15 @@ def _used(result: "Identification") -> NDArray[np.bool_]:
 
 
 def _dropped(result: "Identification") -> tuple[tuple[float, float], ...]:
-    """Stretches of time of which no row is made: dropped, masked, silent, too short a segment."""
-    period, count = result.record.period, len(result.record)
+    """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
+    time, count = _times(result.record), len(result.record)
     kept = np.concatenate([[True], _used(result), [True]])
     edges = np.flatnonzero(np.diff(kept.astype(int)))
     before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
-    return tuple((period * a, period * b) for a, b in zip(before, after, strict=True))
+    return tuple((float(time[a]), float(time[b])) for a, b in zip(before, after, strict=True))
 
 
-def _gaps(record: "Record") -> tuple[tuple[float, str], ...]:
-    """Where segments meet; time runs on as if there were no gap."""
-    return tuple((record.period * start, "gap") for start, _ in record.segments[1:])
+def _gaps(record: "Record") -> list[float]:
+    """Times within the gaps between segments."""
+    time = _times(record)
+    return [float(time[start - 1] + time[start]) / 2 for start, _ in record.segments[1:]]

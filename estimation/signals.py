@@ -13,6 +13,8 @@ from .errors import DataError
 from .prefilter import Prefilter
 from .record import Record
 
+_MOST_SILENT = 0.6  # of the samples; a motion that only reverses has nothing else to show
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Signals:
@@ -46,15 +48,18 @@ def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefil
     fitted = replace(
         prefilter,
         hold=chosen_hold(prefilter, axis, measured=record.force is not None),
-        reversals=prefilter.reversals or ("keep" if axis.is_linear else "leave-out"),
         segments=record.segments,
         masked=record.masked,
         silent=(),
     )
-    if fitted.reversals == "keep":
-        return fitted
+    if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
+        return replace(fitted, reversals="keep")
     fitted.check(len(record), record.period)
-    return replace(fitted, silent=fitted.near_reversals(record.position, record.period))
+    silent = fitted.near_reversals(record.position, record.period)
+    taken = sum(stop - start for start, stop in silent)
+    if prefilter.reversals is None and axis.is_linear and taken > _MOST_SILENT * len(record):
+        return replace(fitted, reversals="keep")
+    return replace(fitted, reversals="leave-out", silent=silent)
 
 
 def chosen_hold(

@@ -80,7 +80,7 @@ class StreamedEstimate:
             f"[2] i.i.d., residual variance with n - 1 = {self.rows - 1}\n"
             f"[3] {self.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
             f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}.\n"
-            "    No simulation: instruments and the verdict need the whole log in memory."
+            "    Reversals are kept. Instruments and the verdict need the whole log in memory."
         )
         table = text_table(["", "unit", "IDM-LS", "sd [1]", "i.i.d. [2]"], rows)
         return f"{heading}\n\n{table}\n\n{notes}\n"

@@ -41,6 +41,7 @@ def verdict(
     moved: Sequence[Excitation],
     alignment: Alignment | str,
     hold: str,
+    reversals: str | None,
 ) -> tuple[Check, ...]:
     """Hold what was measured of a result against thresholds; see `Diagnosis`."""
     ls, iv = estimates.get("idm-ls"), estimates.get("idm-iv")
@@ -58,7 +59,7 @@ def verdict(
         _delta_method(direct or estimates.get("ddm-ls")),
         _following(judged),
         *residual_checks(judged, judged.residual_tests),
-        filter_bias(judged),
+        filter_bias(judged, reversals),
         _alignment(judged, alignment, hold, strength),
     )
 

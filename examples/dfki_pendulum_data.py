@@ -70,7 +70,7 @@ def _table(file: Path) -> dict[str, Array]:
 def prefilter(record: Record, cutoff: float) -> Prefilter:
     """Motion and torque low-passed alike; the torque as recorded, since it is no held command."""
     decimate = max(2, math.ceil(0.4 / (record.period * cutoff) - 1e-9))
-    return Prefilter(cutoff=cutoff, decimate=decimate, hold="raw")
+    return Prefilter(cutoff=cutoff, decimate=decimate, hold="raw", reversals="keep")
 
 
 def facts(data: Data) -> dict[str, float]:

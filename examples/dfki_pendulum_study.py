@@ -68,7 +68,7 @@ def recipe_table(data: Data) -> Rows:
 
 def sweep_results(data: Data, record: Record | None = None) -> tuple[Identification, ...]:
     """All methods at every cut-off."""
-    base = Prefilter(hold="raw")
+    base = Prefilter(hold="raw", reversals="keep")
     return sweep(axis, record or data.run, CUTOFFS, base).results
 
 

@@ -33,16 +33,16 @@ swept.plot()
 # in the verdict, and each value has it:
 
 # %%
-result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
+kept = axisid.Prefilter(cutoff=60.0, decimate=10, reversals="keep")
+result = axisid.identify(axis, record, kept)
 for name, value in result["idm-iv"].parameters.items():
     print(f"{name}: {value.value:.4g} +- {value.sd_hac:.2g}, filter bias {value.filter_bias:+.2g}")
 
 # %% [markdown]
-# Most of it is rounding where friction reverses. Without those samples little is left:
+# Most of it is rounding where friction reverses. Without those samples, as by default, little is left:
 
 # %%
-straight = axisid.Prefilter(cutoff=60.0, decimate=10, reversals="leave-out")
-result = axisid.identify(axis, record, straight)
+result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
 for name, value in result["idm-iv"].parameters.items():
     print(f"{name}: {value.value:.4g} +- {value.sd_hac:.2g}, filter bias {value.filter_bias:+.2g}")
 
@@ -53,7 +53,7 @@ for name, value in result["idm-iv"].parameters.items():
 # |---|---|
 # | `hold` | `zoh` pairs each acceleration with the mean of the forces that the drive held before and after the sample; `raw` with the force after it, half a sample late. The default is zoh for a control that is held, raw for a measured force or a continuous law. |
 # | `drop` | Samples left out at both ends. By default the whole record is filtered, and rows within the filter's transient of an end are left out. Ends that are named are cut before the decimation, as the published recipe of EMPS has it: the decimation then continues the record from the last sample kept, which gives that sample much weight. |
-# | `reversals` | `leave-out` gives the samples near a reversal or a rest no weight: there the low-pass rounds what friction does at once. The default for axes with parameters that enter nonlinearly (a Stribeck velocity); linear axes keep them, as the published recipes do. |
+# | `reversals` | Samples near a reversal or a rest have no weight: there the low-pass rounds what friction does at once, and at rest noise decides its sign. `keep` keeps them, as the published recipes do; so does the default where leaving them out would take most of the record. |
 # | `decimation` | `matlab` aligns the rows to the end of the record, `scipy` to its start. |
 # | `order` | Of the Butterworth low-pass, applied forward and backward. 4 does. |
 #

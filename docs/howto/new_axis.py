@@ -15,6 +15,8 @@
 # docstring (`help(axisid.asymmetric_viscous)`).
 
 # %%
+from textwrap import fill
+
 import axisid
 from axisid import Coordinate, Drive, Parameter, newton
 
@@ -72,7 +74,7 @@ doubtful = newton(
     drive=Drive(gain=120.0, unit="A", limit=10.0),
 )
 for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
-    print(sentence)
+    print(fill(sentence, 88))
 
 # %% [markdown]
 # ## By Lagrange

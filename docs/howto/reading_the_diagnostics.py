@@ -9,6 +9,7 @@
 
 # %%
 from dataclasses import replace
+from textwrap import fill
 
 import numpy as np
 
@@ -24,22 +25,22 @@ def failures(changed: axisid.Record) -> None:
     values = ", ".join(f"{n} {v.value:.4g}" for n, v in result["idm-ls"].parameters.items())
     print(f"IDM-LS: {values}; equation error {result['idm-ls'].equation_error_percent:.1f} %")
     for reason in set(result.failed.values()):
-        print(f"      {reason}")
+        print(fill(reason, 88, initial_indent="      ", subsequent_indent="      "))
     for check in result.verdict:
         if check.status == "fail" and check.name not in ACCEPTED:
-            print(f"FAIL  {check.name}: {check.meaning}")
+            print(fill(f"FAIL  {check.name}: {check.meaning}", 88, subsequent_indent="      "))
 
 
 good = axisid.identify(axis, record)
 for check in good.verdict:
     if check.status == "fail":
-        print(f"FAIL  {check.name}: {check.meaning}")
-ACCEPTED = {"independent residuals", "filter bias"}
+        print(fill(f"FAIL  {check.name}: {check.meaning}", 88, subsequent_indent="      "))
+ACCEPTED = {"independent residuals"}
 
 # %% [markdown]
 # These are typical of filtered data and nothing to worry about: the residuals are autocorrelated (so
-# believe the HAC deviations), their sign changes fast because the decimation filter has a sharp edge, and
-# the low-pass rounds the reversals of Coulomb friction. From here on the first and the last are left out.
+# believe the HAC deviations), and their sign changes fast because the decimation filter has a sharp edge.
+# From here on the first is left out.
 #
 # ## The control is logged with another gain
 #
@@ -111,7 +112,7 @@ failures(axisid.twin_record(replace(declared, experiment=experiment)))
 # | independent residuals, runs of one sign | the residuals are autocorrelated | believe the HAC deviations |
 # | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals |
 # | normal residuals | heavy tails | outliers, or reversals |
-# | filter bias | the prefilter alone moves a value by more than its deviation | raise the cut-off, keep the decimation; or subtract it |
+# | filter bias | the prefilter alone moves a value by more than its deviation | leave out the reversals, raise the cut-off, or subtract it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).

@@ -149,7 +149,7 @@ def _fault(error: Exception) -> str:
     "--reversals",
     type=click.Choice(["keep", "leave-out"]),
     help="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
-    "once.  [default: leave-out for axes that are not linear in their parameters, else keep]",
+    "once.  [default: leave-out for axes with friction, unless it takes most of the record]",
 )
 @record_options
 @click.option(

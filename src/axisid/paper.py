@@ -22,8 +22,8 @@ from axisid.estimation import (
 from axisid.modeling import UsageError, load_axis
 
 #: The paper's two filters.
-APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw")
-INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw")
+APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
+INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
 
 Published = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 

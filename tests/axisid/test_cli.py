@@ -91,7 +91,7 @@ def test_json_file_is_written_beside_the_table(run: Run, tmp_path: Path) -> None
 def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> None:
     options = (
         "--method idm-ls --cutoff 50 --order 3 --decimate 4 --decimation scipy --drop 20 30 "
-        "--hold zoh --sample-period 1e-3 --json -"
+        "--hold zoh --reversals keep --sample-period 1e-3 --json -"
     )
     code, out, _ = run("identify", "emps2015", log(), *options.split())
     assert code == 0

@@ -143,7 +143,7 @@ def test_log_is_streamed(
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
     options = (file, "--columns", CHOSEN)
-    whole = estimates(run, *options)
+    whole = estimates(run, *options, "--reversals", "keep")
     code, out, err = run("identify", "emps2015", *options, "--stream", "--json", "-")
     assert (code, err) == (0, "")
     streamed = json.loads(out)

@@ -17,10 +17,12 @@ import sympy
 from axisid import (
     Coordinate,
     Identification,
+    Prefilter,
     Record,
     Sweep,
     __version__,
     build,
+    fix,
     identify,
     load_axis,
     read_record,
@@ -82,7 +84,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
+    return identify(emps2015, twin, Prefilter(reversals="keep"))
 
 
 @pytest.fixture(scope="module")
@@ -352,3 +354,20 @@ def test_a_record_read_from_a_file_gives_its_hash(
     text = Page(report_html(result)).text
     assert hashlib.sha256(log.read_bytes()).hexdigest() in text
     assert "a <b> & c.csv" in text
+
+
+def test_physical_parameters_stand_below_the_base_parameters(twin: Record) -> None:
+    known = fix(load_axis("emps2015"), M=(100.2, 0.5))
+    result = identify(known, twin, methods="idm-iv")
+    text = report_html(result)
+    assert "<h3>Physical parameters</h3>" in text
+    below = text[text.index("<h3>Physical parameters</h3>") :]
+    for name in result.physical["idm-iv"].parameters:
+        assert f'<th scope="row">{name}' in below
+    assert "declared as known" in below
+
+
+def test_what_was_assumed_and_repaired_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    provenance = replace(twin.provenance, assumed=("decimal comma",))
+    text = report_html(identify(emps2015, replace(twin, provenance=provenance), methods="idm-ls"))
+    assert "<dt>assumed</dt><dd>decimal comma</dd>" in text

@@ -22,8 +22,10 @@ def files(
     tmp_path_factory: pytest.TempPathFactory, emps2015: GeneratedAxis, twin: Record
 ) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("results")
-    a = identify(emps2015, twin, Prefilter(cutoff=60.0, hold="raw"))
-    b = identify(emps2015, twin, Prefilter(cutoff=30.0, decimate=20), ["idm-ls", "idm-iv"])
+    a = identify(emps2015, twin, Prefilter(cutoff=60.0, hold="raw", reversals="keep"))
+    b = identify(
+        emps2015, twin, Prefilter(cutoff=30.0, decimate=20, reversals="keep"), ["idm-ls", "idm-iv"]
+    )
     paths = folder / "a.json", folder / "b.json"
     for path, result in zip(paths, (a, b), strict=True):
         path.write_text(json.dumps(result.to_dict()))

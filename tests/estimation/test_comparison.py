@@ -37,8 +37,11 @@ from axisid.estimation.held_out import HeldOut, contiguous_blocks
 Run = Callable[..., tuple[int, str, str]]
 
 ZOH = Prefilter(hold="zoh", drop=(48, 0))
-RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw")
-OPTIONS = "--cutoff 100 --decimate 10 --drop 49 0 --hold raw --sample-period 1e-3".split()
+RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+OPTIONS = [
+    *"--cutoff 100 --decimate 10 --drop 49 0 --hold raw".split(),
+    *"--reversals keep --sample-period 1e-3".split(),
+]
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +125,8 @@ def test_held_out_errors_are_those_of_a_run_by_hand(
     assert twin.reference is not None
     loop = simulate(axis, theta, twin.reference, 1e-3, start=float(twin.position[0]))
     held = np.concatenate([loop.force[:1], loop.force[:-1]])
-    error = (y - ZOH.reduce((loop.force + held) / 2, 1e-3))[block.held_out]
+    filtered = symmetric.prefilter.reduce((loop.force + held) / 2, 1e-3)
+    error = (y - filtered)[block.held_out]
     simulation = symmetric["Coulomb"].simulation
     assert simulation is not None
     assert simulation.squares[2] == pytest.approx(float(error @ error), rel=1e-6)
@@ -292,7 +296,7 @@ def test_a_record_without_any_noise_is_compared(ladder: dict[str, GeneratedAxis]
                    force=smooth.force + axis.parameters[1].symbol)  # fmt: skip
     t = np.arange(4000) * 1e-3
     position = np.sin(9 * t) + 0.3 * np.sin(23 * t)
-    unfiltered = Prefilter(cutoff=200.0, decimate=1, hold="raw")
+    unfiltered = Prefilter(cutoff=200.0, decimate=1, hold="raw", reversals="keep")
     _, dq, ddq = unfiltered.motion(position, 1e-3)
     record = Record(time=t, position=position, force=2 * ddq + 3 * dq, sample_period=1e-3)
     found = compare([smooth, rich], record, unfiltered)

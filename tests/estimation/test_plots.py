@@ -43,7 +43,7 @@ b, c = Parameter("b", "N/(m/s)"), Parameter("c", "N")
 
 @pytest.fixture(scope="module")
 def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
+    return identify(emps2015, twin, Prefilter(reversals="keep"))
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +150,9 @@ def test_gravity_and_springs_are_taken_off_the_friction() -> None:
     dq, ddq = 0.3 * w * np.cos(w * time), -0.3 * w**2 * np.sin(w * time)
     force = 2.0 * ddq + 3.0 * dq + 1.5 * np.sign(dq) + 40.0 * q
     record = Record(time=time, position=q, force=force)
-    result = identify(axis, record, Prefilter(cutoff=100.0, decimate=5, hold="raw"), ["idm-ls"])
+    result = identify(
+        axis, record, Prefilter(cutoff=100.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
+    )
     found = friction(result, result["idm-ls"])
     assert isinstance(found, Friction)
     fast = np.abs(found.velocity) > 0.3
@@ -169,7 +171,9 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
     resistance: sympy.Expr, parameters: tuple[Parameter, ...], reason: str
 ) -> None:
     axis = declared(resistance, parameters=parameters)
-    result = identify(axis, moved(), Prefilter(cutoff=50.0, decimate=5, hold="raw"), ["idm-ls"])
+    result = identify(
+        axis, moved(), Prefilter(cutoff=50.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
+    )
     plot = friction_plot(result, result["idm-ls"])
     assert isinstance(plot, NoPlot)
     assert reason in plot.reason
@@ -299,13 +303,24 @@ def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
 def test_gaps_are_marked_and_what_is_masked_is_shaded(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    cut = replace(twin, segments=((0, 3000), (3000, 3050), (3050, 7801)), masked=((5000, 5100),))
-    found = identify(emps2015, cut, methods=["idm-ls"])
+    time = np.array(twin.time)
+    time[3000:] += 0.5
+    time[3050:] += 0.25
+    spans = ((0, 3000), (3000, 3050), (3050, 7801))
+    cut = replace(twin, time=time, segments=spans, masked=((5000, 5100),))
+    found = identify(emps2015, cut, Prefilter(reversals="keep"), ["idm-ls"])
     plot = record_plot(found)
-    assert plot.marks == ((pytest.approx(3.0), "gap"), (pytest.approx(3.05), "gap"))
+    assert [place for place, _ in plot.marks] == pytest.approx([3.2495, 3.6745])
     kept = found.prefilter.kept(len(twin), twin.period)
-    middle = [(first + last) / 2 for first, last in plot.shaded]
-    assert not kept[np.round(np.array(middle) / twin.period).astype(int)].any()
+    for first, last in plot.shaded:
+        inside = (time > first + 1e-9) & (time < last - 1e-9)
+        assert not kept[inside].any()
+    drawn_position = plot.panels[0].series[0]
+    assert drawn_position.x[-1] == pytest.approx(7.8 + 0.75)
+    assert np.isnan(drawn_position.y).sum() == 2
+    force = force_plot(found["idm-ls"])
+    assert force.panels[0].series[0].x[-1] > 8.4
+    assert np.isnan(force.panels[0].series[0].y).sum() >= 2
     # Both ends, the segment that is too short with its neighbours' ends, and what is masked.
     assert len(plot.shaded) == 4
     assert drawable(tracking_plot(found, found["idm-ls"])).marks == plot.marks

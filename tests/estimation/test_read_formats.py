@@ -205,7 +205,9 @@ def test_library_that_is_not_installed_is_named_with_the_command(
     file = tmp_path / f"log{ending}"
     file.write_bytes(b"x")
     name = library.partition(".")[0]
-    with pytest.raises(DataError, match=rf"needs the library {name}.*'axisid\[{extra}\]'"):
+    with pytest.raises(
+        DataError, match=rf"needs the library {name}.*pip install {name}.*extra {extra}"
+    ):
         read_record(file)
 
 

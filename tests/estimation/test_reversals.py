@@ -63,14 +63,26 @@ def test_friction_of_linear_axes_comes_out_straighter(name: str, level: str) -> 
     assert off["leave-out"] < 0.2 * off["keep"]
 
 
-def test_default_keeps_them_for_linear_axes_and_leaves_them_out_for_others(
+def test_default_leaves_them_out_where_there_is_friction(
     emps2015: GeneratedAxis, twin: Record, stribeck: GeneratedAxis
 ) -> None:
-    assert settled(Prefilter(), emps2015, twin).reversals == "keep"
-    assert settled(Prefilter(), emps2015, twin).silent == ()
-    chosen = settled(Prefilter(), stribeck, twin_record(stribeck))
-    assert chosen.reversals == "leave-out"
-    assert chosen.silenced > 0
+    for axis, record in ((emps2015, twin), (stribeck, twin_record(stribeck))):
+        chosen = settled(Prefilter(), axis, record)
+        assert chosen.reversals == "leave-out"
+        assert chosen.silenced > 0
+    rungs = friction_ladder(emps2015.declared)
+    smooth = build(rungs["viscous"])
+    assert settled(Prefilter(), smooth, twin).reversals == "keep"
+    assert settled(Prefilter(), smooth, twin).silent == ()
+
+
+def test_default_keeps_them_where_hardly_anything_else_is_left(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    slow = settled(Prefilter(cutoff=3.0, decimate=100), emps2015, twin)
+    assert (slow.reversals, slow.silent) == ("keep", ())
+    asked = settled(Prefilter(cutoff=3.0, decimate=100, reversals="leave-out"), emps2015, twin)
+    assert asked.silenced > 0.6 * len(twin)
 
 
 def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -117,7 +129,9 @@ def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
     compared = compare({"plain": build(plain), "bent": build(bent)}, record)
     assert compared.prefilter.reversals == "leave-out"
     ladder = compare({k: build(a) for k, a in friction_ladder(axis).items()}, twin)
-    assert ladder.prefilter.reversals == "keep"
+    assert ladder.prefilter.reversals == "leave-out"
+    first = identify(axis, twin, ladder.prefilter, "idm-ls")["idm-ls"]
+    assert {len(c.estimate.y) for c in ladder.candidates} == {len(first.y)}
 
 
 def test_blocks_of_a_log_cannot_leave_them_out(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -63,7 +63,9 @@ def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
 def test_real_record_passes_but_for_its_residuals_and_what_raw_pairing_does(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    raw = statuses(identify(emps, emps_record, Prefilter(drop=(49, 0), hold="raw")))
+    raw = statuses(
+        identify(emps, emps_record, Prefilter(drop=(49, 0), hold="raw", reversals="keep"))
+    )
     assert {name for name, status in raw.items() if status != "pass"} == {
         *RESIDUAL_CHECKS,
         "filter bias",
@@ -104,7 +106,7 @@ def test_motion_that_does_not_excite_is_told(emps2015: GeneratedAxis, twin: Reco
 
 
 def test_verdict_is_in_the_summary_and_in_json(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, Prefilter(hold="raw"))
+    result = identify(emps2015, twin, Prefilter(hold="raw", reversals="keep"))
     assert "\npass   control law, " in result.summary()
     assert "\nFAIL   alignment: " in result.summary()
     listed = result.to_dict()["verdict"]

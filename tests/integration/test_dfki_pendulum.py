@@ -216,7 +216,7 @@ def test_validation_is_that_of_numpy_at_the_same_edges(
 ) -> None:
     record, result = data.records[name], swept[15.0]
     decimate = {"identification run": 8, "direct collocation": 9, "DDP": 14}[name]
-    settings = Prefilter(cutoff=15.0, decimate=decimate, hold="raw")
+    settings = Prefilter(cutoff=15.0, decimate=decimate, hold="raw", reversals="keep")
     for held in validate(result, record):
         if held.method.startswith("idm"):
             physical = result[held.method].physical
@@ -258,7 +258,7 @@ def test_spike_at_the_start_of_what_is_kept_does_not_move_the_estimate(
 
 
 def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -> None:
-    base = Prefilter(hold="raw")
+    base = Prefilter(hold="raw", reversals="keep")
     by_default = sweep(study.axis, data.run, prefilter=base)
     assert by_default.recommended == pytest.approx(7.88)
     chosen = next(r for r in by_default.results if r.prefilter.cutoff == by_default.recommended)
@@ -338,7 +338,7 @@ def test_command_line_reads_the_joined_and_the_measured_file(
     tmp_path: Path,
 ) -> None:
     study.read_data(folder, tmp_path)
-    settings = "--cutoff 15 --decimate 8 --hold raw --json -".split()
+    settings = "--cutoff 15 --decimate 8 --hold raw --reversals keep --json -".split()
     code, out, _ = run("identify", AXIS, tmp_path / "dfki_joined.csv", *settings)
     assert code == 0
     values = {e["method"]: e["parameters"]["mc"]["value"] for e in json.loads(out)["estimates"]}

@@ -18,7 +18,8 @@ PUBLISHED = {
     "tau0": ("-3.1648", "0.0444"),
 }
 RECIPE = (
-    "--cutoff 100 --decimate 10 --decimation matlab --drop 49 0 --hold raw --sample-period 1e-3"
+    "--cutoff 100 --decimate 10 --decimation matlab --drop 49 0 --hold raw --reversals keep "
+    "--sample-period 1e-3"
 ).split()
 
 
@@ -40,7 +41,7 @@ def test_published_least_squares_to_every_printed_digit(
 def test_instrumental_variables_from_the_cad_value(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw")
+    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
     result = identify(emps, emps_record, prefilter, ["idm-iv", "ddm-iv"])
     inverse, direct = result["idm-iv"], result["ddm-iv"]
     assert inverse.iterates[0].physical.tolist() == [100.0, 0.0, 0.0, 0.0]
@@ -106,7 +107,13 @@ def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
         sample_period=1e-3,
     )
     for hold, expected in (("raw", raw), ("zoh", aligned)):
-        prefilter = Prefilter(cutoff=cutoff, decimate=decimate, drop=(49, 0), hold=hold)  # type: ignore[arg-type]
+        prefilter = Prefilter(
+            cutoff=cutoff,
+            decimate=decimate,
+            drop=(49, 0),
+            hold=hold,  # type: ignore[arg-type]
+            reversals="keep",
+        )
         estimate = identify(emps, record, prefilter, ["idm-ls"])["idm-ls"]
         assert estimate.parameters["Fv"].value == pytest.approx(expected, abs=1.0)
 
@@ -114,7 +121,7 @@ def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
 def test_alignment_moves_viscous_friction_on_the_real_record(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    prefilter = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="zoh")
+    prefilter = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="zoh", reversals="keep")
     estimate = identify(emps, emps_record, prefilter, ["idm-ls"])["idm-ls"]
     assert estimate.physical[:3] == pytest.approx([94.963, 207.883, 20.064], rel=2e-4)
     assert estimate.equation_error_percent == pytest.approx(4.007, abs=2e-3)

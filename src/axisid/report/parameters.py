@@ -6,6 +6,7 @@ from html import escape
 
 from axisid.codegen import Quantity
 from axisid.estimation import Estimate, Identification, Validation, Value
+from axisid.estimation.physical_text import physical_notes
 from axisid.estimation.plot import readable_unit
 from axisid.estimation.summary import drawn_text
 
@@ -23,7 +24,7 @@ def parameters_html(
     }
     shown = [form for form, of_form in tables.items() if of_form]
     parts = [_table(result, tables[form]) for form in shown[:1]]
-    parts += [_notes(result)]
+    parts += [_notes(result), _physical(result)]
     parts += [
         f"<details><summary>{_ABOUT[form]}: its own parameters, and the physical ones mapped from "
         f"them</summary>{_table(result, tables[form])}</details>"
@@ -53,6 +54,32 @@ def _table(result: Identification, estimates: Sequence[Estimate]) -> str:
     )
 
 
+def _physical(result: Identification) -> str:
+    """Physical parameters that are no base parameters, if there are any."""
+    every = {method: p for method, p in result.physical.items() if p.shows_more}
+    shown = {m: p for m, p in every.items() if m.startswith("idm")} or every
+    if not shown:
+        return ""
+    groups = "".join(f'<th colspan="3">{_method(result[method])}</th>' for method in shown)
+    heads = "<th>value</th><th>95 % interval</th><th>sd</th>" * len(shown)
+    first = next(iter(shown.values()))
+    rows = [
+        _row(
+            Quantity(name=name, unit=value.unit, expression=""),
+            [p.parameters[name] for p in shown.values()],
+            result,
+        )
+        for name, value in first.parameters.items()
+    ]
+    top = f'<tr><th></th><th class="unit">unit</th>{heads}<th class="unit">intervals</th></tr>'
+    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in physical_notes(shown))
+    return (
+        '<h3>Physical parameters</h3><div class="scroll"><table><thead>'
+        f"<tr><th></th><th></th>{groups}<th></th></tr>{top}</thead>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>{notes}"
+    )
+
+
 def _method(estimate: Estimate) -> str:
     kind = estimate.method.rsplit("-", 1)[-1]
     return f'<span class="swatch-{kind}">●</span> {escape(estimate.method.upper())}'
@@ -60,7 +87,8 @@ def _method(estimate: Estimate) -> str:
 
 def _row(quantity: Quantity, values: Sequence[Value], result: Identification) -> str:
     name = escape(quantity.name)
-    described = {p.name: p.description for p in result.axis.axis.parameters}
+    axis = result.axis
+    described = {p.name: p.description for p in (*axis.declared.parameters, *axis.axis.parameters)}
     if about := described.get(quantity.name) or quantity.expression:
         name += f' <span class="note">{escape(about)}</span>'
     places = max(map(_places, values))
@@ -85,10 +113,16 @@ def _cells(value: Value, places: int) -> str:
     relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative < _VAGUE else "-"
     return (
-        f'<td class="value">{_number(value.value, places)}</td>'
+        f'<td class="value">{_number(value.value, places)}{_corrected(value, places)}</td>'
         f'<td class="range">{_number(low, places)} … {_number(high, places)}</td>'
         f'<td class="range">{percent}</td>'
     )
+
+
+def _corrected(value: Value, places: int) -> str:
+    """The centre of the interval, where it is another number than the value."""
+    centre, shown = _number(value.corrected, places), _number(value.value, places)
+    return "" if centre == shown else f'<span class="note">{centre} corrected</span>'
 
 
 def _intervals(values: Sequence[Value], truth: float | None) -> str:
@@ -140,8 +174,13 @@ def _notes(result: Identification) -> str:
     judged = result.judged
     notes = [
         "Intervals and sd: "
-        f"{judged.covariance_names['hac']}. Residuals of filtered data are autocorrelated."
+        f"{judged.covariance_names[judged.chosen]}. Residuals of filtered data are autocorrelated."
     ]
+    if any(e.filter_bias is not None for e in result.estimates.values()):
+        notes.append(
+            "Corrected, and the centre of the interval: the value less the prefilter's own bias, "
+            "found on the loop simulated with the estimate."
+        )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
     remarks: dict[str, list[str]] = {}

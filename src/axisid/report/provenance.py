@@ -29,6 +29,8 @@ def provenance_html(result: Identification, command: str) -> str:
         "record": source.source,
         "sha256 of the file": source.sha256,
         "columns": columns,
+        "assumed": "; ".join(source.assumed),
+        "repaired": "; ".join(repair.text for repair in source.repairs),
         "samples": f"{len(result.record)} of {1e3 * result.record.period:.6g} ms",
         "position filter": f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward",
         "decimation": "none"

@@ -46,5 +46,8 @@
     show();
   });
   dark.addEventListener("change", show);
+  const folded = [...document.querySelectorAll("details:not([open])")];
+  window.addEventListener("beforeprint", () => folded.forEach((each) => { each.open = true; }));
+  window.addEventListener("afterprint", () => folded.forEach((each) => { each.open = false; }));
   show();
 })();

@@ -313,7 +313,9 @@ class Panel {
       if (x < LEFT || x > LEFT + this.plot.inner) continue;
       element("line", { x1: x, x2: x, y1: TOP - 4, y2: this.height, class: "level" }, svg);
       if (this === this.plot.panels[0]) {
-        element("text", { x: x + 5, y: TOP + 7, class: "mark" }, svg, name);
+        const right = x > LEFT + 0.8 * this.plot.inner;
+        const anchor = right ? { x: x - 5, "text-anchor": "end" } : { x: x + 5 };
+        element("text", { ...anchor, y: TOP + 7, class: "mark" }, svg, name);
       }
     }
   }
