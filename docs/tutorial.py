@@ -119,11 +119,11 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # Read it from the top:
 #
 # - **assumed** says what was taken of the file. If a unit is wrong there, everything below is wrong.
-# - **The first table** has the inverse model. `IDM-LS` is least squares, `IDM-IV` instrumental
+# - **The first tables** have the inverse model. `IDM-LS` is least squares, `IDM-IV` instrumental
 #   variables, which noise in the position does not bias. Where the two agree within the deviations,
 #   noise did no harm. `sd` is a standard deviation that allows for autocorrelated residuals; the
 #   classical one, `i.i.d.`, mostly promises too much.
-# - **The second table** has the direct model: the same physics, regressed the other way round, and
+# - **The next ones** have the direct model: the same physics, regressed the other way round, and
 #   mapped back to mass and friction by the delta method.
 # - **The verdict** says what was checked. A failed check is a reason to look, not a gate, and says what
 #   to do. Here the control law and the alignment of force and motion hold, which matters most.

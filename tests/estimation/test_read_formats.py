@@ -58,14 +58,14 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
     assert "time: time stamps counted from the first" in record.provenance.assumed
 
 
-@pytest.mark.parametrize("kind", ["mapping", "pandas", "pyarrow"])
+@pytest.mark.parametrize("kind", ["mapping", "pandas", "polars", "pyarrow"])
 def test_any_dataframe_of_a_script(kind: str) -> None:
     columns: dict[str, Any] = {"time": T, "q [mm]": Q, "u": U}
     frame: object = columns
     if kind != "mapping":
         pytest.importorskip("narwhals")
         library = pytest.importorskip(kind)
-        frame = library.DataFrame(columns) if kind == "pandas" else library.table(columns)
+        frame = library.table(columns) if kind == "pyarrow" else library.DataFrame(columns)
     record = read_record(frame, columns=NAMED)
     assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
     assert np.array_equal(record.control, U)
