@@ -75,7 +75,7 @@ def read_record(
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
     table = read_table(log)
-    found = Chosen(table, declared, dict(columns or {}))
+    found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
     return _record(table, found, declared, sample_period, repairs or Repairs())
 
 

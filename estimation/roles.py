@@ -12,14 +12,20 @@ _NEEDED = ("position",)
 
 
 class Chosen:
-    """Columns by role, in SI, with what was assumed on the way."""
+    """Columns by role, in SI, with what was assumed on the way.
 
-    def __init__(self, table: Table, axis: Axis | None, asked: dict[str, str]) -> None:
+    A time column that only the axis declares may be missing where the period is given.
+    """
+
+    def __init__(
+        self, table: Table, axis: Axis | None, asked: dict[str, str], *, has_period: bool = False
+    ) -> None:
         self.names: dict[str, str] = {}
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
         silent: dict[str, str] = {}
-        for role, (name, unit, by_user) in _choose(table, axis, asked).items():
+        optional = {"time"} - set(asked) if has_period else set()
+        for role, (name, unit, by_user) in _choose(table, axis, asked, optional).items():
             column = table.columns[name]
             samples = column.read()
             written = unit or column.unit
@@ -38,7 +44,7 @@ class Chosen:
 
 
 def _choose(
-    table: Table, axis: Axis | None, asked: dict[str, str]
+    table: Table, axis: Axis | None, asked: dict[str, str], optional: set[str]
 ) -> dict[str, tuple[str, str, bool]]:
     """Column, unit if one is given, and whether the user named it, by role."""
     for role in asked:
@@ -55,7 +61,7 @@ def _choose(
             wanted = head if name is None else wanted
         if name is not None:
             chosen[role] = (name, unit.strip(), role in asked)
-        elif role in asked or role in declared or role in _NEEDED:
+        elif role not in optional and (role in asked or role in declared or role in _NEEDED):
             raise DataError(
                 f"{table.source}: there is no column {wanted!r} for the {role}; found "
                 f"{table.listed()}. "

@@ -15,7 +15,9 @@ from axisid.fitted import FittedAxis
 from axisid.formulas import symbol_latex, unit_latex
 from axisid.modeling import Parameter
 
-_HEADER = "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain".split()
+_HEADER = (
+    "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias"
+).split()
 _PLAIN = (1e-4, 1e6)  # values outside get a power of ten
 _LEAST_POWER = -300
 _SCHEMA = "axisid.parameters/1"
@@ -37,6 +39,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
                     "interval_95": list(v.interval),
                     "sd_iid": v.sd,
                     "sd_gain": v.sd_gain,
+                    "filter_bias": v.filter_bias,
                 }
                 for name, v in fitted.estimates[method].items()
             }
@@ -53,9 +56,9 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
     writer.writerow(_HEADER)
     for method in methods:
         for name, v in fitted.estimates[method].items():
-            gain = "" if v.sd_gain is None else repr(v.sd_gain)
+            others = ["" if x is None else repr(x) for x in (v.sd_gain, v.filter_bias)]
             numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
-            writer.writerow([fitted.model.axis.name, method, name, v.unit, *numbers, gain])
+            writer.writerow([fitted.model.axis.name, method, name, v.unit, *numbers, *others])
     return text.getvalue()
 
 
@@ -63,11 +66,15 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
     (method,) = methods
     estimate = fitted.estimates[method]
-    lines = [
-        "# For the axis's declaration, in place of its table: the nominal values are identified.",
-        "[parameters]",
-    ]
-    lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
+    if fitted.model.base.changed:
+        lines = ["# Base parameters: the axis is declared in others, so its table stays as it is."]
+    else:
+        lines = [
+            "# For the axis's declaration, in place of its table: the nominal values are "
+            "identified.",
+            "[parameters]",
+        ]
+        lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
     lines += [
         "",
         "# No part of a declaration.",

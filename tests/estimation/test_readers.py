@@ -1,5 +1,6 @@
 """Files in, records out; what cannot be read is explained by file, line and column."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -156,3 +157,13 @@ def test_mat_file_without_vectors_lists_its_variables(tmp_path: Path) -> None:
     savemat(file, {"data": {"t": "text"}, "kp": 1.0})
     with pytest.raises(DataError, match="no numeric vectors; its variables are data, kp"):
         read_record(file)
+
+
+def test_period_that_is_given_stands_for_a_time_column_that_the_axis_declares() -> None:
+    axis = replace(load_axis("emps2015"), columns={"time": "t", "position": "q", "control": "u"})
+    log = {"q": np.sin(np.arange(50)), "u": np.cos(np.arange(50))}
+    with pytest.raises(DataError, match="no column 't' for the time"):
+        read_record(log, axis)
+    assert read_record(log, axis, sample_period=1e-3).period == 1e-3
+    with pytest.raises(DataError, match="no column 't' for the time"):
+        read_record(log, axis, columns={"time": "t"}, sample_period=1e-3)
