@@ -11,6 +11,8 @@ from .dialect import Dialect, Line, is_comment, is_number
 from .errors import DataError
 from .table import Column, Samples, at_hand
 
+_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)")
+_TIME_ONLY = re.compile(r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?")
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
 
 
@@ -138,8 +140,9 @@ def _of_text(
     source: str, dialect: Dialect, k: int, number: int, cells: list[str], row: int = 0
 ) -> Column:
     """A column with text in it: time stamps, or one that refuses to be read."""
-    if all(_STAMP.fullmatch(cell) for cell in cells):
-        plain = [cell.rstrip("Z").replace(",", ".") for cell in cells]
+    cells_iso = [_iso(cell) for cell in cells]
+    if all(_STAMP.fullmatch(cell) for cell in cells_iso):
+        plain = [cell.rstrip("Z").replace(",", ".") for cell in cells_iso]
         try:
             stamps = np.array(plain, dtype="datetime64[ns]")
         except ValueError:  # no such day
@@ -149,9 +152,21 @@ def _of_text(
     return Column(read=partial(_refuse, source, dialect, dialect.names[k], number, cells[row]))
 
 
+def _iso(cell: str) -> str:
+    """A time stamp as ISO 8601 writes it, from ``3.2.2026 12:00:00,250`` or ``12:00:00.250``."""
+    if found := _DAY_FIRST.fullmatch(cell):
+        day, month, year, rest = found.groups()
+        return f"{year}-{month:0>2}-{day:0>2} {rest}"
+    if not _TIME_ONLY.fullmatch(cell):
+        return cell
+    hours, _, rest = cell.partition(":")
+    return f"1970-01-01 {hours:0>2}:{rest}"
+
+
 def _refuse(source: str, dialect: Dialect, name: str, number: int, cell: str) -> Samples:
     mark = "comma" if dialect.comma else "point"
     raise DataError(
-        f"{source}, line {number}: {cell!r} in column {name!r} is not a number; the others are "
-        f"written with a decimal {mark}. Mend the cell or remove the line."
+        f"{source}, line {number}: {cell!r} in column {name!r} is not a number (decimal "
+        f"{mark}), nor a time stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or "
+        "12:00:00. Mend the cell, remove the line, or choose another column."
     )

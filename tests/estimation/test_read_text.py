@@ -225,3 +225,25 @@ def test_dialect_drops_the_cell_after_a_last_separator() -> None:
     )
     assert dialect.cells("1;2;") == ["1", "2"]
     assert dialect.cells("1;2;3") == ["1", "2", "3"]
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "2026-02-03 14:07:{0:06.3f}",
+        "3.2.2026 14:07:{0:06.3f}",
+        "03.02.2026 14:07:{0:06.3f}",
+        "14:07:{0:06.3f}",
+        "9:07:{0:06.3f}",
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_time_stamps_of_several_ways_count_from_the_first(stamp: str, comma: bool) -> None:
+    rows = []
+    for k in range(40):
+        cells = [stamp.format(10 + 0.25 * k), f"{np.sin(k):.6f}", f"{np.cos(k):.6f}"]
+        line = ";".join(cells)
+        rows.append(line.replace(".", ",") if comma and "." not in stamp[:6] else line)
+    content = "\n".join(["time;position;control", *rows]).encode()
+    table = read_text("log.csv", content)
+    assert table.columns["time"].read().values == pytest.approx(0.25 * np.arange(40))
