@@ -5,7 +5,7 @@ the direct model.
 """
 
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,15 @@ def frozen(values: ArrayLike) -> Array:
 def relative_error_percent(error: Array, signal: Array) -> float:
     """``100 ||error|| / ||signal||``."""
     return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
+
+
+def finite_tree(value: Any) -> Any:
+    """A document for JSON with None for every number that is not finite."""
+    if isinstance(value, dict):
+        return {key: finite_tree(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [finite_tree(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def finite(value: float) -> float | None:

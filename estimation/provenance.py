@@ -10,7 +10,7 @@ class Repair:
     Attributes
     ----------
     kind : str
-        ``wrap``, ``clipped``, ``resample`` or ``gaps``.
+        ``wrap``, ``clipped``, ``empty``, ``resample`` or ``gaps``.
     count : int
         How often it was made: jumps undone, samples masked, rows made, gaps.
     text : str

@@ -141,13 +141,19 @@ def read_frame(frame: object) -> Table:
     notes: list[str] = []
     columns: dict[str, Column] = {}
     if isinstance(frame, Mapping):
-        arrays = {str(name): np.asarray(values) for name, values in frame.items()}
+        arrays = {str(name): _array(str(name), values) for name, values in frame.items()}
     else:
         arrays = _frame_arrays(frame)
     for label, values in arrays.items():
         name, unit = split_label(label)
         columns |= _column(name, label, values, unit, notes, {})
     return Table(source=f"a {type(frame).__name__}", columns=columns, notes=tuple(notes))
+
+
+def _array(name: str, values: object) -> np.ndarray[Any, Any]:
+    if np.ma.is_masked(values):
+        raise UsageError(f"the column {name!r} is masked; give numbers, with NaN for what lacks.")
+    return np.asarray(values)
 
 
 def _frame_arrays(frame: object) -> dict[str, np.ndarray[Any, Any]]:

@@ -85,12 +85,12 @@ def read_table(log: str | Path | object) -> Table:
         return read_frame(log)
     file = Path(log)
     reader = _FROM_DISK.get(file.suffix.lower())
-    if (file / _BAG).is_file():
-        reader = read_bag
-    if reader is not None and file.exists():
-        table = reader(file)
-        return replace(table, source=str(file), sha256=file_digest(file))
     try:
+        if (file / _BAG).is_file():
+            reader = read_bag
+        if reader is not None and file.exists():
+            table = reader(file)
+            return replace(table, source=str(file), sha256=file_digest(file))
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
@@ -119,7 +119,9 @@ def _record(
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
     samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
+    empty = _left_empty(found.samples, samples)
     samples, masks, made = _mended(table.source, samples, axis, repairs)
+    made += empty
     split = repairs.gaps is not None
     segments: tuple[Span, ...] = ()
     period = sample_period
@@ -149,6 +151,16 @@ def _record(
             repairs=tuple(made),
         ),
     )
+
+
+def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
+    """Rows that a resampled column lacks, for want of a number or of a time."""
+    lost = {role: len(read[role].values) - len(s.values) for role, s in kept.items()}
+    listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)
+    if not listed:
+        return []
+    text = f"rows without a number or a time left out before resampling: {listed}"
+    return [Repair(kind="empty", count=sum(lost.values()), text=text)]
 
 
 def _mended(

@@ -17,6 +17,7 @@ from .table import Samples
 
 _GAP = 3.0  # median steps: uneven time is bridged, missing time is not
 _SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
+_MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
 _SPLINED = ("position", "reference")
 
@@ -84,6 +85,12 @@ def resample(
         raise UsageError(
             f"{source}: the position is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
             f"noise would fold. Resample at {own:.6g} Hz or more; --decimate keeps fewer rows."
+        )
+    duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
+    if duration * chosen > _MOST_ROWS:
+        raise UsageError(
+            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; give "
+            f"a lower rate (the position is sampled at {own:.6g} Hz)."
         )
     covered = _common([_pieces(clock) for clock in clocks.values()])
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]

@@ -67,4 +67,17 @@ def _choose(
                 f"{table.listed()}. "
                 + (table.missing or f"Name the column with --columns {role}=NAME.")
             )
+    _check_apart(table, chosen)
     return chosen
+
+
+def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:
+    """One column cannot be two things."""
+    roles: dict[str, str] = {}
+    for role, (name, *_) in chosen.items():
+        if name in roles:
+            raise DataError(
+                f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
+                f"{role}; name another for one of them, with --columns {role}=NAME."
+            )
+        roles[name] = role

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from .alignment import Alignment
-from .arrays import finite
+from .arrays import finite, finite_tree
 from .diagnosis import Diagnosis
 from .excitation import Excitation
 from .instruments import Endogeneity, InstrumentTests
@@ -29,7 +29,7 @@ def diagnosis_dict(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
         "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
         "alignment": _alignment(diagnosis.alignment, names),
-        "verdict": [asdict(check) for check in diagnosis.verdict],
+        "verdict": [finite_tree(asdict(check)) for check in diagnosis.verdict],
     }
 
 
@@ -93,7 +93,7 @@ def _excitation(shown: Excitation) -> dict[str, Any]:
 def residual_dict(tests: ResidualTests) -> dict[str, Any]:
     """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``."""
     lags = len(tests.autocorrelation) - 1
-    return {
+    document = {
         "durbin_watson": tests.durbin_watson,
         "ljung_box": {"statistic": tests.ljung_box, "p_value": tests.ljung_box_p, "lags": lags},
         "autocorrelation": {"values": tests.autocorrelation.tolist(), "bound_95": tests.bound},
@@ -119,3 +119,5 @@ def residual_dict(tests: ResidualTests) -> dict[str, Any]:
             "lengths": tests.run_lengths.tolist(),
         },
     }
+    # Of a handful of rows some statistics do not exist.
+    return dict(finite_tree(document))

@@ -98,7 +98,7 @@ def _fail(message: str, code: int, listed: "Iterable[str]" = ()) -> int:
 
 def _fault(error: Exception) -> str:
     if isinstance(error, OSError):
-        return f"{error.filename or 'standard output'} cannot be written: {error.strerror}."
+        return f"{error.filename or 'standard output'} cannot be used: {error.strerror}."
     return (
         f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
         "and report it."
@@ -792,14 +792,14 @@ def _report(
         if validations is not None and other is not None:
             unit = result.axis.axis.coordinate.unit
             show_text(f"\n{validation_text(validations, other, unit)}")
-    if refused is not None:
-        raise refused
 
     def say(line: str) -> None:
         click.echo(f"axisid: {line}", err=True)
 
     for path in outputs.write(result, validations or (), say):
         click.echo(f"wrote {path}", err=json_file == "-")
+    if refused is not None:
+        raise refused
     if result.failed:
         raise EstimationError("; ".join(result.failed.values()))
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import __version__
+from axisid import __version__, load_axis, twin_record
 from axisid.estimation import Record
 
 Run = Callable[..., tuple[int, str, str]]
@@ -506,3 +506,18 @@ def test_closed_standard_output_is_no_fault() -> None:
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
     assert done.returncode == 2
     assert "standard output is closed" in done.stderr
+
+
+def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, tmp_path: Path) -> None:
+    axis = load_axis("emps2015")
+    record = twin_record(axis)
+    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
+    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
+    for samples in (140, 180, 250):
+        file = tmp_path / f"short{samples}.csv"
+        file.write_text("\n".join(lines[: samples + 1]))
+        code, out, err = run("identify", "emps2015", file, "--method", "idm-ls", "--json", "-")
+        assert code in (0, 3, 6), err
+        assert "internal fault" not in err
+        if code == 0:
+            json.loads(out, parse_constant=lambda name: pytest.fail(name))

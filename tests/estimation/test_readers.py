@@ -167,3 +167,16 @@ def test_period_that_is_given_stands_for_a_time_column_that_the_axis_declares() 
     assert read_record(log, axis, sample_period=1e-3).period == 1e-3
     with pytest.raises(DataError, match="no column 't' for the time"):
         read_record(log, axis, columns={"time": "t"}, sample_period=1e-3)
+
+
+def test_column_for_two_roles_is_refused() -> None:
+    log = {name: np.sin(np.arange(50) + k) for k, name in enumerate(("q", "u"))}
+    names = {"position": "q", "reference": "q", "control": "u"}
+    with pytest.raises(DataError, match="'q' is taken for the position and for the reference"):
+        read_record(log, columns=names, sample_period=1e-3)
+
+
+def test_masked_column_of_a_mapping_is_refused() -> None:
+    masked = np.ma.masked_array(np.arange(9.0), np.arange(9) > 5)
+    with pytest.raises(UsageError, match="'position' is masked"):
+        read_record({"position": masked}, sample_period=1e-3)

@@ -95,7 +95,8 @@ def test_column_of_a_lower_rate_has_empty_cells() -> None:
     record = read_record(log(control=sparse), repairs=Repairs(resample="auto"))
     assert record.period == pytest.approx(PERIOD)
     assert record.control == pytest.approx(np.cos(30 * record.time), abs=(30 * 4e-3) ** 2 / 8)
-    assert "control 100 rows at 250 Hz" in record.provenance.repairs[0].text
+    assert "control 300" in record.provenance.repairs[0].text
+    assert "control 100 rows at 250 Hz" in record.provenance.repairs[1].text
 
 
 def test_lower_rate_than_the_positions_would_fold_its_noise() -> None:
@@ -180,3 +181,18 @@ def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any]) -> No
 
 def test_nothing_is_repaired_unasked() -> None:
     assert read_record(log()).provenance.repairs == ()
+
+
+def test_rows_without_a_number_are_counted_where_they_are_left_out() -> None:
+    spoilt = np.array(log()["position"])
+    spoilt[7] = np.nan
+    spoilt[9] = np.inf
+    record = read_record({**log(), "position": spoilt}, repairs=Repairs(resample="auto"))
+    (empty,) = (r for r in record.provenance.repairs if r.kind == "empty")
+    assert empty.count == 2
+    assert "position 2" in empty.text
+
+
+def test_rate_that_would_fill_the_memory_is_refused() -> None:
+    with pytest.raises(UsageError, match="give a lower rate"):
+        read_record(log(), repairs=Repairs(resample=1e12))
