@@ -8,7 +8,7 @@ from .dialect import sniff
 from .errors import DataError
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
-from .text_columns import text_columns
+from .text_columns import Origins, text_columns
 
 _NUL_SHARE = 0.3
 _HEAD = 1 << 16  # bytes that tell the encoding of a file too large to be read whole
@@ -59,8 +59,9 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
                 raise DataError(f"{source} is an export of TwinCAT Scope; leave --stream out.")
             dialect = sniff(source, head)
             lines = chain(head[dialect.first :], numbered)
+            origins: Origins = {}
             while block := list(islice(lines, rows)):
-                columns = text_columns(source, block, dialect)
+                columns = text_columns(source, block, dialect, origins)
                 yield Table(source=source, columns=columns, notes=dialect.notes)
         except UnicodeDecodeError as error:
             raise _no_text(source) from error

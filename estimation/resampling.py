@@ -89,8 +89,8 @@ def resample(
     duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
-            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; give "
-            f"a lower rate (the position is sampled at {own:.6g} Hz)."
+            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
+            f"give a lower rate (the position is sampled at {own:.6g} Hz)."
         )
     covered = _common([_pieces(clock) for clock in clocks.values()])
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]

@@ -16,7 +16,12 @@ _TIME_ONLY = re.compile(r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?")
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
 
 
-def text_columns(source: str, rows: list[Line], dialect: Dialect) -> dict[str, Column]:
+Origins = dict[int, np.datetime64]
+
+
+def text_columns(
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None = None
+) -> dict[str, Column]:
     """Columns of rows of text.
 
     An empty cell is nan. A column of time stamps counts seconds from the first; any other column
@@ -29,6 +34,8 @@ def text_columns(source: str, rows: list[Line], dialect: Dialect) -> dict[str, C
     rows : list of (int, str)
         Line numbers and texts, without the header.
     dialect : Dialect
+    origins : dict of int to datetime64, optional
+        The first time stamp of each column, from one block of rows to the next.
 
     Raises
     ------
@@ -38,11 +45,12 @@ def text_columns(source: str, rows: list[Line], dialect: Dialect) -> dict[str, C
     numeric = _numeric(dialect, rows[0][1])
     values = _parse([line for _, line in rows], dialect, numeric)
     if values is None:
-        return _parse_slowly(source, rows, dialect)
+        return _parse_slowly(source, rows, dialect, {} if origins is None else origins)
+    origins = {} if origins is None else origins
     columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
         cells = [_plain(line, dialect)[k] for _, line in rows]
-        columns[k] = _of_text(source, dialect, k, rows[0][0], cells)
+        columns[k] = _of_text(source, dialect, k, rows[0][0], cells, origins)
     return _named(dialect, columns)
 
 
@@ -101,7 +109,9 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
     return values if values.shape[1] == len(numeric) else None
 
 
-def _parse_slowly(source: str, rows: list[Line], dialect: Dialect) -> dict[str, Column]:
+def _parse_slowly(
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins
+) -> dict[str, Column]:
     """Cell by cell; comments are passed over."""
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
@@ -130,14 +140,20 @@ def _parse_slowly(source: str, rows: list[Line], dialect: Dialect) -> dict[str, 
         if k in stumbles:
             number, row = stumbles[k]
             cells = [text[k] for text in texts]
-            columns[k] = _of_text(source, dialect, k, number, cells, row)
+            columns[k] = _of_text(source, dialect, k, number, cells, origins, row)
         else:
             columns[k] = at_hand(values[: len(texts), k])
     return _named(dialect, columns)
 
 
 def _of_text(
-    source: str, dialect: Dialect, k: int, number: int, cells: list[str], row: int = 0
+    source: str,
+    dialect: Dialect,
+    k: int,
+    number: int,
+    cells: list[str],
+    origins: Origins,
+    row: int = 0,
 ) -> Column:
     """A column with text in it: time stamps, or one that refuses to be read."""
     cells_iso = [_iso(cell) for cell in cells]
@@ -148,7 +164,8 @@ def _of_text(
         except ValueError:  # no such day
             pass
         else:
-            return at_hand((stamps - stamps[0]) / np.timedelta64(1, "s"), unit="s")
+            origin = origins.setdefault(k, stamps[0])
+            return at_hand((stamps - origin) / np.timedelta64(1, "s"), unit="s")
     return Column(read=partial(_refuse, source, dialect, dialect.names[k], number, cells[row]))
 
 

@@ -180,3 +180,18 @@ def test_axis_that_is_not_linear_is_refused() -> None:
 def test_names_of_the_library_are_those_of_the_whole(emps2015: GeneratedAxis) -> None:
     result = identify_stream(load_axis("emps2015"), Endless(5000, 1000))
     assert list(result.to_dict()["parameters"]) == [p.name for p in emps2015.parameters]
+
+
+def test_time_stamps_count_on_from_block_to_block(
+    tmp_path: Path, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    stamps = np.datetime64("2026-02-03T23:59:57") + (1e3 * twin.time).round().astype(
+        "timedelta64[ms]"
+    )
+    rows = zip(stamps, twin.position, np.array(twin.control), strict=True)
+    lines = [f"{t},{q!r},{u!r}" for t, q, u in ((t, float(q), float(u)) for t, q, u in rows)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time,position,control", *lines]))
+    streamed = identify_stream(emps2015, LogBlocks(file=file, axis=emps2015.axis, rows=1000))
+    assert streamed.samples == len(twin)
+    assert streamed.period == pytest.approx(1e-3, rel=1e-9)
