@@ -125,8 +125,12 @@ def replace_file(path: Path, content: str | bytes) -> None:
     OSError
         The file system refuses; the file is as it was.
     """
-    path = path.resolve()
-    data = content.encode() if isinstance(content, str) else content
+    try:
+        path = path.resolve()
+    except RuntimeError as error:  # before Python 3.13
+        raise OSError(errno.ELOOP, "the link leads to itself") from error
+    # Names of files may hold bytes that are no text.
+    data = content.encode(errors="replace") if isinstance(content, str) else content
     if path.exists() and not path.is_file():
         path.write_bytes(data)
         return

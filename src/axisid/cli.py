@@ -63,7 +63,7 @@ def main() -> NoReturn:
         if sys.stdout is not None:
             sys.stdout.flush()
     except click.ClickException as error:
-        code = _fail(error.format_message(), error.exit_code)
+        code = _refused(error)
     except (click.Abort, KeyboardInterrupt):
         code = _fail("interrupted", _INTERRUPTED)
     except BrokenPipeError:
@@ -86,6 +86,14 @@ def main() -> NoReturn:
 def _show_warning(message: Warning | str, *_: Any) -> None:
     """One line on stderr in place of Python's two, which name a source line."""
     click.echo(f"axisid: {message}", err=True)
+
+
+def _refused(error: click.ClickException) -> int:
+    """What click says in one sentence; the help, which it gives for want of a command, whole."""
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    return _fail(error.format_message(), error.exit_code)
 
 
 def _fail(message: str, code: int, listed: "Iterable[str]" = ()) -> int:
@@ -735,12 +743,25 @@ def check_output(json_file: str | None, option: str, *inputs: str | None) -> Non
         problem = "it is no file; name one"
     elif not os.path.isdir(path.parent):
         problem = "the folder does not exist; make it first"
+    elif path.is_symlink() and not _leads_somewhere(path):
+        problem = "the link leads to itself; name another file"
     elif path.resolve() in {_file_of(given).resolve() for given in inputs if given}:
         problem = "it is an input of this run; name another file"
     else:
         problem = ""
     if problem:
         raise click.BadParameter(f"{json_file!r}: {problem}", param_hint=option)
+
+
+def _leads_somewhere(link: Path) -> bool:
+    try:
+        link.resolve()
+        link.stat()
+    except FileNotFoundError:
+        return True  # a file that can be made
+    except (OSError, RuntimeError):
+        return False
+    return True
 
 
 def _check_folder(folder: str | None) -> None:

@@ -521,3 +521,28 @@ def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, tmp_path: Path
         assert "internal fault" not in err
         if code == 0:
             json.loads(out, parse_constant=lambda name: pytest.fail(name))
+
+
+def test_help_without_a_command_keeps_its_lines(run: Run) -> None:
+    code, out, err = run()
+    assert (code, out) == (2, "")
+    assert err.startswith("Usage: axisid")
+    assert "\n  identify " in err
+
+
+def test_file_name_that_is_no_text_is_written_in_the_report(run: Run, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    record = twin_record(load_axis("emps2015"))
+    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
+    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
+    log = tmp_path / os.fsdecode(b"log\xff.csv")
+    log.write_text("\n".join(lines[:2000]))
+    code, _, err = run("identify", "emps2015", log, "--no-sweep", "--report", page)
+    assert (code, page.is_file()) == (0, True), err
+
+
+def test_loop_of_links_is_no_place_to_write_to(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    code, _, err = run("identify", "emps2015", "--json", tmp_path / "loop")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "internal fault" not in err
