@@ -7,7 +7,7 @@ import sympy
 from .base import BaseModel
 from .fixed import known_text
 from .identifiability import describe_direction, rounded
-from .null_space import Direction
+from .null_space import Direction, generic_points
 
 _MOST_DIRECTIONS = 4
 
@@ -31,7 +31,7 @@ def describe_unsettled(base: BaseModel) -> tuple[str, ...]:
     """What would have to be known so that the rest follows; one sentence for each group."""
     return tuple(
         f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: the "
-        f"rest follows if {_missing(names, directions)} known"
+        f"rest follows if {_missing(base, names, directions)} known"
         for names, directions in _groups(base, base.unsettled)
     )
 
@@ -80,12 +80,28 @@ def _directions(directions: Sequence[Direction]) -> str:
     return " or ".join([*said, f"{more} more"] if more else said)
 
 
-def _missing(names: Sequence[str], directions: Sequence[Direction]) -> str:
+def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[Direction]) -> str:
     """How many of a group must be known; which, where not any will do."""
     if len(directions) == 1:
         return f"one of {', '.join(names)} is"
-    enough = sympy.Matrix([[d.get(_symbol(n), 0) for n in names] for d in directions]).rref()[1]
+    enough = _enough(base, names, directions)
     return f"{len(directions)} of them, such as {_listed([names[j] for j in enough])}, are"
+
+
+def _enough(
+    base: BaseModel, names: Sequence[str], directions: Sequence[Direction]
+) -> tuple[int, ...]:
+    """Columns of a group's directions that are independent, the first ones where there is a choice.
+
+    Which they are is the same at almost every point, and reducing fractions of polynomials could
+    take for ever: numbers stand for the parameters.
+    """
+    columns = [_symbol(name) for name in names]
+    found: list[tuple[int, ...]] = []
+    for point in generic_points(base.declared.parameters):
+        weights = [[sympy.S(d.get(s, 0)).xreplace(point) for s in columns] for d in directions]
+        found.append(sympy.Matrix(weights).rref()[1])
+    return min(found, key=lambda pivots: (-len(pivots), pivots))
 
 
 def _symbol(name: str) -> sympy.Symbol:

@@ -15,11 +15,11 @@ from typing import Any
 
 import sympy
 
+from .base_terms import exact
+from .constants import with_numbers
+from .known_value import CANNOT, LARGEST, KnownValues, small
 from .size import MOST_NODES, MOST_TERMS, most_terms
 from .text_error import TextError, nearest
-
-#: What SymPy and floating point raise where a number is none.
-CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
 _LARGEST_POWER = 20
 _DEEPEST, _DEEPEST_CALLS = 15, 6
@@ -181,6 +181,7 @@ class _Reader:
         self._start = start
         self._symbols = symbols
         self._grammar = grammar
+        self._known = KnownValues({f.symbolic: f.number for f in grammar.functions.values()})
 
     def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
         """Expression of a node that may be nested so deep, in so many functions."""
@@ -217,7 +218,14 @@ class _Reader:
                     self._text,
                     0,
                 )
-        if most_terms(result) > MOST_TERMS:
+            if not self._known.fits(node):
+                raise TextError(
+                    "with the numbers of its constants a part of it has no value, or one beyond "
+                    f"{LARGEST:g}; change the constants or what is made of them.",
+                    self._text,
+                    0,
+                )
+        if max(most_terms(result), most_terms(exact(with_numbers(result)))) > MOST_TERMS:
             raise TextError(
                 f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, or "
                 "smaller powers of sums.",
@@ -262,8 +270,9 @@ class _Reader:
             return self._folded(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_power(node, left, right)
-        if isinstance(node.op, ast.Div) and right == 0:
+        if isinstance(node.op, ast.Div) and 0 in (right, self._known.value(right)):
             raise self._error(node.right, "this divides by zero.")
+        self._check_known(node, operation, left, right)
         result = self._tried(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_powers(node, result)
@@ -296,20 +305,20 @@ class _Reader:
         inner = [self.evaluated(argument, depth - 1, calls - 1) for argument in arguments]
         if all(value.is_Number for value in inner):
             return self._folded(node, function.number, *inner)
+        self._check_known(node, function.number, *inner)
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
 
     def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
-        if power.is_Number and abs(float(power)) > _LARGEST_POWER:
-            raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+        self._check_exponent(node, base, power)
         for factor in sympy.Mul.make_args(base):
             if isinstance(factor, sympy.exp):
                 self._check_logarithm(node.right, power * factor.args[0])
 
     def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
         """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
-        numbers = exponent.atoms(sympy.Number)
+        numbers = with_numbers(exponent).atoms(sympy.Number)
         if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
             raise self._error(
                 node, f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **."
@@ -318,9 +327,28 @@ class _Reader:
     def _check_powers(self, node: ast.BinOp, result: sympy.Expr) -> None:
         """Powers of powers multiply."""
         for factor in sympy.Mul.make_args(result):
-            power = factor.as_base_exp()[1]
-            if power.is_Number and abs(float(power)) > _LARGEST_POWER:
-                raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+            self._check_exponent(node, *factor.as_base_exp())
+
+    def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
+        """A power of what is known is one number, and is looked at as such."""
+        value = self._known.value(power)
+        one_number = not power.is_Number and self._known.value(base) is not None
+        if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
+            raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+
+    def _check_known(
+        self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
+    ) -> None:
+        """Refuse what is made of numbers and constants alone and is no number of a sane size."""
+        values = [self._known.value(part) for part in parts]
+        if not all(value is not None for value in values):
+            return
+        if not small(value := self._number(node, operation, *values)):
+            raise self._error(
+                node,
+                f"this is {value:.3g} with the numbers of its constants; keep it within "
+                f"{LARGEST:g}.",
+            )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
         """Arithmetic of numbers in floating point: exact, it could take for ever.
@@ -328,8 +356,19 @@ class _Reader:
         A quotient of whole numbers that floating point holds stays one: ``1/2`` is the half of an
         energy, and ``x**(1/2)`` a root.
         """
+        value = self._number(node, operation, *map(float, numbers))
+        if value == int(value) and abs(value) < _EXACT:
+            return sympy.Integer(int(value))
+        if operation is operator.truediv and all(n.is_Integer for n in numbers):
+            exact_value = sympy.Rational(*numbers)
+            if exact_value == sympy.Rational(value):
+                return exact_value
+        return sympy.Float(value)
+
+    def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
+        """What an operation of floats gives, or a refusal if that is no finite real number."""
         try:
-            value = operation(*map(float, numbers))
+            value = operation(*numbers)
         except OverflowError as error:
             raise self._error(node, "this number is too large.") from error
         except CANNOT as error:
@@ -337,13 +376,7 @@ class _Reader:
         if isinstance(value, complex) or not math.isfinite(value):
             what = "too large" if value in (math.inf, -math.inf) else f"{value}, not a real one"
             raise self._error(node, f"this number is {what}.")
-        if value == int(value) and abs(value) < _EXACT:
-            return sympy.Integer(int(value))
-        if operation is operator.truediv and all(n.is_Integer for n in numbers):
-            exact = sympy.Rational(*numbers)
-            if exact == sympy.Rational(value):
-                return exact
-        return sympy.Float(value)
+        return float(value)
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
         try:

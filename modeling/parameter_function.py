@@ -12,8 +12,9 @@ from typing import Any, TypeAlias
 import sympy
 
 from .errors import UsageError
-from .expression_text import CANNOT, Function, Grammar, read_expression
+from .expression_text import Function, Grammar, read_expression
 from .expression_units import UnitReader, UnitsError
+from .known_value import CANNOT
 from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
 

@@ -1,5 +1,6 @@
 """Text becomes an expression of declared names, or a refusal that says where; at once, always."""
 
+import math
 import time
 import warnings
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from axisid import UsageError
 from axisid.codegen.lower import Lowering
 from axisid.codegen.program import Builder
+from axisid.modeling.constants import Constant
 from axisid.modeling.dynamics_text import DYNAMICS
 from axisid.modeling.expression_text import read_expression
 from axisid.modeling.text_error import TextError
@@ -113,6 +115,64 @@ def test_what_cannot_be_read_is_refused_at_its_place(text: str, where: str, reas
         read(text)
     assert refusal.value.where == where
     assert time.process_time() - started < 1
+
+
+GIVEN = {"pi": math.pi, "G": 9.80665, "h": 1e300, "s": 10.0, "k": 2.0, "a": -1.0}
+CONSTANTS = {name: Constant(value, "1", name).symbol for name, value in GIVEN.items()}
+pi, G, h, s, k, a = CONSTANTS.values()
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "reason"),
+    [
+        ("x + pi**pi**pi**pi", "column 5", "too large"),
+        ("exp(exp(exp(pi)))", "column 1", "too large"),
+        ("2**pi**20", "column 1", "too large"),
+        ("cosh(pi**18)", "column 1", "too large"),
+        ("x*exp(h)", "column 3", "too large"),
+        ("2**h", "column 1", "too large"),
+        ("s**s**s", "column 1", "too large"),
+        ("exp(exp(exp(s)))", "column 5", "too large"),
+        ("x + 1e60**k", "column 5", r"1e\+120 with the numbers of its constants"),
+        ("h*x", "column 1", "beyond 1e[+]100"),
+        ("x*h*h", "column 1", "beyond 1e[+]100"),
+        ("exp(x + h)*exp(-x)", "column 1", "beyond 1e[+]100"),
+        ("exp(exp(x + h)*exp(-x))", "column 1", "beyond 1e[+]100"),
+        ("x**(3*s)", "column 5", r"the power 3\*s is beyond 20"),
+        ("(x + b + c + m + 1)**s", "column 1", "more than 500 terms"),
+        ("exp(s*s*log(9*x))", "column 1", "in an exponent"),
+        ("sqrt(1 - pi)", "column 1", "has no value"),
+        ("asin(pi)", "column 1", "has no value"),
+        ("log(log(pi - 3))", "column 1", "has no value"),
+        ("b + sqrt(a)", "column 5", "has no value"),
+        ("log(a)", "column 1", "has no value"),
+        ("a**0.5", "column 1", "not a real one"),
+        ("x/(k - 2)", "column 4", "divides by zero"),
+    ],
+)
+def test_constants_that_make_no_sane_number_are_refused_at_their_place(
+    text: str, where: str, reason: str
+) -> None:
+    started = time.process_time()
+    with pytest.raises(TextError, match=reason) as refusal:
+        read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS)
+    assert refusal.value.where == where
+    assert time.process_time() - started < 1
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("m*G*sin(pi*x)", m * G * sympy.sin(pi * x)),
+        ("sqrt(pi*G)*b", sympy.sqrt(pi * G) * b),
+        ("2**(25*k)*x", 2 ** (25 * k) * x),
+        ("(x + b)**k", (x + b) ** k),
+        ("abs(a)*x/s**15", sympy.Abs(a) * x / s**15),
+        ("max(k, pi)*atan2(k, s)", sympy.Max(k, pi) * sympy.atan2(k, s)),
+    ],
+)
+def test_constants_stay_symbols(text: str, expected: sympy.Expr) -> None:
+    assert read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS) == expected
 
 
 def test_pointer_stands_under_the_mistake_and_carries_no_control_characters() -> None:
