@@ -175,7 +175,9 @@ def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
     """
     size = sympy.Abs(sympy.N(weight))
     exponent = int(sympy.floor(sympy.log(size, 10))) if size else 0
-    return sympy.Integer(10) ** -exponent if abs(exponent) > _EXTREME else sympy.S.One
+    if abs(exponent) <= _EXTREME:
+        return sympy.S.One
+    return sympy.Float(10, 2 * _DIGITS) ** -exponent  # as a whole number it could fill the memory
 
 
 def _fraction(weight: sympy.Expr) -> Fraction:

@@ -227,8 +227,8 @@ class _Reader:
                 )
         if max(most_terms(result), most_terms(exact(with_numbers(result)))) > MOST_TERMS:
             raise TextError(
-                f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, or "
-                "smaller powers of sums.",
+                f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, "
+                "smaller powers of sums, or fewer sines and cosines in a product.",
                 self._text,
                 0,
             )

@@ -51,6 +51,11 @@ def read(text: str) -> sympy.Expr:
             sum(b * sympy.sin(i * x) for i in range(60)),
         ),
         ("exp(2*x)", sympy.exp(2 * x)),
+        ("sin(x)**20*cos(x)**20", sympy.sin(x) ** 20 * sympy.cos(x) ** 20),
+        (
+            "*".join(f"sin({i}*x)" for i in range(1, 9)),
+            sympy.prod(sympy.sin(i * x) for i in range(1, 9)),
+        ),
         (".5*x + 1.e-3", 0.5 * x + sympy.Float(1e-3)),
     ],
 )
@@ -99,6 +104,8 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
         ("((x + 1)**20 + b)**20", "column 1", "more than 500 terms"),
         ("(x + b + c + m + 1)**20", "column 1", "more than 500 terms"),
         ("1/((x + b + c)**15 + 1)", "column 1", "more than 500 terms"),
+        ("*".join(f"sin({i}.{i}*x)" for i in range(1, 15)), "column 1", "fewer sines"),
+        ("((1 + sin(x))*(b + cos(3*x)))**9", "column 1", "more than 500 terms"),
         ("sin(" * 7 + "x" + ")" * 7, "column 25", "functions are nested deeper"),
         ("-" * 1500 + "x", "column 16", "nested deeper"),
         ("(" * 1000, "column 46", "nested deeper"),
