@@ -99,7 +99,7 @@ def _enough(
     columns = [_symbol(name) for name in names]
     found: list[tuple[int, ...]] = []
     for point in generic_points(base.declared.parameters):
-        weights = [[sympy.S(d.get(s, 0)).xreplace(point) for s in columns] for d in directions]
+        weights = [[d.get(s, sympy.S.Zero).xreplace(point) for s in columns] for d in directions]
         found.append(sympy.Matrix(weights).rref()[1])
     return min(found, key=lambda pivots: (-len(pivots), pivots))
 
