@@ -255,17 +255,18 @@ class Prefilter:
         otherwise continue the record from the last sample that is kept, and give it much weight.
         """
         if self.silent:
-            signals = self._weighted(signals)
-        reduced = self._reduced(signals, period)
+            signals = self.weighted(signals)
+        reduced = self.reduce_all(signals, period)
         selected = self._selected(len(signals), period)
         return reduced if selected is None else reduced[selected]
 
-    def _reduced(self, signals: Array, period: float) -> Array:
+    def reduce_all(self, signals: Array, period: float) -> Array:
+        """`reduce` with the rows that are masked or have no weight among them."""
         spans = self.spans(len(signals), period)
         pieces = [self._reduce(signals[start:stop], period) for start, stop in spans]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
-    def _weighted(self, signals: Array) -> Array:
+    def weighted(self, signals: Array) -> Array:
         """Signals with no weight on what is silent."""
         weighted = np.array(signals, dtype=float)
         for start, stop in self.silent:
@@ -379,11 +380,8 @@ def _selected_rows(prefilter: Prefilter, samples: int, period: float) -> NDArray
     """Rows that no masked sample reaches and that have weight."""
     selected = prefilter.clean(samples, period)
     if prefilter.silent:
-        bare = replace(prefilter, masked=(), silent=())
-        weights = np.ones(samples)
-        for start, stop in prefilter.silent:
-            weights[start:stop] = 0.0
-        selected = selected & (bare.reduce(weights, period) > _LIGHT)
+        weights = prefilter.reduce_all(prefilter.weighted(np.ones(samples)), period)
+        selected = selected & (weights > _LIGHT)
     return selected
 
 
