@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from axisid.modeling import AxisModel, derived_sections, with_numbers
+from axisid.modeling import AxisModel, Formula, derived_sections, with_numbers
 
 from .functions import axis_programs
 from .print_c import print_c_function, print_c_loop, print_c_prelude, print_c_rows
@@ -18,7 +18,7 @@ from .print_casadi import print_function
 from .program import Output, Program
 
 #: Counts changes of what is emitted; part of every signature.
-SCHEMA = 1
+SCHEMA = 2
 
 FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "functions.py",
@@ -119,13 +119,17 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
 
 
 def _equations(model: AxisModel, mark: str) -> str:
+    q = model.axis.coordinate
     lines = [
         f"Axis {model.axis.name}: {model.axis.title}".rstrip(": "),
         "",
         _header(model.axis.name, mark).rstrip(),
     ]
     for section in derived_sections(model):
-        lines += ["", section.title, *(f"  {line}" for line in section.lines)]
+        lines += ["", section.title]
+        lines += [
+            f"  {line.text(q) if isinstance(line, Formula) else line}" for line in section.lines
+        ]
     return "\n".join(lines) + "\n"
 
 

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from axisid import LIBRARY, AxisModel, derive, load_axis
+from axisid.formulas import equation_latex
 from axisid.modeling import Axis, describe_combinations, named_constants
 from benchmarks.library import prefilter_of
 
@@ -43,18 +44,14 @@ def _linked(text: str) -> str:
 
 
 def _equation(axis: Axis) -> str:
-    profile, left = axis.drive.profile, "tau"
-    if profile != 1:
-        left = f"tau * ({profile})"
-    lines = ["```", f"{left} = {axis.force}", "```", ""]
-    constants = named_constants(axis.force + profile)
+    constants = named_constants(axis.force + axis.drive.profile)
     listed = "".join(f", {c.name} = {c.value:g} {c.unit}" for c in constants)
     drive = axis.drive
-    lines.append(
+    facts = (
         f"`tau = {drive.gain:.6g} * control` in {axis.coordinate.force_unit}, the control in "
         f"{drive.unit}, at most {drive.limit:g}{listed}."
     )
-    return "\n".join(lines)
+    return f"{equation_latex(axis)}\n\n{facts}"
 
 
 def _parameters(axis: Axis) -> str:

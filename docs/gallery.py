@@ -9,6 +9,7 @@ from IPython.display import Markdown, display
 from matplotlib import pyplot as plt
 
 from axisid import LIBRARY, identify, load_axis, twin_record
+from axisid.formulas import equation_latex
 from benchmarks.library import prefilter_of
 
 for name in LIBRARY:
@@ -21,7 +22,7 @@ for name in LIBRARY:
     heading = f"## [{name}](axes/{name}.md): {axis.title}"
     display(
         Markdown(
-            f"{heading}\n\n`tau = {axis.force}`\n\nIDM-IV on its twin, less the filter's own bias: {rows}."
+            f"{heading}\n\n{equation_latex(axis)}\n\nIDM-IV on its twin, less the filter's own bias: {rows}."
         )
     )
     figure = result.plot_force()

@@ -46,6 +46,7 @@ from .elements import viscous as viscous
 from .equations import Formula as Formula
 from .equations import Section as Section
 from .equations import derived_sections as derived_sections
+from .equations import equation_of_motion as equation_of_motion
 from .errors import AxisidError as AxisidError
 from .errors import DeclarationError as DeclarationError
 from .errors import ModelError as ModelError
@@ -71,6 +72,10 @@ from .newton import newton as newton
 from .parameter_function import FunctionLike as FunctionLike
 from .parameter_function import parameter_function as parameter_function
 from .parameter_map import ParameterMap as ParameterMap
+from .reading_order import InReadingOrder as InReadingOrder
+from .reading_order import Readable as Readable
+from .reading_order import readable as readable
+from .reading_order import written as written
 from .symbols import DIRECTION as DIRECTION
 from .symbols import FORCE as FORCE
 from .symbols import Coordinate as Coordinate

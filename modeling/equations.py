@@ -4,13 +4,15 @@ from dataclasses import dataclass
 
 import sympy
 
+from .axis import Axis
 from .base import BaseModel
 from .base_text import describe_hidden
 from .direct import DirectRegressor
 from .identifiability import describe_direction, rounded
 from .model import AxisModel
 from .parameter_map import ParameterMap
-from .symbols import DIRECTION, FORCE
+from .reading_order import written
+from .symbols import DIRECTION, FORCE, Coordinate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,7 +21,7 @@ class Formula:
 
     Attributes
     ----------
-    name : sympy.Symbol or str
+    name : sympy.Expr or str
         What is spoken of.
     value : sympy.Expr or None
         What it equals.
@@ -28,16 +30,22 @@ class Formula:
         What multiplies it in a regressor.
     """
 
-    name: sympy.Symbol | str
+    name: sympy.Expr | str
     value: sympy.Expr | None = None
     unit: str = ""
     column: sympy.Expr | None = None
 
-    def __str__(self) -> str:
-        value = "" if self.value is None else f" = {self.value}"
+    def head(self, coordinate: Coordinate) -> str:
+        """``name = value`` as text."""
+        value = "" if self.value is None else f" = {written(self.value, coordinate)}"
+        name = self.name if isinstance(self.name, str) else written(self.name, coordinate)
+        return f"{name}{value}"
+
+    def text(self, coordinate: Coordinate) -> str:
+        """``name = value [unit]: column``."""
         unit = f" [{self.unit}]" if self.unit else ""
-        column = "" if self.column is None else f": {self.column}"
-        return f"{self.name}{value}{unit}{column}"
+        column = "" if self.column is None else f": {written(self.column, coordinate)}"
+        return f"{self.head(coordinate)}{unit}{column}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +55,12 @@ class Section:
     title: str
     lines: tuple[Formula | str, ...]
     note: str = ""
+
+
+def equation_of_motion(axis: Axis) -> Formula:
+    """The drive's force, over the position's profile if there is one, and what it is spent on."""
+    unit = str(axis.coordinate.force_unit)
+    return Formula(name=FORCE * axis.drive.profile, value=axis.force, unit=unit)
 
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:

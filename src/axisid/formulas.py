@@ -1,14 +1,31 @@
 """Formulas in LaTeX, for documents and for Markdown."""
 
 import re
-from collections.abc import Iterable, Mapping
-from typing import TypeAlias
+from collections.abc import Iterable
 
 import sympy
+from sympy.printing.latex import LatexPrinter
 
-from axisid.modeling import Coordinate, Formula
+from axisid.modeling import (
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
+    Axis,
+    Coordinate,
+    Formula,
+    InReadingOrder,
+    equation_of_motion,
+    readable,
+)
 
-Motion: TypeAlias = Mapping[sympy.Symbol, str]
+#: What a control law reads, in words.
+SIGNALS = {
+    REFERENCE: "reference",
+    MEASURED_POSITION: "measured position",
+    MEASURED_VELOCITY: "measured velocity",
+    PERIOD: "period",
+}
 
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -40,16 +57,19 @@ def escaped_latex(text: str) -> str:
 
 def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
     """Lines for the inside of an ``align`` or ``aligned``, at ``=`` and ``:``."""
-    name = symbol_latex(coordinate.name)
-    motion = {
-        coordinate.velocity: rf"\dot{{{name}}}",
-        coordinate.acceleration: rf"\ddot{{{name}}}",
-    }
-    return " \\\\\n".join(_line(formula, motion) for formula in formulas)
+    return " \\\\\n".join(_line(formula, coordinate) for formula in formulas)
+
+
+def equation_latex(axis: Axis) -> str:
+    """The equation of motion in Markdown, set apart."""
+    body = aligned_latex([equation_of_motion(axis)], axis.coordinate)
+    return f"$$\n\\begin{{aligned}}\n{body}\n\\end{{aligned}}\n$$"
 
 
 def symbol_latex(name: str) -> str:
     """A name as one symbol: ``Fv`` is not F times v, digits and what follows ``_`` are indices."""
+    if not name.isidentifier():
+        return str(sympy.latex(sympy.Float(name)))  # a constant without a name
     head, indices = name_parts(name)
     if head in _GREEK:
         head = f"\\{head}"
@@ -75,34 +95,46 @@ def unit_latex(unit: str) -> str:
     return rf"\mathrm{{{powers}}}"
 
 
-def _line(formula: Formula, motion: Motion) -> str:
+def _line(formula: Formula, q: Coordinate) -> str:
     name = formula.name
     if isinstance(name, str):
         head = rf"\text{{{escaped_latex(name)}}}"
     else:
-        head = _expression(name, motion)
+        head = " ".join(_terms(name, q))
     unit = rf"\ [{unit_latex(formula.unit)}]" if formula.unit else ""
     if formula.value is None:
-        return f"{head}{unit} &:\\ {_sum(formula.column, motion)}"
-    column = "" if formula.column is None else rf"\ :\ {_sum(formula.column, motion)}"
-    return f"{head} &= {_sum(formula.value, motion)}{unit}{column}"
+        return f"{head}{unit} &:\\ {_sum(formula.column, q)}"
+    column = "" if formula.column is None else rf"\ :\ {_sum(formula.column, q)}"
+    return f"{head} &= {_sum(formula.value, q)}{unit}{column}"
 
 
-def _sum(value: sympy.Expr | None, motion: Motion) -> str:
+def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
     """An expression, a long sum on several lines."""
     if value is None:
         return ""
-    terms = value.as_ordered_terms() if value.is_Add else [value]
-    if len(terms) <= _MOST_TERMS:
-        return _expression(value, motion)
-    signed = [_expression(term, motion) for term in terms]
-    signed = [signed[0], *(t if t.startswith("-") else f"+ {t}" for t in signed[1:])]
+    terms = _terms(value, q)
+    signed = [terms[0], *(t if t.startswith("-") else f"+ {t}" for t in terms[1:])]
     rows = [" ".join(signed[i : i + _MOST_TERMS]) for i in range(0, len(signed), _MOST_TERMS)]
     return " \\\\\n&\\quad ".join(rows)
 
 
-def _expression(value: sympy.Expr, motion: Motion) -> str:
-    names = {s: motion.get(s) or symbol_latex(str(s)) for s in value.free_symbols}
-    text = str(sympy.latex(with_named_steps(value), symbol_names=names, mul_symbol=r"\, "))
+class _Printer(InReadingOrder, LatexPrinter):  # type: ignore[misc]
+    pass
+
+
+def _terms(value: sympy.Expr, q: Coordinate) -> list[str]:
+    """The terms of an expression in the order in which they are read."""
+    prepared = readable(with_named_steps(value), q)
+    name = symbol_latex(q.name)
+    typeset = {s: rf"\text{{{words}}}" for s, words in SIGNALS.items()}
+    typeset |= {q.velocity: rf"\dot{{{name}}}", q.acceleration: rf"\ddot{{{name}}}"}
+    names = {
+        s: typeset.get(s) or symbol_latex(s.name)
+        for s in prepared.names.values()
+        if isinstance(s, sympy.Symbol)
+    }
+    printer = _Printer(prepared, {"symbol_names": names, "mul_symbol": r"\, "})
+    whole = prepared.value
+    texts = map(printer.doprint, prepared.terms(whole) if whole.is_Add else [whole])
     # GitHub knows no operatorname, and a bar would end the cell of a table.
-    return text.replace(r"\operatorname{", r"\mathrm{").replace("|", r"\vert ")
+    return [t.replace(r"\operatorname{", r"\mathrm{").replace("|", r"\vert ") for t in texts]

@@ -17,8 +17,10 @@ from axisid.modeling import (
     derived_sections,
     describe_settled,
     describe_unsettled,
+    equation_of_motion,
     known_text,
     rounded,
+    written,
 )
 
 from .formulas import aligned_latex, escaped_latex
@@ -38,21 +40,18 @@ def shown(model: AxisModel, form: str = "text") -> str:
         *_physical(model),
         *_around(model.base.declared),
     ]
-    if form == "text":
-        return _text(title, sections)
-    write = _latex if form == "latex" else _markdown
+    write = {"text": _text, "latex": _latex, "markdown": _markdown}[form]
     return write(title, sections, model.axis.coordinate)
 
 
 def _equation(model: AxisModel) -> list[Section]:
     q, declared = model.axis.coordinate, model.base.declared
-    motion = Formula(name=FORCE, value=declared.force, unit=str(q.force_unit))
     combined = {p.symbol: value for p, value in model.base.combined}
     inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
     return [
         Section(
             title="Equation of motion",
-            lines=(motion, inertia),
+            lines=(equation_of_motion(declared), inertia),
             note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
             f"{q.acceleration}; {FORCE} is the drive's force on the load side",
         ),
@@ -127,26 +126,26 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
     )
 
 
-def _text(title: str, sections: Iterable[Section]) -> str:
+def _text(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
     lines = [title]
     for section in sections:
         lines += ["", section.title]
         lines += _wrapped(f"({section.note})") if section.note else []
         formulas = [line for line in section.lines if isinstance(line, Formula)]
-        heads = [str(f.name) + ("" if f.value is None else f" = {f.value}") for f in formulas]
+        heads = [formula.head(coordinate) for formula in formulas]
         listed = any(f.column is not None for f in formulas)
         head = max(map(len, heads), default=0) if listed else 0
         unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
         for line in section.lines:
-            lines += _wrapped(line if isinstance(line, str) else _row(line, head, unit))
+            text = line if isinstance(line, str) else _row(line, coordinate, head, unit)
+            lines += _wrapped(text)
     return "\n".join(lines) + "\n"
 
 
-def _row(line: Formula, head: int, unit: int) -> str:
-    value = "" if line.value is None else f" = {line.value}"
-    label = f"{f'{line.name}{value}':<{head}}"
+def _row(line: Formula, coordinate: Coordinate, head: int, unit: int) -> str:
+    label = f"{line.head(coordinate):<{head}}"
     label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
-    return label if line.column is None else f"{label}  : {line.column}"
+    return label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
 
 
 def _wrapped(line: str) -> list[str]:

@@ -275,6 +275,7 @@ def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
     found = Page(formula_mathml(Formula(name="control", value=value), theta))
     assert found.opened == []
     assert {"θ", "J", "control"} <= set(found.texts["mi"])
+    assert found.texts["mi"][0] == "control"
     assert found.texts["mtext"] == ["motor,2"]
     assert "\u2212" in found.texts["mo"]
 

@@ -81,7 +81,7 @@ def test_page_of_the_library_axis_says_everything(run: Run) -> None:
     assert (code, err) == (0, "")
     for line in (
         "emps: EMPS, public benchmark record of 2019",
-        "  tau = Fc*sign(dq) + Fv*dq + M*ddq + tau0  [N]",
+        "  tau = M*ddq + Fv*dq + Fc*sign(dq) + tau0  [N]",
         "  inertia = M",
         "  M     [kg]       nominal 100, at least 0, mass",
         "  Fv     [N/(m/s)]  : dq",
@@ -165,7 +165,7 @@ def test_the_latex_document_escapes_what_latex_reads() -> None:
 
 def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
     text = shown(derive(load_axis("emps2015")), "markdown")
-    assert r"\mathit{Fv}\, \dot{q} + M\, \ddot{q}" in text
+    assert r"M\, \ddot{q} + \mathit{Fv}\, \dot{q}" in text
     assert symbol_latex("tau0") == r"\tau_{0}"
     assert symbol_latex("J_motor_2") == r"J_{\mathrm{motor},2}".replace(",", r",\,")
     assert symbol_latex("xdot") == r"\mathit{xdot}"

@@ -7,11 +7,22 @@ from html import escape
 from importlib.resources import files
 from string import Template
 
+import sympy
+
 from axisid import __version__
 from axisid.estimation import Identification, Sweep, Validation, default_cutoffs, sweep
 from axisid.estimation.plot import NoPlot, Plot
 from axisid.estimation.result_plots import result_plots
-from axisid.modeling import FORCE, Axis, Formula
+from axisid.modeling import (
+    FORCE,
+    Axis,
+    ControlLaw,
+    Coordinate,
+    Formula,
+    Memory,
+    equation_of_motion,
+    written,
+)
 
 from .embedding import figures_data, script_json
 from .mathml import formula_mathml
@@ -117,24 +128,33 @@ def _model(axis: Axis) -> str:
     """The equation of motion, the drive and the control law."""
     q, drive, law = axis.coordinate, axis.drive, axis.control
     unit = str(q.force_unit)
-    motion = formula_mathml(Formula(name=FORCE, value=axis.force, unit=unit), q)
+    motion = formula_mathml(equation_of_motion(axis), q)
     over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
     said = (
-        f"Position {q.name} in {q.unit}; the drive's force is {drive.gain:.6g} {unit}/{over} times "
-        "the control."
+        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {drive.gain:.6g} "
+        f"{unit}/{over} times the control."
     )
-    parts = [f'<div class="equation">{motion}<p>{escape(said)}</p></div>']
-    if law is not None:
-        output = formula_mathml(Formula(name="control", value=law.output), q)
-        gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
-        how = (
-            "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
-        )
-        facts = f"{law.name}, {how}; {gains}." if gains else f"{law.name}, {how}."
-        parts.append(
-            f'<h3>Control law</h3><div class="equation">{output}<p>{escape(facts)}</p></div>'
-        )
-    return "".join(parts)
+    equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
+    return equation if law is None else equation + _law(law, q)
+
+
+def _law(law: ControlLaw, q: Coordinate) -> str:
+    """What the drive computes once a period, and what it remembers until the next."""
+    formulas = [Formula(name="control", value=law.output)]
+    formulas += [Formula(name=_next(memory), value=memory.following) for memory in law.memory]
+    typeset = "".join(formula_mathml(formula, q) for formula in formulas)
+    how = "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
+    late = f", applied {law.delay} samples late" if law.delay else ""
+    gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
+    facts = f"{law.name}, {how}{late}" + (f"; {gains}." if gains else ".")
+    if law.memory:
+        starts = ", ".join(f"{m.name} = {written(m.start, q)}" for m in law.memory)
+        facts += f" Kept from sample to sample; at the first: {starts.replace('_', ' ')}."
+    return f'<h3>Control law</h3><div class="equation">{typeset}<p>{escape(facts)}</p></div>'
+
+
+def _next(memory: Memory) -> sympy.Symbol:
+    return sympy.Symbol(f"{memory.name}_next")
 
 
 def _asset(name: str) -> str:
