@@ -54,7 +54,6 @@ from .sweep import default_cutoffs as default_cutoffs
 from .sweep import sweep as sweep
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
+from .validation import MethodValidation as MethodValidation
 from .validation import Validation as Validation
 from .validation import validate as validate
-from .validation import validation_dict as validation_dict
-from .validation import validation_text as validation_text

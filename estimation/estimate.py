@@ -212,6 +212,12 @@ class Estimate:
         )
         return f"{self.method}: {', '.join(values)}"
 
+    def _repr_html_(self) -> str:
+        """For notebooks: its parameters with intervals."""
+        from .notebook import estimate_html
+
+        return estimate_html(self)
+
     @property
     def dof(self) -> int:
         """Degrees of freedom of the residuals, n - k."""

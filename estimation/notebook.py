@@ -1,11 +1,13 @@
-"""A result in a notebook: a compact table and the verdict, as HTML without scripts or styles."""
+"""Results in a notebook: compact tables and the verdict, as HTML without scripts or styles."""
 
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
 from .summary import number_with_sd
 
 if TYPE_CHECKING:
+    from .estimate import Estimate, Value
     from .results import Identification
 
 _MARKS = {"pass": "✓", "fail": "✗", "not evaluated": "-"}
@@ -16,21 +18,10 @@ def result_html(result: "Identification") -> str:
     estimates = list(result.estimates.values())
     head = "".join(f"<th>{escape(e.method.upper())}</th>" for e in estimates)
     rows = [
-        f"<tr><th>{escape(q.name)}</th><td>{escape(q.unit)}</td>"
-        + "".join(_cell(*number_with_sd(e.parameters[q.name])[:2]) for e in estimates)
-        + "</tr>"
+        _row(q.name, q.unit, [_cell(e.parameters[q.name]) for e in estimates])
         for q in result.axis.parameters
     ]
-    errors: dict[str, list[float | None]] = {
-        "equation error": [e.equation_error_percent for e in estimates],
-        "simulation error": [e.simulation_error_percent for e in estimates],
-    }
-    rows += [
-        f"<tr><th>{name}</th><td>%</td>"
-        + "".join(f"<td>{_percent(v)}</td>" for v in values)
-        + "</tr>"
-        for name, values in errors.items()
-    ]
+    rows += [_row(name, "%", cells) for name, cells in _errors(estimates).items()]
     verdict = result.verdict
     passed = sum(check.status == "pass" for check in verdict)
     listed = "".join(
@@ -46,9 +37,40 @@ def result_html(result: "Identification") -> str:
     )
 
 
+def estimate_html(estimate: "Estimate") -> str:
+    """Every parameter with its deviation and interval, and the errors."""
+    about = estimate.covariance_names[estimate.chosen]
+    values = {**estimate.ddm_parameters, **estimate.parameters}
+    rows = [_row(name, v.unit, [_cell(v), _interval(v)]) for name, v in values.items()]
+    rows += [_row(name, "%", [*cells, ""]) for name, cells in _errors([estimate]).items()]
+    return (
+        f"<table><caption>{escape(estimate.method.upper())}; ± standard deviation: "
+        f"{escape(about)}</caption><thead><tr><th></th><th></th><th>value</th>"
+        f"<th>95 % interval</th></tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _row(name: str, unit: str, cells: Sequence[str]) -> str:
+    filled = "".join(f"<td>{cell}</td>" for cell in cells)
+    return f"<tr><th>{escape(name)}</th><td>{escape(unit)}</td>{filled}</tr>"
+
+
+def _errors(estimates: "Sequence[Estimate]") -> dict[str, list[str]]:
+    return {
+        "equation error": [_percent(e.equation_error_percent) for e in estimates],
+        "simulation error": [_percent(e.simulation_error_percent) for e in estimates],
+    }
+
+
 def _percent(error: float | None) -> str:
     return "-" if error is None else f"{error:.4g}"
 
 
-def _cell(value: str, deviation: str) -> str:
-    return f"<td>{value} ± {deviation}</td>"
+def _cell(value: "Value") -> str:
+    number, deviation, *_ = number_with_sd(value)
+    return f"{number} ± {deviation}"
+
+
+def _interval(value: "Value") -> str:
+    low, high = value.interval
+    return f"{low:.6g} … {high:.6g}"

@@ -27,6 +27,7 @@ Span = tuple[int, int]
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
+_ENDED = 1e-4  # accelerations at the ends of a filtered record are off by many times the signal
 _LOWEST = 1e-4  # of the Nyquist frequency
 _ROUNDED = 0.05  # of a step, that the low-pass still lacks
 _REST = 1e-3  # of the largest speed
@@ -51,9 +52,9 @@ class Prefilter:
         Which rows: aligned to the record's end as MATLAB's ``decimate``, or to its start as
         SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
     drop : (int, int) or None
-        Samples left out at start and end, before decimation. None leaves out, after it, the
-        low-pass transient (decay to 1e-3) at both ends: where the simulated loop starts from rest
-        whatever the axis did, and where the filters continue the record from its last sample.
+        Samples cut off at start and end, before decimation. None gives the low-pass transient
+        (decay to 1e-4) at both ends no weight: where the simulated loop starts from rest whatever
+        the axis did, and where the filters continue the record from its last sample.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
         after it, since a drive holds its force over the period; ``raw`` with the force after it,
@@ -132,7 +133,7 @@ class Prefilter:
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
-        return (self._transient(period),) * 2 if self.drop is None else self.drop
+        return (self._transient(period, _ENDED),) * 2 if self.drop is None else self.drop
 
     def memory(self, period: float) -> int:
         """Rows over which both filters' responses decay to 1e-3, for a sampling period in s.
@@ -150,7 +151,7 @@ class Prefilter:
         slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
         return self._transient(period, level), math.ceil(math.log(level) / math.log(slowest))
 
-    def _transient(self, period: float, level: float = _SETTLED) -> int:
+    def _transient(self, period: float, level: float) -> int:
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
         slowest = 2 * math.pi * self.cutoff * math.sin(math.pi / (2 * self.order))
         return math.ceil(-math.log(level) / slowest / period)
@@ -250,12 +251,11 @@ class Prefilter:
     def reduce(self, signals: Array, period: float) -> Array:
         """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k).
 
-        Ends that are named are dropped first, as in the published recipe. By default the whole
-        record is filtered, and rows near its ends are left out: the decimation filter too would
-        otherwise continue the record from the last sample that is kept, and give it much weight.
+        Ends that are named are cut off first, as in the published recipe. By default the ends have
+        no weight: the decimation filter would otherwise carry what is wrong there inwards, or
+        continue the record from the last sample that is kept, and give it much weight.
         """
-        if self.silent:
-            signals = self.weighted(signals)
+        signals = self.weighted(signals, period)
         reduced = self.reduce_all(signals, period)
         selected = self._selected(len(signals), period)
         return reduced if selected is None else reduced[selected]
@@ -266,12 +266,20 @@ class Prefilter:
         pieces = [self._reduce(signals[start:stop], period) for start, stop in spans]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
-    def weighted(self, signals: Array) -> Array:
-        """Signals with no weight on what is silent."""
+    def weighted(self, signals: Array, period: float) -> Array:
+        """Signals with no weight on what is silent, nor on the ends unless they are cut off."""
         weighted = np.array(signals, dtype=float)
-        for start, stop in self.silent:
+        for start, stop in (*self.silent, *self.silent_ends(len(signals), period)):
             weighted[start:stop] = 0.0
         return weighted
+
+    def silent_ends(self, samples: int, period: float) -> tuple[Span, ...]:
+        """Samples without weight at the ends of the segments; none where ends are cut off."""
+        if self.drop is not None:
+            return ()
+        end = self._transient(period, _ENDED)
+        spans = self.spans(samples, period)
+        return tuple(span for a, b in spans for span in ((a, a + end), (b - end, b)))
 
     def _selected(self, samples: int, period: float) -> NDArray[np.bool_] | None:
         """Which rows are neither masked nor silent; None for all."""
@@ -380,7 +388,7 @@ def _selected_rows(prefilter: Prefilter, samples: int, period: float) -> NDArray
     """Rows that no masked sample reaches and that have weight."""
     selected = prefilter.clean(samples, period)
     if prefilter.silent:
-        weights = prefilter.reduce_all(prefilter.weighted(np.ones(samples)), period)
+        weights = prefilter.reduce_all(prefilter.weighted(np.ones(samples), period), period)
         selected = selected & (weights > _LIGHT)
     return selected
 

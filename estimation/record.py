@@ -18,7 +18,7 @@ _UNEVEN = 0.02  # mean step against the median one
 _FEWEST = 3  # rows
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Record:
     """A closed-loop record at one sampling period, in SI units.
 
@@ -71,6 +71,30 @@ class Record:
                     f"{self._name()}: the {role} is {values[0]:g} in every row, so it says nothing "
                     f"about the axis. Check the {role} column, or record a motion."
                 )
+
+    def __repr__(self) -> str:
+        columns = ", ".join(role for role in self.channels() if role != "time")
+        return f"record {self._name()}: {self.size}; {columns}"
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+        pieces = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+    def summary(self) -> str:
+        """Where it comes from, what was assumed and repaired, and how far its columns reach."""
+        from .summary import heading_text, record_lines, text_table
+
+        rows = [
+            [role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values)))]
+            for role, values in self.channels().items()
+        ]
+        table = text_table(["", "least", "most", "range"], rows)
+        return f"{heading_text(record_lines(self))}\n\n{table}\nValues are SI.\n"
 
     @property
     def period(self) -> float:

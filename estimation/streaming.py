@@ -177,6 +177,8 @@ class _Rows:
         low = max(start - smoothing, cut, begin + (motion + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
         both = np.column_stack([equations.regressor, equations.left, equations.known])
+        for first, last in f.silent_ends(self.samples, period):
+            both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
         both = both[low - begin : high - begin]
         kept = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
         if not np.all(np.isfinite(kept)):

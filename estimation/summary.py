@@ -118,7 +118,7 @@ def record_lines(record: Record) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
     return {
-        "record": f"{source.source}, {len(record)} samples of {1e3 * record.period:.6g} ms",
+        "record": f"{source.source}, {record.size}",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
         "assumed": "; ".join(source.assumed),
         "repaired": "; ".join(repair.text for repair in source.repairs),

@@ -56,6 +56,9 @@ class Sweep:
     recommended: float
     reason: str
 
+    def __str__(self) -> str:
+        return self.summary()
+
     @property
     def cutoffs(self) -> tuple[float, ...]:
         """Of the results, Hz."""

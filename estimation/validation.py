@@ -1,7 +1,7 @@
 """Estimates held against another record, as they are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -32,7 +32,7 @@ _TWICE, _SMALL = 2.0, 10.0  # times, percent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Validation:
+class MethodValidation:
     """One estimate on a record that it was not made from.
 
     Attributes
@@ -69,7 +69,87 @@ class Validation:
         return self.equation_error_percent <= most
 
 
-def validate(result: Identification, record: Record) -> tuple[Validation, ...]:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Validation:
+    """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
+
+    Attributes
+    ----------
+    record : Record
+    unit : str
+        Of the position.
+    methods : tuple of MethodValidation
+        In the order of the result's estimates; the object iterates over them.
+    """
+
+    record: Record
+    unit: str
+    methods: tuple[MethodValidation, ...]
+
+    def __iter__(self) -> Iterator[MethodValidation]:
+        return iter(self.methods)
+
+    def __getitem__(self, method: str) -> MethodValidation:
+        return {each.method: each for each in self.methods}[method]
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        held = ", ".join(f"{v.method} {v.equation_error_percent:.4g} %" for v in self)
+        return f"validation on {self.record.provenance.source}: equation error {held}"
+
+    @property
+    def errors(self) -> dict[tuple[str, str], tuple[float | None, ...]]:
+        """What a table shows: figures of the methods by name and unit."""
+        return {
+            ("equation error", "%"): tuple(v.equation_error_percent for v in self),
+            ("on its own record", "%"): tuple(v.own_equation_error_percent for v in self),
+            ("simulation error", "%"): tuple(v.simulation_error_percent for v in self),
+            ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
+            ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
+        }
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is missing and why, and which estimates do not hold."""
+        reasons = dict.fromkeys(v.reason for v in self if v.reason)
+        notes = [f"no simulation: {reason}" for reason in reasons]
+        if lost := [v.method for v in self if not v.holds]:
+            notes.append(
+                f"{', '.join(lost)}: does not hold on this record (more than {_TWICE:g} times the "
+                "error on its own); check that it is the same axis, its units and its signs"
+            )
+        return tuple(notes)
+
+    def summary(self) -> str:
+        """The errors as a table of text."""
+        header = ["validation", "unit", *(v.method.upper() for v in self)]
+        rows = [[*name, *map(_cell, figures)] for name, figures in self.errors.items()]
+        lines = [
+            f"Frozen estimates on {self.record.provenance.source}, {len(self.record)} samples:",
+            *filter(None, [heading_text({"repaired": record_lines(self.record)["repaired"]})]),
+            "",
+            text_table(header, rows),
+            *self.notes,
+        ]
+        return "\n".join(lines) + "\n"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts; what is not finite becomes null."""
+        return {
+            "record": record_dict(self.record),
+            "methods": [
+                {
+                    name: None if isinstance(value, float) and not math.isfinite(value) else value
+                    for name, value in asdict(v).items()
+                }
+                for v in self
+            ],
+        }
+
+
+def validate(result: Identification, record: Record) -> Validation:
     """Hold every estimate, frozen, against another record of the axis.
 
     Parameters
@@ -87,10 +167,11 @@ def validate(result: Identification, record: Record) -> tuple[Validation, ...]:
         rescaled = result.prefilter.at_period(result.record.period, record.period)
         prefilter = settled(rescaled, result.axis, record)
         signals = measured_signals(result.axis, record, prefilter)
-        return tuple(
+        methods = tuple(
             _validation(result.axis, record, signals, prefilter, estimate)
             for estimate in result.estimates.values()
         )
+    return Validation(record=record, unit=result.axis.axis.coordinate.unit, methods=methods)
 
 
 def _validation(
@@ -99,7 +180,7 @@ def _validation(
     signals: Signals,
     prefilter: Prefilter,
     estimate: Estimate,
-) -> Validation:
+) -> MethodValidation:
     form: Form = InverseForm(axis) if estimate.method.startswith("idm") else DirectForm(axis)
     form = form.at(estimate.physical)
     rows = form.equations(signals).reduced(prefilter, record.period)
@@ -115,7 +196,7 @@ def _validation(
         loops = simulated_loops(axis, record, estimate.physical)
         known, regressor = simulated_right(form, loops, estimate.physical, prefilter, record.period)
     except (ModelError, DataError, EstimationError) as error:
-        return Validation(
+        return MethodValidation(
             method=estimate.method,
             equation_error_percent=equation,
             own_equation_error_percent=estimate.equation_error_percent,
@@ -125,7 +206,7 @@ def _validation(
             reason=str(error),
         )
     off, tracking = _positions(record, loops, reference, prefilter)
-    return Validation(
+    return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
         own_equation_error_percent=estimate.equation_error_percent,
@@ -144,47 +225,6 @@ def _positions(
     """Recorded less simulated position, and reference less recorded position."""
     kept = prefilter.kept(len(record), record.period)
     return (record.position - simulated_position(loops))[kept], (reference - record.position)[kept]
-
-
-def validation_text(validations: Sequence[Validation], record: Record, unit: str) -> str:
-    """The validations as a table."""
-    header = ["validation", "unit", *(v.method.upper() for v in validations)]
-    rows = [
-        ["equation error", "%", *(_cell(v.equation_error_percent) for v in validations)],
-        ["on its own record", "%", *(_cell(v.own_equation_error_percent) for v in validations)],
-        ["simulation error", "%", *(_cell(v.simulation_error_percent) for v in validations)],
-        ["position error, rms", unit, *(_cell(v.position_error_rms) for v in validations)],
-        ["of the tracking error", "%", *(_cell(v.tracking_error_percent) for v in validations)],
-    ]
-    lines = [
-        f"Frozen estimates on {record.provenance.source}, {len(record)} samples:",
-        *filter(None, [heading_text({"repaired": record_lines(record)["repaired"]})]),
-        "",
-        text_table(header, rows),
-    ]
-    reasons = dict.fromkeys(v.reason for v in validations if v.reason)
-    lines += [f"no simulation: {reason}" for reason in reasons]
-    lost = [v.method for v in validations if not v.holds]
-    if lost:
-        lines.append(
-            f"{', '.join(lost)}: does not hold on this record (more than {_TWICE:g} times the "
-            "error on its own); check that it is the same axis, its units and its signs"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def validation_dict(validations: Sequence[Validation], record: Record) -> dict[str, Any]:
-    """The validations as plain numbers and texts; what is not finite becomes null."""
-    return {
-        "record": record_dict(record),
-        "methods": [
-            {
-                name: None if isinstance(value, float) and not math.isfinite(value) else value
-                for name, value in asdict(v).items()
-            }
-            for v in validations
-        ],
-    }
 
 
 def _cell(value: float | None) -> str:

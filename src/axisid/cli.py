@@ -791,16 +791,16 @@ def _report(
     full: bool,
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
-    from axisid.estimation import EstimationError, validate, validation_dict, validation_text
+    from axisid.estimation import EstimationError, validate
     from axisid.modeling import UsageError
 
     with ProgressLine("judging the estimates"):
-        validations = None if other is None else validate(result, other)
+        validation = None if other is None else validate(result, other)
         written = None if json_file is None else result.to_dict(draws)
         text = "" if json_file == "-" else result.summary(draws, full=full)
     refused: UsageError | None = None
     if json_file is not None and written is not None:
-        added = {} if other is None else {"validation": validation_dict(validations or (), other)}
+        added = {} if validation is None else {"validation": validation.to_dict()}
         try:
             _put_json(json_file, {**written, **added})
         except UsageError as error:
@@ -810,14 +810,13 @@ def _report(
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
         show_text(text)
-        if validations is not None and other is not None:
-            unit = result.axis.axis.coordinate.unit
-            show_text(f"\n{validation_text(validations, other, unit)}")
+        if validation is not None:
+            show_text(f"\n{validation.summary()}")
 
     def say(line: str) -> None:
         click.echo(f"axisid: {line}", err=True)
 
-    for path in outputs.write(result, validations or (), say):
+    for path in outputs.write(result, validation, say):
         click.echo(f"wrote {path}", err=json_file == "-")
     if refused is not None:
         raise refused

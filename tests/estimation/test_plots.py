@@ -300,6 +300,17 @@ def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     assert "<script" not in spoiled._repr_html_()
 
 
+def test_notebooks_show_one_estimate_with_intervals(result: Identification) -> None:
+    estimate = result["ddm-iv"]
+    html = estimate._repr_html_()
+    for name in ("theta1", "theta2", "M", "Fv"):
+        assert f"<tr><th>{name}</th>" in html
+    low, high = estimate.parameters["Fv"].interval
+    assert f"<td>{low:.6g} … {high:.6g}</td>" in html
+    assert "HAC" in html
+    assert f"<td>{estimate.simulation_error_percent:.4g}</td>" in html
+
+
 def test_gaps_are_marked_and_what_is_masked_is_shaded(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from axisid import Prefilter, Record, identify, simulate, twin_record, validate
+from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record, validate
 from axisid.cli import cli
 from axisid.codegen import GeneratedAxis
+from axisid.report import report_html
 
 
 @pytest.mark.parametrize("hold", ["raw", "zoh"])
@@ -66,6 +67,21 @@ def test_record_without_reference_has_an_equation_error_only(emps2015: Generated
     assert validation.equation_error_percent > 0
     assert validation.simulation_error_percent is None
     assert "no reference column" in validation.reason
+
+
+def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), methods=["idm-ls", "idm-iv"])
+    held = validate(result, twin_record(emps2015, seed=3))
+    assert held["idm-iv"] is held.methods[1]
+    text = str(held)
+    assert text.startswith(f"Frozen estimates on {held.record.provenance.source}, 7801 samples")
+    assert f"position error, rms     m  {held['idm-ls'].position_error_rms:9.4g}" in text
+    assert repr(held).startswith("validation on the twin")
+    page = report_html(result, validation=held)
+    assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page
+    other = validate(result, twin_record(load_axis("emps")))
+    assert "idm-ls, idm-iv: does not hold on this record" in str(other)
+    assert "does not hold on this record" in report_html(result, validation=other)
 
 
 def bare(axis: GeneratedAxis) -> Record:

@@ -1,7 +1,7 @@
 """What `axisid identify` writes for people: the page and the figures."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,16 +45,14 @@ class Outputs:
     draws: int = 0
     command: str = ""
 
-    def write(
-        self, result: Identification, validations: Sequence[Validation], say: Say
-    ) -> list[Path]:
+    def write(self, result: Identification, validation: Validation | None, say: Say) -> list[Path]:
         """Write what is asked for and return the files.
 
         Parameters
         ----------
         result : Identification
-        validations : sequence of Validation
-            On a second record; none without one.
+        validation : Validation or None
+            On a second record.
         say : callable
             Takes a line for the user.
 
@@ -72,7 +70,7 @@ class Outputs:
                 page = report_html(
                     result,
                     cutoffs,
-                    validations=validations,
+                    validation=validation,
                     draws=self.draws,
                     command=self.command,
                 )

@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -40,7 +40,7 @@ def report_html(
     result: Identification,
     cutoffs: Sweep | None = None,
     *,
-    validations: Sequence[Validation] = (),
+    validation: Validation | None = None,
     draws: int = 0,
     command: str = "",
 ) -> str:
@@ -51,7 +51,7 @@ def report_html(
     result : Identification
     cutoffs : Sweep, optional
         Of the same record; see `report_sweep`.
-    validations : sequence of Validation, optional
+    validation : Validation, optional
         On a second record.
     draws : int
         As in `Identification.summary`.
@@ -71,7 +71,7 @@ def report_html(
         heading=escape(heading),
         subheading=escape(f"{about}, {size}"),
         verdict=verdict_html(diagnosis.verdict, diagnosis.judged),
-        parameters=parameters_html(result, validations, draws),
+        parameters=parameters_html(result, validation, draws),
         figures="".join(map(_figure, plots)),
         model=_model(axis),
         provenance=provenance_html(result, command),

@@ -8,7 +8,7 @@ from axisid.codegen import Quantity
 from axisid.estimation import Estimate, Identification, Validation, Value
 from axisid.estimation.physical_text import physical_notes
 from axisid.estimation.plot import readable_unit
-from axisid.estimation.summary import drawn_text
+from axisid.estimation.summary import drawn_text, record_lines
 
 _ABOUT = {"idm": "Inverse model", "ddm": "Direct model"}
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
@@ -16,7 +16,7 @@ _VAGUE = 1e4  # % from which a relative deviation says nothing
 
 
 def parameters_html(
-    result: Identification, validations: Sequence[Validation] = (), draws: int = 0
+    result: Identification, validation: Validation | None = None, draws: int = 0
 ) -> str:
     """Tables of the inverse model, of the direct one and draws on request, of a second record."""
     tables = {
@@ -35,12 +35,12 @@ def parameters_html(
         parts.append(
             f"<details><summary>Intervals from draws</summary><pre>{drawn}</pre></details>"
         )
-    parts += [_validation(validations)] if validations else []
+    parts += [] if validation is None else [_validation(validation)]
     return "".join(parts)
 
 
 def _table(result: Identification, estimates: Sequence[Estimate]) -> str:
-    groups = "".join(f'<th colspan="3">{_method(e)}</th>' for e in estimates)
+    groups = "".join(f'<th colspan="3">{_method(e.method)}</th>' for e in estimates)
     heads = "<th>value</th><th>95 % interval</th><th>sd</th>" * len(estimates)
     first = estimates[0]
     rows = [_row(q, [e.parameters[q.name] for e in estimates], result) for q in first.quantities]
@@ -60,7 +60,7 @@ def _physical(result: Identification) -> str:
     shown = {m: p for m, p in every.items() if m.startswith("idm")} or every
     if not shown:
         return ""
-    groups = "".join(f'<th colspan="3">{_method(result[method])}</th>' for method in shown)
+    groups = "".join(f'<th colspan="3">{_method(method)}</th>' for method in shown)
     heads = "<th>value</th><th>95 % interval</th><th>sd</th>" * len(shown)
     first = next(iter(shown.values()))
     rows = [
@@ -80,9 +80,9 @@ def _physical(result: Identification) -> str:
     )
 
 
-def _method(estimate: Estimate) -> str:
-    kind = estimate.method.rsplit("-", 1)[-1]
-    return f'<span class="swatch-{kind}">●</span> {escape(estimate.method.upper())}'
+def _method(method: str) -> str:
+    kind = method.rsplit("-", 1)[-1]
+    return f'<span class="swatch-{kind}">●</span> {escape(method.upper())}'
 
 
 def _row(quantity: Quantity, values: Sequence[Value], result: Identification) -> str:
@@ -193,24 +193,22 @@ def _notes(result: Identification) -> str:
     return "".join(f'<p class="note">{escape(note)}</p>' for note in notes)
 
 
-def _validation(validations: Sequence[Validation]) -> str:
-    heads = "".join(f"<th>{escape(v.method.upper())}</th>" for v in validations)
-    lines: dict[str, list[float | None]] = {
-        "equation error [%]": [v.equation_error_percent for v in validations],
-        "simulation error [%]": [v.simulation_error_percent for v in validations],
-        "position error, rms": [v.position_error_rms for v in validations],
-        "of the tracking error [%]": [v.tracking_error_percent for v in validations],
-    }
+def _validation(validation: Validation) -> str:
+    heads = "".join(f"<th>{_method(v.method)}</th>" for v in validation)
     rows = "".join(
-        f"<tr><td>{name}</td>"
-        + "".join(f"<td>{'-' if x is None else f'{x:.4g}'}</td>" for x in values)
+        f'<tr><td>{name}</td><td class="unit">{unit}</td>'
+        + "".join(f"<td>{'-' if x is None else f'{x:.4g}'}</td>" for x in figures)
         + "</tr>"
-        for name, values in lines.items()
+        for (name, unit), figures in validation.errors.items()
     )
+    told = record_lines(validation.record)
+    facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
+    facts += [f"{note}." for note in validation.notes]
+    notes = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
     return (
         "<h2>The estimates, frozen, on a second record</h2>"
-        f'<div class="scroll"><table><thead><tr><th></th>{heads}</tr></thead>'
-        f"<tbody>{rows}</tbody></table></div>"
+        '<div class="scroll"><table><thead><tr><th></th><th class="unit">unit</th>'
+        f"{heads}</tr></thead><tbody>{rows}</tbody></table></div>{notes}"
     )
 
 
