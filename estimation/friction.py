@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .results import Identification
 
 _BINS = 41
+_WHOLE = 0.9  # weight of a row below which its velocity and force are those of no motion
 _FEWEST = 4  # rows of a bin
 _SEPARATE = 1e-6
 _PROBES = 200
@@ -61,7 +62,8 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
     reduced = result.prefilter.reduce(
         np.column_stack([signals.velocity, signals.force - rest]), result.record.period
     )
-    velocity, force = reduced.T
+    weights = result.prefilter.weights(len(result.record), result.record.period)
+    velocity, force = reduced[weights > _WHOLE].T
     return Friction(
         velocity=velocity,
         force=force,

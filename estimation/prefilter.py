@@ -27,7 +27,6 @@ Span = tuple[int, int]
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
-_ENDED = 1e-4  # accelerations at the ends of a filtered record are off by many times the signal
 _LOWEST = 1e-4  # of the Nyquist frequency
 _ROUNDED = 0.05  # of a step, that the low-pass still lacks
 _REST = 1e-3  # of the largest speed
@@ -53,7 +52,7 @@ class Prefilter:
         SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
     drop : (int, int) or None
         Samples cut off at start and end, before decimation. None gives the low-pass transient
-        (decay to 1e-4) at both ends no weight: where the simulated loop starts from rest whatever
+        (decay to 1e-3) at both ends no weight: where the simulated loop starts from rest whatever
         the axis did, and where the filters continue the record from its last sample.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
@@ -133,7 +132,7 @@ class Prefilter:
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
-        return (self._transient(period, _ENDED),) * 2 if self.drop is None else self.drop
+        return (self._transient(period, _SETTLED),) * 2 if self.drop is None else self.drop
 
     def memory(self, period: float) -> int:
         """Rows over which both filters' responses decay to 1e-3, for a sampling period in s.
@@ -277,7 +276,7 @@ class Prefilter:
         """Samples without weight at the ends of the segments; none where ends are cut off."""
         if self.drop is not None:
             return ()
-        end = self._transient(period, _ENDED)
+        end = self._transient(period, _SETTLED)
         spans = self.spans(samples, period)
         return tuple(span for a, b in spans for span in ((a, a + end), (b - end, b)))
 
@@ -303,6 +302,10 @@ class Prefilter:
         return np.asarray(
             sosfiltfilt(sections.copy(), signals, axis=0, padlen=3 * _DECIMATION_ORDER), dtype=float
         )
+
+    def weights(self, samples: int, period: float) -> Array:
+        """Share of each row that is made of samples with weight, (n,)."""
+        return self.reduce(np.ones(samples), period)
 
     def rows(self, samples: int, period: float) -> Array:
         """Sample numbers of the rows that `reduce` keeps, (n,)."""

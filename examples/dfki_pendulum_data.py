@@ -182,7 +182,7 @@ def _terms(q: Array, dq: Array, ddq: Array) -> tuple[Array, ...]:
 def thinned(
     columns: Array, settings: Prefilter, period: float, ends: tuple[int, int] | None = None
 ) -> Array:
-    """Decimate the whole record, rows counted from its end, and leave out those near the ends.
+    """Decimate the record, rows counted from its end, its ends without weight or rows.
 
     Parameters
     ----------
@@ -191,13 +191,15 @@ def thinned(
     period : float
         s.
     ends : (int, int), optional
-        Samples at start and end whose rows are left out; by default the low-pass transient's.
+        Samples at start and end without weight; by default the low-pass transient's.
     """
     slowest = 2 * np.pi * settings.cutoff * np.sin(np.pi / (2 * settings.order))
     transient = math.ceil(np.log(1e3) / slowest / period)
     start, end = ends or (transient, transient)
     thin = signal.cheby1(8, 0.05, 0.8 / settings.decimate, output="sos")
-    smooth = signal.sosfiltfilt(thin, columns, axis=0, padlen=24)
+    weighted = np.array(columns)
+    weighted[:start] = weighted[len(columns) - end :] = 0.0
+    smooth = signal.sosfiltfilt(thin, weighted, axis=0, padlen=24)
     rows = np.arange(len(columns))[:: -settings.decimate][::-1]
     return np.asarray(smooth[rows[(rows >= start) & (rows < len(columns) - end)]])
 

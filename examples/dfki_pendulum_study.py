@@ -146,7 +146,7 @@ def stretch_table(data: Data, cutoff: float = SHOWN) -> Rows:
 def stretch_estimate(
     run: Record, settings: Prefilter, ends: tuple[int, int]
 ) -> tuple[Array, Array, int]:
-    """IDM-IV on rows of the whole record, filtered: estimate, HAC deviations, how many rows.
+    """IDM-IV on rows between ends without weight: estimate, HAC deviations, how many rows.
 
     `Prefilter.drop` would cut before the decimation filter, and so move the last sample's weight.
     """
@@ -177,7 +177,7 @@ def validation_table(data: Data) -> Rows:
     rows = [["published", *(f"{error:.1f}" for error in errors)]]
     for method in ("idm-ls", "idm-iv"):
         result = identify(axis, data.run, settings, [method])
-        held = [validate(result, record)["idm-iv"] for record in data.records.values()]
+        held = [validate(result, record)[method] for record in data.records.values()]
         values = [f"{one.equation_error_percent:.1f}" for one in held]
         rows.append([f"{method.upper()}, {SHOWN:g} Hz", *values])
     return rows

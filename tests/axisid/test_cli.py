@@ -114,7 +114,7 @@ def test_the_table_names_covariance_filter_rows_and_code(run: Run) -> None:
         "i.i.d., residual variance with n - 1",
         "lags (plug-in rule",
         "Butterworth 60 Hz, order 4",
-        "samples: 64 dropped at the start, 64 at the end",
+        "samples: 48 dropped at the start, 48 at the end",
         "hold zoh",
         "Generated code",
         "delta method",
@@ -150,7 +150,7 @@ def bad_logs(twin: Record) -> dict[str, tuple[dict[str, Any], str]]:
                 "reference": twin.reference[short],
                 "control": twin.control[short],
             },
-            "the record has 60 samples; 64 + 64 are dropped and the filters' transients take",
+            "the record has 60 samples; 48 + 48 are dropped and the filters' transients take",
         ),
     }
 

@@ -146,7 +146,7 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
         "twin of emps2015",
         "axisid identify emps2015 --cutoff 60",
         "Butterworth 60 Hz, order 4",
-        "64 samples at the start, 64 at the end",
+        "48 samples at the start, 48 at the end",
         "N/(m/s)",
         "viscous friction",
         "true values",

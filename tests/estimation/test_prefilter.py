@@ -79,7 +79,7 @@ def test_decimating_columns_together_is_decimating_each(rng: np.random.Generator
 
 def test_default_drop_is_the_transient_of_the_low_pass() -> None:
     start, end = Prefilter(cutoff=60.0).dropped(PERIOD)
-    assert (start, end) == (64, 64)
+    assert (start, end) == (48, 48)
     impulse = np.zeros(1001)
     impulse[500] = 1.0
     response = np.abs(Prefilter(cutoff=60.0).motion(impulse, PERIOD)[0])
@@ -137,7 +137,7 @@ def test_no_row_hangs_on_the_last_sample_by_default() -> None:
     last = np.zeros(2000)
     last[-1] = 1.0
     inner = np.roll(last, -700)
-    by_default, published = Prefilter(cutoff=60.0), Prefilter(cutoff=60.0, drop=(64, 0))
+    by_default, published = Prefilter(cutoff=60.0), Prefilter(cutoff=60.0, drop=(48, 0))
     assert (
         np.abs(by_default.reduce(last, PERIOD)).max()
         < np.abs(by_default.reduce(inner, PERIOD)).max()
@@ -152,20 +152,20 @@ def test_default_rows_lie_between_the_transients() -> None:
     for decimation in ("matlab", "scipy"):
         f = Prefilter(cutoff=60.0, decimation=decimation)  # type: ignore[arg-type]
         rows = f.rows(2003, PERIOD)
-        assert rows.min() >= 64
-        assert rows.max() < 2003 - 64
+        assert rows.min() >= 48
+        assert rows.max() < 2003 - 48
         ramp = np.arange(2003.0)
         inside = (rows > 100) & (rows < 1903)
-        assert f.reduce(ramp, PERIOD)[inside] == pytest.approx(rows[inside], rel=0.03)
+        assert f.reduce(ramp, PERIOD)[inside] == pytest.approx(rows[inside], rel=0.05)
 
 
 def test_what_is_wrong_at_the_ends_of_a_record_reaches_no_row() -> None:
     """The decimation filter is longer than the low-pass: it would carry the ends inwards."""
-    samples, period = 4000, 2.5e-4
-    for drop, reached in ((None, False), ((0, 0), True)):
-        f = Prefilter(cutoff=60.0, decimate=27, drop=drop)
-        ends = np.zeros(samples)
-        ends[:40] = ends[-40:] = 1.0
-        assert (np.abs(f.reduce(ends, period)).max() > 1e-12) is reached
-        y, x = np.sin(np.arange(samples) / 300), np.sin(np.arange(samples) / 300) / 7
-        assert f.reduce(y, period) == pytest.approx(7 * f.reduce(x, period), rel=1e-9)
+    samples, period = 4000, 1e-3
+    ends = np.zeros(samples)
+    ends[:48] = ends[-48:] = 1.0
+    f = Prefilter(cutoff=60.0, decimate=27)
+    assert f.dropped(period) == (48, 48)
+    assert not f.reduce(ends, period).any()
+    whole = f.smoothed(ends)[f.rows(samples, period).astype(int)]
+    assert np.abs(whole).max() > 0.1

@@ -75,8 +75,8 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     assert held["idm-iv"] is held.methods[1]
     text = str(held)
     assert text.startswith(f"Frozen estimates on {held.record.provenance.source}, 7801 samples")
-    assert f"position error, rms     m  {held['idm-ls'].position_error_rms:9.4g}" in text
-    assert repr(held).startswith("validation on the twin")
+    assert f"position error, rms       m  {held['idm-ls'].position_error_rms:.4g}" in text
+    assert repr(held).startswith("validation on twin of emps2015")
     page = report_html(result, validation=held)
     assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page
     other = validate(result, twin_record(load_axis("emps")))

@@ -135,7 +135,7 @@ def test_weak_instruments_do_not_judge_least_squares(
     emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
 ) -> None:
     """Noise in the position far above what the instruments can explain at this cut-off."""
-    noisy = replace(twin, position=twin.position + rng.normal(0.0, 1e-4, len(twin)))
+    noisy = replace(twin, position=twin.position + rng.normal(0.0, 5e-5, len(twin)))
     result = identify(emps2015, noisy, Prefilter(cutoff=400.0, decimate=2), ["idm-ls", "idm-iv"])
     found = statuses(result)
     assert found["instrument strength"] == "fail"

@@ -20,12 +20,22 @@ def identified(name: str) -> Identification:
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_least_squares_and_instruments_recover_the_twin_in_their_own_intervals(name: str) -> None:
-    """One noise; `benchmarks/library.py` counts over many that the intervals do so in general."""
+def test_least_squares_and_instruments_recover_the_twin_within_three_deviations(name: str) -> None:
+    """One noise; `benchmarks/library.py` counts over many how often 95 % intervals do so."""
     result = identified(name)
     direct = [] if name in NO_DIRECT_MODEL else ["ddm-ls", "ddm-iv"]
     assert set(result.estimates) == {"idm-ls", "idm-iv", *direct}
-    assert outside(result) == []
+    truth = result.record.provenance.truth
+    for method, estimate in result.estimates.items():
+        for p, value in estimate.parameters.items():
+            assert abs(value.corrected - truth[p]) < 3 * value.deviation, (method, p)
+
+
+def test_nearly_all_95_percent_intervals_of_the_library_hold_the_truth() -> None:
+    missed = {name: outside(identified(name)) for name in LIBRARY}
+    intervals = sum(len(e.theta) for name in LIBRARY for e in identified(name).estimates.values())
+    assert intervals > 100
+    assert sum(map(len, missed.values())) <= 0.05 * intervals, missed
 
 
 @pytest.mark.parametrize("name", LIBRARY)
