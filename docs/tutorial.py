@@ -121,12 +121,14 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # - **assumed** says what was taken of the file. If a unit is wrong there, everything below is wrong.
 # - **The first tables** have the inverse model. `IDM-LS` is least squares, `IDM-IV` instrumental
 #   variables, which noise in the position does not bias. Where the two agree within the deviations,
-#   noise did no harm. `sd` is a standard deviation that allows for autocorrelated residuals; the
-#   classical one, `i.i.d.`, mostly promises too much.
+#   noise did no harm. `sd` is a standard deviation that allows for autocorrelated residuals (HAC). The
+#   classical one, `i.i.d.`, does not: it is too small where something slow is left over, as on most
+#   real axes, and too large where only the decimation filter shapes the residuals, as here.
 # - **The next ones** have the direct model: the same physics, regressed the other way round, and
 #   mapped back to mass and friction by the delta method.
-# - **The verdict** says what was checked. A failed check is a reason to look, not a gate, and says what
-#   to do. Here the control law and the alignment of force and motion hold, which matters most.
+# - **The verdict** says whether to believe the numbers, then what was checked. What fails says what to do;
+#   a note is allowed for in the deviations that are printed. Here the control law and the alignment of
+#   force and motion hold, which matters most.
 #
 # The truth, known only because the log is simulated, is m = 6.2 kg, b = 14 N/(m/s), c = 7.5 N.
 #

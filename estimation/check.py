@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+Status = Literal["pass", "note", "fail", "not evaluated"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
@@ -11,7 +13,8 @@ class Check:
     Attributes
     ----------
     name : str
-    status : {"pass", "fail", "not evaluated"}
+    status : {"pass", "note", "fail", "not evaluated"}
+        A note is beyond its threshold as well, but what is printed allows for it.
     meaning : str
         One sentence for the user.
     figure : float or None
@@ -24,7 +27,7 @@ class Check:
     """
 
     name: str
-    status: Literal["pass", "fail", "not evaluated"]
+    status: Status
     meaning: str
     figure: float | None = None
     threshold: float | None = None
@@ -37,6 +40,6 @@ class Check:
         return cls(name=name, status="not evaluated", meaning=why)
 
 
-def passed(good: bool) -> Literal["pass", "fail"]:
-    """Status of a check that was made."""
-    return "pass" if good else "fail"
+def passed(good: bool, *, matters: bool = True) -> Status:
+    """Status of a check that was made; `matters` tells whether the numbers suffer."""
+    return "pass" if good else "fail" if matters else "note"

@@ -107,7 +107,8 @@ def _excitation(
     rows = (
         InverseForm(axis).at(estimate.physical).equations(signals).reduced(prefilter, record.period)
     )
-    return excitation(axis, signals, rows, estimate.physical)
+    weights = prefilter.weights(len(record), record.period)
+    return excitation(axis, signals, rows, weights, estimate.physical)
 
 
 def _alignment(

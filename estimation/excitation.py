@@ -69,7 +69,11 @@ class Excitation:
 
 
 def excitation(
-    axis: GeneratedAxis, signals: Signals, equations: Equations, physical: Array
+    axis: GeneratedAxis,
+    signals: Signals,
+    equations: Equations,
+    weights: Array,
+    physical: Array,
 ) -> tuple[Excitation, ...]:
     """Judge every parameter's column of the inverse model.
 
@@ -80,6 +84,8 @@ def excitation(
         Measured, (N,).
     equations : Equations
         Of the inverse form, reduced, (n,).
+    weights : (n,) array
+        Of the rows, as `Prefilter.weights` has them.
     physical : (p,) array
         An estimate.
     """
@@ -98,7 +104,7 @@ def excitation(
                 share=float(shares[j]),
                 inflation=inflation,
                 alike=tuple(axis.names[i] for i in partners),
-                lacking=_lacking(signals, X, shares, needs, together),
+                lacking=_lacking(signals, X / weights[:, None], shares, needs, together),
             )
         )
     return tuple(found)

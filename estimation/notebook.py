@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+from .conclusion import by_weight, conclusion
 from .summary import number_with_sd
 
 if TYPE_CHECKING:
     from .estimate import Estimate, Value
     from .results import Identification
 
-_MARKS = {"pass": "✓", "fail": "✗", "not evaluated": "-"}
+_MARKS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "-"}
 
 
 def result_html(result: "Identification") -> str:
@@ -26,14 +27,15 @@ def result_html(result: "Identification") -> str:
     passed = sum(check.status == "pass" for check in verdict)
     listed = "".join(
         f"<li>{_MARKS[c.status]} <b>{escape(c.name)}</b>: {escape(c.meaning)}</li>"
-        for c in verdict
+        for c in by_weight(verdict)
         if c.status != "pass"
     )
     source = escape(f"{result.axis.axis.name}, {result.record.provenance.source}")
     return (
         f"<table><caption>{source}; ± standard deviation</caption>"
         f"<thead><tr><th></th><th></th>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
-        f"<p>{passed} of {len(verdict)} checks passed.</p><ul>{listed}</ul>"
+        f"<p>{escape(conclusion(verdict))} {passed} of {len(verdict)} checks passed.</p>"
+        f"<ul>{listed}</ul>"
     )
 
 

@@ -9,6 +9,7 @@ from axisid.codegen import GeneratedAxis, Quantity
 from axisid.modeling import Parameter
 
 from .check import Check
+from .conclusion import by_weight, conclusion
 from .estimate import Estimate, Value
 from .filter_check import shift
 from .physical import Physical
@@ -20,6 +21,8 @@ Row = Sequence[str]
 
 _WIDTH = 96
 _NOTICEABLE = 0.5  # deviations
+_CORRECTED = "without filter bias"
+_SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 
 
 def summary_text(
@@ -89,17 +92,23 @@ def _of_segments(record: Record, prefilter: Prefilter) -> str:
 
 def number_with_sd(value: Value) -> tuple[str, str, str, str]:
     """Value, deviation, relative deviation and i.i.d. deviation, digits as they warrant."""
-    places = 4
-    if 0 < value.sd < math.inf:
-        places = min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
+    places = _places(value)
     relative = value.relative_deviation_percent
-    percent = f"{relative:.2f} %" if relative < 1e4 else ">9999 %"
+    percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
+    percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
     return (
         f"{value.value:.{places}f}",
         f"{value.deviation:.{places}f}",
         percent,
         f"{value.sd:.{places}f}",
     )
+
+
+def _places(value: Value) -> int:
+    """Decimal places that show four digits of the deviation, four at least."""
+    if not 0 < value.sd < math.inf:
+        return 4
+    return min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
 
 
 def _heading(axis: GeneratedAxis, record: Record) -> str:
@@ -200,7 +209,16 @@ def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str
         for column in columns:
             cells += number_with_sd(column[name])
         rows.append(cells)
+        rows += _corrected_row([column[name] for column in columns])
     return rows
+
+
+def _corrected_row(values: Sequence[Value]) -> list[Row]:
+    """The centres of the intervals, where one is noticeably not the value above it."""
+    if not any(shift(v.filter_bias, v.deviation) > _NOTICEABLE for v in values):
+        return []
+    numbers = ["-" if v.filter_bias is None else f"{v.corrected:.{_places(v)}f}" for v in values]
+    return [_row(f"  {_CORRECTED}", "", numbers)]
 
 
 def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
@@ -265,19 +283,14 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
 
 
 def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
-    """What the filter alone moves, where that is a noticeable part of a deviation."""
-    moved = [
-        f"{e.method} {n} {v.filter_bias:+.2g} {v.unit}"
-        for e in estimates
-        for n, v in e.parameters.items()
-        if shift(v.filter_bias, v.deviation) > _NOTICEABLE
-    ]
-    if not moved:
+    """What the rows of corrected values are, if there are any."""
+    values = [v for e in estimates for v in e.parameters.values()]
+    if not any(_corrected_row([v]) for v in values):
         return []
     return [
-        "The prefilter's own bias, found on the loop simulated with the estimate: "
-        f"{', '.join(moved)}. The values above have it; 95 % intervals and physical parameters are "
-        "less it."
+        f"{_CORRECTED}: the value above without the prefilter's own bias, which is found on the "
+        "loop simulated with the estimate. It is the centre of the 95 % interval, and what "
+        "physical parameters are made of."
     ]
 
 
@@ -295,13 +308,22 @@ def _gain_notes(estimate: Estimate) -> list[str]:
 
 
 def _verdict(checks: Sequence[Check]) -> str:
-    """What passed in one line, and a sentence for each check that did not."""
+    """Whether to believe it, a sentence for each check that did not pass, and what passed."""
+    ordered = by_weight(checks)
+    lines = [_wrapped("verdict    ", conclusion(checks)), ""]
+    for status, head in (("fail", "FAIL   "), ("note", "note   ")):
+        told = [c for c in ordered if c.status == status]
+        lines += [_wrapped(head, f"{check.name}: {check.meaning}") for check in told]
+    skipped: dict[str, list[str]] = {}
+    for check in checks:
+        if check.status == "not evaluated":
+            skipped.setdefault(check.meaning, []).append(check.name)
+    lines += [
+        _wrapped("-      ", f"{', '.join(names)}: not evaluated, {why}")
+        for why, names in skipped.items()
+    ]
     passed = [check.name for check in checks if check.status == "pass"]
-    lines = [_wrapped("pass   ", ", ".join(passed))] if passed else []
-    failed = [check for check in checks if check.status == "fail"]
-    lines += [_wrapped("FAIL   ", f"{check.name}: {check.meaning}") for check in failed]
-    skipped = [check for check in checks if check.status == "not evaluated"]
-    lines += [_wrapped("-      ", f"{c.name}: not evaluated, {c.meaning}") for c in skipped]
+    lines += [_wrapped("pass   ", ", ".join(passed))] if passed else []
     return "\n".join(lines)
 
 

@@ -200,7 +200,7 @@ def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
         if all("idm-iv" not in result.estimates for result in results):
             return lowest, "the lowest, since there are no instruments to compare with"
         return lowest, "the lowest, since least squares and instruments agree nowhere"
-    straight = [result for result in agreeing if filter_bias(result["idm-iv"]).status != "fail"]
+    straight = [result for result in agreeing if filter_bias(result["idm-iv"]).status == "pass"]
     best = min(straight or agreeing, key=_vagueness)
     if not straight:
         return best.prefilter.cutoff, (

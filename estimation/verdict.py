@@ -80,7 +80,7 @@ def _control_law(law: LawCheck | str) -> Check:
 
 def _strength(iv: Estimate, tests: InstrumentTests | None) -> Check:
     if tests is None:
-        return Check.missing("instrument strength", "no method with instruments was run")
+        return Check.missing("instrument strength", "no method with instruments gave an estimate")
     names = [q.expression or q.name for q in iv.form.quantities]
     weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
     f = tests.weakest
@@ -104,7 +104,7 @@ def _ls_against_iv(
 ) -> Check:
     name = "least squares against instruments"
     if ls is None or iv is None:
-        return Check.missing(name, "idm-ls and idm-iv were not both run")
+        return Check.missing(name, "idm-ls and idm-iv did not both give an estimate")
     if strength.status == "fail":
         return Check.missing(name, "the instruments are too weak to tell")
     apart = np.abs(ls.physical - iv.physical) / np.sqrt(np.diag(iv.covariance))
@@ -149,7 +149,7 @@ def _unseen(iv: Estimate) -> float:
 
 def _self_test(iv: Estimate | None, direct: Estimate | None) -> Check:
     if iv is None or direct is None:
-        return Check.missing("self-test", "idm-iv and ddm-iv were not both run")
+        return Check.missing("self-test", "idm-iv and ddm-iv did not both give an estimate")
     scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariance)))
     apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
     same = apart <= _SELF_TEST

@@ -20,7 +20,7 @@ _STYLES: dict[str, dict[str, Any]] = {
     "pass   ": {"fg": "green"},
     "FAIL   ": {"fg": "red", "bold": True},
 }
-_NOT_EVALUATED = "-      "
+_DIM = ("-      ", "note   ")
 _HANG = 4
 _LEAST = 40  # columns; what is narrower is left to the terminal
 
@@ -45,7 +45,7 @@ def emphasised(text: str) -> str:
     lines, dim = text.split("\n"), False
     for i, line in enumerate(lines):
         following = lines[i + 1] if i + 1 < len(lines) else ""
-        dim = line.startswith(_NOT_EVALUATED) or (dim and line.startswith(" "))
+        dim = line.startswith(_DIM) or (dim and line.startswith(" "))
         head = next((head for head in _STYLES if line.startswith(head)), "")
         if _RULE.fullmatch(following) and line:
             lines[i] = click.style(line, bold=True)

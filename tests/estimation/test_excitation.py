@@ -97,7 +97,7 @@ def test_inflation_is_that_of_the_inverse_correlation() -> None:
 
 
 def test_motion_with_hardly_a_reversal_trades_coulomb_friction_for_the_offset() -> None:
-    back = Move(-0.003, 0.05, 4.0)
+    back = Move(-0.004, 0.05, 4.0)
     result = moved(Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), back, disturbance=20.0)
     shown = {e.name: e for e in result.diagnosis.excitation}
     assert "f" in shown["c"].alike

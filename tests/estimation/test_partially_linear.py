@@ -1,6 +1,7 @@
 """Parameters that enter nonlinearly: the linearised regressor, the search, and instruments."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -213,9 +214,9 @@ def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: 
     axis = bounded(1e-4, 0.09, nominal=0.05)
     result = identify(axis, record, FILTER)
     assert result["idm-ls"].parameters["v"].value == pytest.approx(0.09)
-    assert (
-        "the instruments lead to v = 0.09951 m/s, beyond its bound 0.09" in result.failed["idm-iv"]
-    )
+    found = re.search(r"lead to v = (\S+) m/s, beyond its bound 0.09", result.failed["idm-iv"])
+    assert found
+    assert float(found[1]) == pytest.approx(0.0995, abs=1e-4)
     with pytest.raises(EstimationError, match="Widen the bounds if such a value is possible"):
         identify(axis, record, FILTER, "idm-iv")
 
@@ -225,7 +226,7 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
 ) -> None:
     """The first whole step is beyond the lower bound, the solution is not."""
     kept = replace(FILTER, reversals="keep")
-    narrow = bounded(0.0991, np.inf, nominal=0.1)
+    narrow = bounded(0.099, np.inf, nominal=0.1)
     damped = identify(narrow, record, kept, "idm-iv")["idm-iv"]
     free = identify(axis, record, kept, "idm-iv")["idm-iv"]
     assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3

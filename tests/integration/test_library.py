@@ -20,15 +20,19 @@ def identified(name: str) -> Identification:
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_least_squares_and_instruments_recover_the_twin_within_three_deviations(name: str) -> None:
-    """One noise; `benchmarks/library.py` counts over many how often 95 % intervals do so."""
+def test_least_squares_and_instruments_recover_the_twin(name: str) -> None:
+    """To three deviations, or to a thousandth: noise biases least squares by less than that.
+
+    One noise; `benchmarks/library.py` counts over many how often 95 % intervals hold the truth.
+    """
     result = identified(name)
     direct = [] if name in NO_DIRECT_MODEL else ["ddm-ls", "ddm-iv"]
     assert set(result.estimates) == {"idm-ls", "idm-iv", *direct}
     truth = result.record.provenance.truth
     for method, estimate in result.estimates.items():
         for p, value in estimate.parameters.items():
-            assert abs(value.corrected - truth[p]) < 3 * value.deviation, (method, p)
+            allowed = max(3 * value.deviation, 1e-3 * abs(truth[p]))
+            assert abs(value.corrected - truth[p]) < allowed, (method, p)
 
 
 def test_nearly_all_95_percent_intervals_of_the_library_hold_the_truth() -> None:

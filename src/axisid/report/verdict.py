@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from html import escape
 
 from axisid.estimation import Check
+from axisid.estimation.conclusion import by_weight, conclusion
 
-_SIGNS = {"pass": "✓", "fail": "✗", "not evaluated": "○"}
-_CLASSES = {"pass": "pass", "fail": "fail", "not evaluated": "missing"}
+_SIGNS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"}
+_CLASSES = {"pass": "pass", "note": "noted", "fail": "fail", "not evaluated": "missing"}
+_ORDER = ("fail", "note", "not evaluated", "pass")
 
 _LARGE, _LARGER = 1e3, 1e6  # written without an exponent
 _SURE = 1e-4
@@ -21,7 +23,7 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
     judged : str
         The method they are of.
     """
-    ordered = sorted(checks, key=lambda c: ("fail", "not evaluated", "pass").index(c.status))
+    ordered = sorted(by_weight(checks), key=lambda c: _ORDER.index(c.status))
     passed = [c for c in checks if c.status == "pass"]
     bars = "".join(
         f'<span class="{_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
@@ -30,29 +32,36 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
     items = "".join(
         f"<li>{_sign(c)}<span><b>{escape(_upper(c.name))}.</b> {_prose(_sentence(c))}</span></li>"
         for c in ordered
-        if c.status != "pass"
+        if c.status == "fail"
+    )
+    others = "".join(
+        f"<li>{_sign(c)}<span><b>{escape(_upper(c.name))}.</b> {_prose(_sentence(c))}</span></li>"
+        for c in ordered
+        if c.status in ("note", "not evaluated")
+    )
+    folded = (
+        f'<details><summary>{_counted(checks)}</summary><ul class="checks">{others}</ul></details>'
+        if others
+        else ""
     )
     names = escape(", ".join(c.name for c in passed)) or "nothing"
     return (
-        f'<section class="verdict" id="verdict"><h2>{_headline(checks)}</h2>'
+        f'<section class="verdict" id="verdict"><h2>{_prose(conclusion(checks))}</h2>'
         f'<div class="tally" aria-hidden="true">{bars}</div>'
         f'<p class="passed"><span class="sign pass">✓</span>{names}</p>'
-        f'<ul class="checks">{items}</ul>'
+        f'<ul class="checks">{items}</ul>{folded}'
         f"<details><summary>Every check with its figure and threshold</summary>{_table(ordered)}"
         f'</details><p class="note">The checks are of {escape(judged.upper())}. A failed check is '
         "a reason to look, not a gate.</p></section>"
     )
 
 
-def _headline(checks: Sequence[Check]) -> str:
-    counts = {status: sum(c.status == status for c in checks) for status in _SIGNS}
-    made = counts["pass"] + counts["fail"]
-    text = (
-        f"All {made} checks passed"
-        if not counts["fail"]
-        else f"{counts['pass']} of {made} checks passed, {counts['fail']} to look at"
-    )
-    return text + (f", {counts['not evaluated']} not evaluated" if counts["not evaluated"] else "")
+def _counted(checks: Sequence[Check]) -> str:
+    """How many checks are told apart because what is printed allows for them, or were not made."""
+    counts = {status: sum(c.status == status for c in checks) for status in _ORDER}
+    told = [f"{counts['note']} allowed for in these numbers"] if counts["note"] else []
+    told += [f"{counts['not evaluated']} not evaluated"] if counts["not evaluated"] else []
+    return f"Further checks: {', '.join(told)}"
 
 
 def _table(checks: Sequence[Check]) -> str:
