@@ -438,7 +438,6 @@ class Estimate:
         """A value from its variances and its slope by the logarithm of the drive gain."""
         # Rounding may leave a variance of nothing a little below zero.
         sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
-        reach = float(stdtrit(self.dof, (1 + _LEVEL) / 2)) * sds[self.chosen]
         corrected = value - (filter_bias or 0.0)
         return Value(
             value=value,
@@ -446,8 +445,14 @@ class Estimate:
             sd=sds["iid"],
             sd_robust=sds["robust"],
             sd_hac=sds["hac"],
-            interval=(corrected - reach, corrected + reach),
+            interval=student_interval(corrected, sds[self.chosen], self.dof),
             sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
             filter_bias=filter_bias,
             chosen=self.chosen,
         )
+
+
+def student_interval(centre: float, deviation: float, dof: int) -> tuple[float, float]:
+    """The 95 % interval about an estimate, by Student's distribution."""
+    reach = float(stdtrit(dof, (1 + _LEVEL) / 2)) * deviation
+    return centre - reach, centre + reach

@@ -1,8 +1,10 @@
 """Whether the motion told the parameters apart, as checks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from axisid.modeling import Parameter
 
 from .arrays import Array
 from .check import Check, passed
@@ -78,13 +80,17 @@ def within_bounds(estimate: Estimate) -> Check:
         source="declared physical bounds; parameters outside or at them, none is clipped",
         meaning="every parameter is within its declared bounds"
         if not outside
-        else "; ".join(
-            f"{p.name} = {values[p.name].value:.4g} {p.unit} is not within [{p.lower:g}, "
-            f"{p.upper:g}]"
-            for p in outside
-        )
-        + ": check the signs and units of the record",
+        else beyond_bounds({p: values[p.name].value for p in outside}),
     )
+
+
+def beyond_bounds(values: Mapping[Parameter, float]) -> str:
+    """What to say of values outside the bounds of their parameters."""
+    said = "; ".join(
+        f"{p.name} = {value:.4g} {p.unit} is not within [{p.lower:g}, {p.upper:g}]"
+        for p, value in values.items()
+    )
+    return f"{said}: check the signs and units of the record"
 
 
 def _is_nothing(shown: Excitation, value: Value) -> bool:

@@ -30,7 +30,7 @@ _SETTLED = 1e-3
 _LOWEST = 1e-4  # of the Nyquist frequency
 _ROUNDED = 0.05  # of a step, that the low-pass still lacks
 _REST = 1e-3  # of the largest speed
-_LIGHT = 0.1  # weight below which a row is left out
+LIGHT = 0.1  # weight below which a row is left out
 _EDGE = 0.4  # of the decimation filter, of the rate that it leaves
 _SAME = 1.01  # cutoff and decimation edge that count as one
 
@@ -346,12 +346,37 @@ class Prefilter:
     def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
         """Samples near which the filtered velocity changes its sign or rests, by segment."""
         velocity = self.motion(position, period)[1]
-        reach = self._transient(period, _ROUNDED)
         return tuple(
             (start + first, start + last)
             for start, stop in self.spans(len(position), period)
-            for first, last in _near_turns(velocity[start:stop], reach)
+            for first, last in _stretches(
+                self.near_turns(velocity[start:stop], period, rest_below(velocity[start:stop]))
+            )
         )
+
+    def near_turns(self, velocity: Array, period: float, rest: float) -> NDArray[np.bool_]:
+        """Which samples of a segment are near a change of direction or a rest, (N,).
+
+        Parameters
+        ----------
+        velocity : (N,) array
+            Filtered.
+        period : float
+            s
+        rest : float
+            Speed below which the axis rests.
+        """
+        from scipy.ndimage import maximum_filter1d
+
+        direction = np.sign(velocity) * (np.abs(velocity) > rest)
+        turns = direction == 0
+        turns[1:] |= direction[1:] != direction[:-1]
+        near = maximum_filter1d(turns.astype(np.int8), 2 * self.turn_reach(period) + 1)
+        return np.asarray(near, dtype=bool)
+
+    def turn_reach(self, period: float) -> int:
+        """Samples to both sides of a reversal over which the low-pass rounds it."""
+        return self._transient(period, _ROUNDED)
 
     def clean(self, samples: int, period: float) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
@@ -374,15 +399,13 @@ def matching_decimation(cutoff: float, period: float) -> int:
     return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
 
 
-def _near_turns(velocity: Array, reach: int) -> list[Span]:
-    """Stretches of a segment within reach of a change of direction or of a rest."""
-    from scipy.ndimage import maximum_filter1d
+def rest_below(velocity: Array) -> float:
+    """Speed below which an axis rests, from its filtered velocity."""
+    return _REST * float(np.abs(velocity).max())
 
-    direction = np.sign(velocity) * (np.abs(velocity) > _REST * np.abs(velocity).max())
-    turns = direction == 0
-    turns[1:] |= direction[1:] != direction[:-1]
-    near = maximum_filter1d(turns.astype(np.int8), 2 * reach + 1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], near, [0]])))
+
+def _stretches(chosen: NDArray[np.bool_]) -> list[Span]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]])))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
@@ -392,7 +415,7 @@ def _selected_rows(prefilter: Prefilter, samples: int, period: float) -> NDArray
     selected = prefilter.clean(samples, period)
     if prefilter.silent:
         weights = prefilter.reduce_all(prefilter.weighted(np.ones(samples), period), period)
-        selected = selected & (weights > _LIGHT)
+        selected = selected & (weights > LIGHT)
     return selected
 
 

@@ -54,9 +54,9 @@ def estimate_dict(estimate: Estimate) -> dict[str, Any]:
     direct = bool(estimate.ddm_quantities)
     return {
         "method": estimate.method,
-        "parameters": {name: _value(v) for name, v in estimate.parameters.items()},
+        "parameters": {name: value_dict(v) for name, v in estimate.parameters.items()},
         "theta_ddm": {
-            q.name: {**_value(estimate.ddm_parameters[q.name]), "expression": q.expression}
+            q.name: {**value_dict(estimate.ddm_parameters[q.name]), "expression": q.expression}
             for q in estimate.ddm_quantities
         }
         or None,
@@ -110,7 +110,7 @@ def physical_dict(physical: Physical | None) -> dict[str, Any]:
     base = physical.base
     return {
         "physical": {
-            "parameters": {name: _value(v) for name, v in physical.parameters.items()},
+            "parameters": {name: value_dict(v) for name, v in physical.parameters.items()},
             "covariance_hac": physical.covariances["hac"].tolist(),
             "base": {p.name: p.description for p, _ in base.combined},
             "fixed": {p.name: {"value": p.known, "sd": p.known_sd} for p in base.known},
@@ -123,7 +123,8 @@ def physical_dict(physical: Physical | None) -> dict[str, Any]:
     }
 
 
-def _value(value: Value) -> dict[str, Any]:
+def value_dict(value: Value) -> dict[str, Any]:
+    """A number with unit, deviations and interval."""
     return {
         "value": value.value,
         "unit": value.unit,

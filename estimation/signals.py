@@ -13,7 +13,8 @@ from .errors import DataError
 from .prefilter import Prefilter
 from .record import Record
 
-_MOST_SILENT = 0.6  # of the samples; a motion that only reverses has nothing else to show
+#: Share of the samples near reversals from which they are kept unless told otherwise.
+MOST_SILENT = 0.6  # of the samples; a motion that only reverses has nothing else to show
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +58,7 @@ def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefil
     fitted.check(len(record), record.period)
     silent = fitted.near_reversals(record.position, record.period)
     taken = sum(stop - start for start, stop in silent)
-    if prefilter.reversals is None and axis.is_linear and taken > _MOST_SILENT * len(record):
+    if prefilter.reversals is None and axis.is_linear and taken > MOST_SILENT * len(record):
         return replace(fitted, reversals="keep")
     return replace(fitted, reversals="leave-out", silent=silent)
 

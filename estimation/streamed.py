@@ -1,5 +1,6 @@
 """What comes of a log that was read in blocks."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,10 +9,12 @@ import numpy as np
 from axisid.codegen import GeneratedAxis
 
 from .arrays import Array, finite
+from .estimate import Value, student_interval
+from .motion_checks import beyond_bounds
 from .prefilter import Prefilter
 from .provenance import Provenance
-from .serialised import prefilter_dict
-from .summary import heading_text, text_table
+from .serialised import prefilter_dict, value_dict
+from .summary import failed, heading_text, number_with_sd, numbered, text_table
 
 #: Name and version of what `StreamedEstimate.to_dict` gives.
 STREAM_SCHEMA = "axisid.stream/1"
@@ -31,14 +34,16 @@ class StreamedEstimate:
     period : float
         s
     physical : (p,) array
-    covariance, covariance_hac : (p, p) array
-        For independent residuals, and for autocorrelated ones.
+    covariances : mapping of str to (p, p) array
+        ``iid``, ``robust`` and ``hac``, as `Estimate` has them.
     lags : int
         Of the HAC covariance.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``
     condition_number : float
         Of the regressor.
+    silenced : int
+        Samples near reversals that were left out.
     """
 
     axis: GeneratedAxis
@@ -48,47 +53,72 @@ class StreamedEstimate:
     period: float
     rows: int
     physical: Array
-    covariance: Array
-    covariance_hac: Array
+    covariances: Mapping[str, Array]
     lags: int
     equation_error_percent: float
     condition_number: float
+    silenced: int
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        """Parameters by name; intervals are HAC."""
+        sds = {name: np.sqrt(np.diag(c)) for name, c in self.covariances.items()}
+        dof = self.rows - len(self.physical)
+        return {
+            q.name: Value(
+                value=float(self.physical[i]),
+                unit=q.unit,
+                sd=float(sds["iid"][i]),
+                sd_robust=float(sds["robust"][i]),
+                sd_hac=float(sds["hac"][i]),
+                interval=student_interval(float(self.physical[i]), float(sds["hac"][i]), dof),
+            )
+            for i, q in enumerate(self.axis.parameters)
+        }
+
+    @property
+    def beyond_bounds(self) -> str:
+        """Which parameters are outside their declared bounds; empty for none."""
+        declared = zip(self.axis.axis.parameters, self.physical, strict=True)
+        outside = {p: float(v) for p, v in declared if not p.lower <= v <= p.upper}
+        return beyond_bounds(outside) if outside else ""
 
     def __str__(self) -> str:
         return self.summary()
 
     def summary(self) -> str:
         """The estimate as text, with notes."""
-        source, f = self.provenance, self.prefilter
+        source, f, declared = self.provenance, self.prefilter, self.axis.axis
         heading = heading_text(
             {
-                "axis": self.axis.axis.name,
+                "axis": declared.name + (f": {declared.title}" if declared.title else ""),
                 "record": f"{source.source}, {self.samples} samples of {1e3 * self.period:.6g} ms, "
                 "read in blocks",
                 "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
                 "assumed": "; ".join(source.assumed),
             }
         )
-        sd, iid = (np.sqrt(np.diag(c)) for c in (self.covariance_hac, self.covariance))
-        cells = zip(self.axis.parameters, self.physical, sd, iid, strict=True)
-        rows = [[q.name, q.unit, f"{v:.6g}", f"{s:.3g}", f"{i:.3g}"] for q, v, s, i in cells]
-        rows.append(["equation error", "%", f"{self.equation_error_percent:.4f}", "", ""])
-        rows.append(["condition number", "", f"{self.condition_number:.3f}", "", ""])
+        rows = [[n, v.unit, *number_with_sd(v)] for n, v in self.parameters.items()]
+        rows.append(["equation error", "%", f"{self.equation_error_percent:.4f}", "", "", ""])
+        rows.append(["condition number", "", f"{self.condition_number:.3f}", "", "", ""])
+        table = text_table(["", "unit", "IDM-LS", "sd [1]", "rel. sd", "i.i.d. [2]"], rows)
         start, end = f.dropped(self.period)
+        quiet = "are kept" if f.reversals == "keep" else f"are left out, {self.silenced} samples"
         notes = (
-            f"[1] HAC, Bartlett kernel, {self.lags} lags (plug-in rule), times n/(n - k)\n"
-            f"[2] i.i.d., residual variance with n - 1 = {self.rows - 1}\n"
-            f"[3] {self.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
-            f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}.\n"
-            "    Reversals are kept. Instruments and the verdict need the whole log in memory."
+            f"HAC, Bartlett kernel, {self.lags} lags (plug-in rule), times n/(n - k).",
+            f"i.i.d., residual variance with n - 1 = {self.rows - 1}.",
+            f"{self.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
+            f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}. "
+            f"Reversals {quiet}.",
+            "Not checked: instruments, control law, timing and residuals need the whole log in "
+            "memory, as a piece of it is. Identify such a piece without --stream too.",
         )
-        table = text_table(["", "unit", "IDM-LS", "sd [1]", "i.i.d. [2]"], rows)
-        return f"{heading}\n\n{table}\n\n{notes}\n"
+        verdict = f"{failed('bounds', self.beyond_bounds)}\n\n" if self.beyond_bounds else ""
+        listed = "\n".join(numbered(i, note) for i, note in enumerate(notes, 1))
+        return f"{heading}\n\n{table}\n\n{verdict}{listed}\n"
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes."""
-        sd, iid = (np.sqrt(np.diag(c)) for c in (self.covariance_hac, self.covariance))
-        cells = zip(self.axis.parameters, self.physical, iid, sd, strict=True)
         return {
             "schema": STREAM_SCHEMA,
             "axis": self.axis.axis.name,
@@ -102,10 +132,8 @@ class StreamedEstimate:
                 "sample_period": self.period,
             },
             "prefilter": prefilter_dict(self.prefilter, self.period),
-            "parameters": {
-                q.name: {"value": float(v), "unit": q.unit, "sd": float(i), "sd_hac": float(s)}
-                for q, v, i, s in cells
-            },
+            "parameters": {name: value_dict(v) for name, v in self.parameters.items()},
+            "beyond_bounds": self.beyond_bounds or None,
             "rows": self.rows,
             "lags": self.lags,
             "equation_error_percent": self.equation_error_percent,

@@ -2,8 +2,9 @@
 
 The filters run forward and backward, so a row needs samples on both sides: each block is filtered
 with as many neighbours as it takes the filters to forget what lies beyond. The rows are those of
-`identify` to rounding. Of the regression only the triangular factor of ``[X y]`` is kept, and for
-the HAC deviations, in a further pass, the products of neighbouring scores.
+`identify` to rounding. What counts as rest depends on the largest speed, which takes a pass of its
+own. Of the regression only the triangular factor of ``[X y]`` is kept, and for the HAC deviations,
+in a further pass, the products of neighbouring scores.
 """
 
 import math
@@ -21,9 +22,9 @@ from .covariance import bartlett, first_lags, lags_of, most_lags
 from .errors import DataError, EstimationError
 from .forms import InverseForm
 from .linear import Solution, condition_number, factor, least_squares
-from .prefilter import Prefilter
+from .prefilter import LIGHT, Prefilter, rest_below
 from .provenance import Provenance
-from .signals import chosen_hold, filtered_signals
+from .signals import MOST_SILENT, chosen_hold, filtered_signals
 from .streamed import StreamedEstimate
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
@@ -39,7 +40,7 @@ def identify_stream(
     sample_period: float | None = None,
     provenance: Provenance | None = None,
 ) -> StreamedEstimate:
-    """IDM-LS from a log that is read in blocks, three or four times.
+    """IDM-LS from a log that is read in blocks, three to six times.
 
     Parameters
     ----------
@@ -69,6 +70,10 @@ def identify_stream(
     chosen = chosen or Prefilter.suited(found.period)
     rows = _Rows(generated, blocks, chosen, found, told.source)
     triangle, size, left = _factored(rows)
+    if chosen.reversals is None and rows.silenced > MOST_SILENT * found.samples:
+        kept = replace(chosen, reversals="keep")
+        rows = _Rows(generated, blocks, kept, found, told.source)
+        triangle, size, left = _factored(rows)
     names = [q.expression or q.name for q in generated.parameters]
     if size <= len(names) or not left:
         raise EstimationError(
@@ -77,7 +82,7 @@ def identify_stream(
         )
     with np.errstate(all="ignore"):
         solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
-    hac, lags = _hac(rows, solution, size)
+    robust, hac, lags = _hac(rows, solution, size)
     squares = float(solution.residuals @ solution.residuals)
     gram = solution.inverse_factor @ solution.inverse_factor.T
     return StreamedEstimate(
@@ -88,11 +93,11 @@ def identify_stream(
         period=found.period,
         rows=size,
         physical=solution.theta,
-        covariance=squares / (size - 1) * gram,
-        covariance_hac=hac,
+        covariances={"iid": squares / (size - 1) * gram, "robust": robust, "hac": hac},
         lags=lags,
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
+        silenced=rows.silenced,
     )
 
 
@@ -125,19 +130,36 @@ class _Rows:
         prefilter.check(self.samples, self.period)
         first = next(iter(blocks))
         hold = chosen_hold(prefilter, axis, measured="force" in first)
-        if prefilter.reversals == "leave-out":
-            raise UsageError(
-                "reversals cannot be left out of a log that is read in blocks; keep them, or leave "
-                "--stream out."
-            )
+        left_out = prefilter.reversals == "leave-out" or (
+            prefilter.reversals is None and axis.has_direction
+        )
         self.prefilter = replace(
-            prefilter, hold=hold, reversals="keep", segments=(), masked=(), silent=()
+            prefilter,
+            hold=hold,
+            reversals="leave-out" if left_out else "keep",
+            segments=(),
+            masked=(),
+            silent=(),
         )
         self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
+        self.reach = self.prefilter.turn_reach(self.period) if left_out else 0
+        self.rest = max(map(rest_below, self._velocities())) if left_out else None
+        self.silenced = 0  # samples near reversals, of the last pass
 
     def __iter__(self) -> Iterator[tuple[Array, Array]]:
         """Regressor (n, p) and left side less what is known (n,), with the left side itself."""
-        around = sum(self.margins) + 2  # two more for the central differences
+        self.silenced = 0
+        for piece in self._pieces():
+            yield from self._between(*piece)
+
+    def _velocities(self) -> Iterator[Array]:
+        """Filtered velocity, stretch by stretch."""
+        for position, _, begin, start, stop in self._pieces():
+            yield self.prefilter.motion(position, self.period)[1][start - begin : stop - begin]
+
+    def _pieces(self) -> Iterator[tuple[Array, Array, int, int, int]]:
+        """Position and force from `begin` on, whose samples from `start` to `stop` are due."""
+        around = sum(self.margins) + self.reach + 2  # two more for the central differences
         position, force = np.empty(0), np.empty(0)
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
         for block in self.blocks:
@@ -146,7 +168,7 @@ class _Rows:
             end = begin + len(position)
             stop = self.samples if end == self.samples else max(end - around, done)
             if stop > done:
-                yield from self._between(position, force, begin, done, stop)
+                yield position, force, begin, done, stop
                 done = stop
                 spent = max(done - around - begin, 0)
                 position, force, begin = position[spent:], force[spent:], begin + spent
@@ -174,13 +196,19 @@ class _Rows:
         signals = filtered_signals(f, position, force, period, [0])
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
-        low = max(start - smoothing, cut, begin + (motion + 2 if begin else 0))
+        low = max(start - smoothing, cut, begin + (motion + self.reach + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
-        both = np.column_stack([equations.regressor, equations.left, equations.known])
+        weights = np.ones(len(position))
+        both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
+        if self.rest is not None:
+            near = f.near_turns(signals.velocity, period, self.rest)
+            both[near] = 0.0
+            self.silenced += int(near[start - begin : stop - begin].sum())
         for first, last in f.silent_ends(self.samples, period):
             both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
         both = both[low - begin : high - begin]
-        kept = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
+        weighted = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
+        kept = weighted[weighted[:, -1] > LIGHT, :-1]
         if not np.all(np.isfinite(kept)):
             raise EstimationError(
                 f"the regressor of {self.source} is not finite; check the signals' size."
@@ -199,8 +227,8 @@ def _factored(rows: _Rows) -> tuple[Array, int, float]:
     return triangle, size, math.sqrt(squares)
 
 
-def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, int]:
-    """HAC covariance as `Hac` has it, and its lags."""
+def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, Array, int]:
+    """Covariances as `Robust` and `Hac` have them, and the lags of the latter."""
     looked_at = first_lags(size)
     products = _score_products(rows, solution, looked_at)
     sums = np.diagonal(products, axis1=1, axis2=2) / size
@@ -208,7 +236,7 @@ def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, int]:
     if lags > looked_at:
         products = _score_products(rows, solution, lags)
     factor = size / (size - len(solution.theta))
-    return factor * bartlett(list(products[: lags + 1])), lags
+    return factor * products[0], factor * bartlett(list(products[: lags + 1])), lags
 
 
 def _score_products(rows: _Rows, solution: Solution, lags: int) -> Array:

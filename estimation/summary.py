@@ -45,7 +45,7 @@ def summary_text(
     rows = rows_text(record, prefilter, len(estimates[0].y))
     made = f"{rows} Generated code {axis.signature[:12]}."
     notes = [*_notes(estimates), *physical_notes(physical), made, *_left_out(missing)]
-    blocks.append("\n".join(_numbered(i, note) for i, note in enumerate(notes, 1)))
+    blocks.append("\n".join(numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -348,5 +348,11 @@ def _sentence(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
 
 
-def _numbered(number: int, note: str) -> str:
+def failed(name: str, meaning: str) -> str:
+    """A failed check, as in a verdict."""
+    return _wrapped("FAIL   ", f"{name}: {meaning}")
+
+
+def numbered(number: int, note: str) -> str:
+    """A note of a table."""
     return _wrapped(f"[{number}] ", note)

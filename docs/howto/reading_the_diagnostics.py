@@ -107,8 +107,8 @@ failures(axisid.twin_record(replace(declared, experiment=experiment)))
 # | independent residuals | the residuals are autocorrelated, as those of filtered data are; a note with HAC deviations | believe the HAC deviations |
 # | runs of one sign | the residuals keep their sign for long; a note where they change it too often | something slow is missing, such as friction that depends on the position |
 # | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals |
-# | normal residuals | heavy tails | outliers, or reversals |
-# | filter bias | the prefilter alone moves a value by more than its deviation | leave out the reversals, raise the cut-off, or subtract it |
+# | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide | outliers, or reversals |
+# | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).

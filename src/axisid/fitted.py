@@ -11,7 +11,7 @@ from axisid.codegen import signature
 from axisid.estimation import JUDGED, DataError, Identification, Value
 from axisid.modeling import AxisModel, UsageError, derive, load_axis
 
-_SCHEMA = "axisid.identification/1"
+_SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +93,7 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
                     name: _value(v, str(e.get("chosen_covariance", "hac")))
                     for name, v in e["parameters"].items()
                 }
-                for e in written["estimates"]
+                for e in _estimates(written)
                 if e["method"] in JUDGED
             },
         )
@@ -119,13 +119,20 @@ def _read(file: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise DataError(f"{file} is not JSON; give what axisid identify --json wrote.") from error
     schema = written.get("schema") if isinstance(written, dict) else None
-    if schema != _SCHEMA:
+    if schema not in (_SCHEMA, _STREAM):
         what = f"its schema is {schema!r}" if schema else "it has no schema"
         raise DataError(
             f"{file} is not the result of one identification ({what}, not {_SCHEMA}); "
             "give what axisid identify --json wrote."
         )
     return dict(written)
+
+
+def _estimates(written: Mapping[str, Any]) -> list[Any]:
+    """Those of an identification; a log read in blocks gives one."""
+    if written["schema"] == _STREAM:
+        return [{"method": "idm-ls", "parameters": written["parameters"]}]
+    return list(written["estimates"])
 
 
 def _check(fitted: FittedAxis, file: str, name: str) -> None:

@@ -143,7 +143,7 @@ def test_log_is_streamed(
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
     options = (file, "--columns", CHOSEN)
-    whole = estimates(run, *options, "--reversals", "keep")
+    whole = estimates(run, *options)
     code, out, err = run("identify", "emps2015", *options, "--stream", "--json", "-")
     assert (code, err) == (0, "")
     streamed = json.loads(out)
@@ -155,6 +155,11 @@ def test_log_is_streamed(
     code, out, _ = run("identify", "emps2015", *options, "--stream")
     assert code == 0
     assert "read in blocks" in out
+    result = tmp_path / "streamed.json"
+    assert run("identify", "emps2015", *options, "--stream", "--json", result)[0] == 0
+    code, out, err = run("export", result, "--axis", "emps2015", "--to", "csv")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[1].startswith(f"emps2015,idm-ls,M,kg,{found[0]!r},")
 
 
 @pytest.mark.parametrize("options", [["--gaps", "split"], ["--draws", "9"], ["--method", "idm-iv"]])

@@ -134,8 +134,6 @@ def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
     assert {len(c.estimate.y) for c in ladder.candidates} == {len(first.y)}
 
 
-def test_blocks_of_a_log_cannot_leave_them_out(emps2015: GeneratedAxis, twin: Record) -> None:
-    with pytest.raises(UsageError, match="reversals cannot be left out"):
-        identify_stream(emps2015, in_blocks(twin, 1000), Prefilter(reversals="leave-out"))
+def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
     with pytest.raises(UsageError, match="give keep or leave-out"):
         replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

@@ -35,12 +35,11 @@ def in_blocks(record: Record, rows: int) -> list[dict[str, np.ndarray]]:
 
 
 def check_same(streamed: StreamedEstimate, axis: GeneratedAxis, record: Record) -> None:
-    filter_ = replace(streamed.prefilter, reversals="keep")
-    whole = identify(axis, record, filter_, ["idm-ls"])["idm-ls"]
+    whole = identify(axis, record, streamed.prefilter, ["idm-ls"])["idm-ls"]
     assert streamed.rows == len(whole.y)
     assert streamed.physical == pytest.approx(whole.physical, rel=1e-10)
-    assert streamed.covariance == pytest.approx(whole.covariances["iid"], rel=1e-8)
-    assert streamed.covariance_hac == pytest.approx(whole.covariances["hac"], rel=1e-8)
+    for name, covariance in whole.covariances.items():
+        assert streamed.covariances[name] == pytest.approx(covariance, rel=1e-8)
     assert f"{streamed.lags} lags" in whole.covariance_names["hac"]
     assert streamed.equation_error_percent == pytest.approx(whole.equation_error_percent, rel=1e-10)
     assert streamed.condition_number == pytest.approx(whole.condition_number, rel=1e-8)
@@ -54,6 +53,7 @@ def check_same(streamed: StreamedEstimate, axis: GeneratedAxis, record: Record) 
     decimation=st.sampled_from(["matlab", "scipy"]),
     drop=st.sampled_from([None, (0, 0), (49, 3)]),
     hold=st.sampled_from(["raw", "zoh", None]),
+    reversals=st.sampled_from(["keep", "leave-out", None]),
 )
 def test_blocks_of_any_size_give_the_estimate_of_the_whole_record(
     emps2015: GeneratedAxis,
@@ -64,6 +64,7 @@ def test_blocks_of_any_size_give_the_estimate_of_the_whole_record(
     decimation: str,
     drop: tuple[int, int] | None,
     hold: str | None,
+    reversals: str | None,
 ) -> None:
     filter_ = Prefilter(
         cutoff=cutoff,
@@ -71,6 +72,7 @@ def test_blocks_of_any_size_give_the_estimate_of_the_whole_record(
         decimation=decimation,  # type: ignore[arg-type]
         drop=drop,
         hold=hold,  # type: ignore[arg-type]
+        reversals=reversals,  # type: ignore[arg-type]
     )
     streamed = identify_stream(emps2015, in_blocks(twin, rows), filter_)
     check_same(streamed, emps2015, replace(twin, sample_period=None))
@@ -134,9 +136,30 @@ def test_files_are_read_in_blocks(
     provenance = blocks.provenance()
     assert "position: mm -> m" in provenance.assumed
     streamed = identify_stream(emps2015, blocks, provenance=provenance)
-    whole = identify(emps2015, twin, Prefilter(reversals="keep"), ["idm-ls"])["idm-ls"]
+    whole = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"]
     assert streamed.physical == pytest.approx(whole.physical, rel=1e-8)
+    assert streamed.silenced == identify(emps2015, twin, methods="idm-ls").prefilter.silenced
     assert "read in blocks" in str(streamed)
+
+
+def test_reversals_bias_friction_where_they_are_kept(emps2015: GeneratedAxis, twin: Record) -> None:
+    truth = twin.provenance.truth["Fc"]
+    by_default, kept = (
+        identify_stream(emps2015, in_blocks(twin, 2000), Prefilter(cutoff=30.0, reversals=r))
+        for r in (None, "keep")
+    )
+    assert abs(by_default.physical[2] - truth) < 0.5 * abs(kept.physical[2] - truth)
+    assert f"Reversals are left out, {by_default.silenced} samples" in str(by_default)
+    assert "Reversals are kept" in str(kept)
+
+
+def test_values_beyond_their_bounds_are_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert twin.control is not None
+    flipped = replace(twin, control=-twin.control)
+    streamed = identify_stream(emps2015, in_blocks(flipped, 2000))
+    assert "FAIL   bounds: M = -" in str(streamed)
+    assert "check the signs and units" in streamed.to_dict()["beyond_bounds"]
+    assert identify_stream(emps2015, in_blocks(twin, 2000)).to_dict()["beyond_bounds"] is None
 
 
 def test_log_that_would_need_repairs_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
