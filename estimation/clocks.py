@@ -38,7 +38,7 @@ def timed(
         if sample_period is None:
             raise DataError(
                 f"{table.source}: there is no time column among {table.listed()}; name it with "
-                "--columns time=NAME, or give --sample-period."
+                f"--columns time=NAME, or give --sample-period. {table.missing}".rstrip()
             )
         columns = {
             role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -62,6 +62,14 @@ def _filled(samples: Samples) -> Samples:
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
     """Refuse cells without a number, which are a log's way to write a lower rate."""
     for role, samples in columns.items():
+        clock = np.zeros(0) if samples.clock is None else samples.clock
+        timeless = np.flatnonzero(np.isnan(clock))
+        if timeless.size:
+            raise DataError(
+                f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
+                f"({timeless.size} of {len(clock)}). Remove such rows, or resample the "
+                "others (--resample auto)."
+            )
         empty = np.flatnonzero(np.isnan(samples.values))
         if empty.size:
             raise DataError(
@@ -81,7 +89,7 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{len(clock)}. Where they are sampled at different rates, resample them "
                 "(--resample auto)."
             )
-        if not np.array_equal(clock, shared):
+        if not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; resample them "
                 "(--resample auto)."

@@ -11,9 +11,10 @@ from axisid.modeling import Axis
 from .clocks import timed, together
 from .errors import DataError
 from .provenance import Provenance, Repair
+from .read_bag import read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
-from .read_measurement import read_bag, read_mdf, read_tdms
+from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
 from .record import Record
 from .repairs import Mask, Repairs, Span, clipped, runs, split_at_gaps, unwrapped
