@@ -23,7 +23,7 @@ from .forms import InverseForm
 from .linear import Solution, condition_number, factor, least_squares
 from .prefilter import Prefilter
 from .provenance import Provenance
-from .signals import chosen_hold, filtered_signals
+from .signals import check_filter, chosen_hold, filtered_signals
 from .streamed import StreamedEstimate
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
@@ -122,7 +122,7 @@ class _Rows:
     ) -> None:
         self.axis, self.blocks, self.source = axis, blocks, source
         self.samples, self.period = found.samples, found.period
-        prefilter.check(self.samples, self.period)
+        check_filter(prefilter, axis, self.samples, self.period, source)
         first = next(iter(blocks))
         hold = chosen_hold(prefilter, axis, measured="force" in first)
         if prefilter.reversals == "leave-out":
