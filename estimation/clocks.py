@@ -31,8 +31,7 @@ def timed(
         time = samples["time"].values
         lengths = {role: len(s.values) for role, s in samples.items()}
         if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-            raise DataError(f"{table.source}: the columns differ in length: {listed}.")
+            raise _unequal(table, lengths)
         columns = {role: replace(s, clock=time) for role, s in columns.items()}
     elif any(s.clock is None for s in columns.values()):
         if sample_period is None:
@@ -84,16 +83,25 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
     first, shared = clocks[0]
     for role, clock in _others(clocks):
         if len(clock) != len(shared):
-            raise DataError(
-                f"{table.source}: the columns differ in length: {first} {len(shared)}, {role} "
-                f"{len(clock)}. Where they are sampled at different rates, resample them "
-                "(--resample auto)."
+            raise _unequal(
+                table,
+                {first: len(shared), role: len(clock)},
+                "Where they are sampled at different rates, resample them (--resample auto).",
             )
         if not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; resample them "
                 "(--resample auto)."
             )
+
+
+def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
+    """The error of columns that differ in length, with what is wrong with the file."""
+    listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+    why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
+    return DataError(
+        f"{table.source}: the columns differ in length: {listed}{why}. {advice}".rstrip()
+    )
 
 
 def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:

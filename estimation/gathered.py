@@ -67,7 +67,13 @@ class Gathered:
                 self.add(f"{name}.{k}", row)
                 self.note(f"{name}.{k}", f"{name}: wider than long, so its rows are columns")
 
-    def table(self, source: str, notes: tuple[str, ...] = (), missing: str = "") -> Table:
+    def table(
+        self,
+        source: str,
+        notes: tuple[str, ...] = (),
+        missing: str = "",
+        warnings: tuple[str, ...] = (),
+    ) -> Table:
         """What was gathered."""
         return Table(
             source=source,
@@ -75,6 +81,7 @@ class Gathered:
             notes=notes,
             missing=missing,
             passed_over=self.passed_over,
+            warnings=warnings,
         )
 
     def else_there(self) -> str:

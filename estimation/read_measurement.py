@@ -17,6 +17,7 @@ from .errors import DataError
 from .gathered import Gathered
 from .table import Table, library, told, unlike
 
+_UNITS = ("unit_string", "NI_UnitDescription")
 _LONGEST = 100  # of a warning
 
 
@@ -121,8 +122,8 @@ def read_tdms(file: Path) -> Table:
         raise DataError(f"{file} cannot be read as a TDMS file: {told(error)}.") from error
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
-    notes = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
-    return found.table(str(file), notes=notes)
+    warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
+    return found.table(str(file), warnings=warnings)
 
 
 def _start(channel: Any) -> np.datetime64 | None:
@@ -153,7 +154,7 @@ def _add_channel(found: Gathered, channel: Any, origin: np.datetime64 | None) ->
     except Exception as error:
         found.passed_over[name] = f"what npTDMS cannot read ({told(error)})"
         return
-    unit = str(channel.properties.get("unit_string", ""))
+    unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
     found.add(name, values, unit=unit, clock=clock)
     found.note(name, note)
 

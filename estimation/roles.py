@@ -41,7 +41,7 @@ class Chosen:
             self.samples[role] = replace(samples, values=values)
             notes += [said for said in (column.note, note) if said and said not in notes]
         taken = taken_as_si(silent, axis)
-        self.notes = (*table.notes, *notes, *([taken] if taken else []), *without)
+        self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
 
 
 def _choose(

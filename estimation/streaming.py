@@ -64,7 +64,7 @@ def identify_stream(
     generated = as_generated(axis)
     _check_axis(generated)
     told = provenance or Provenance()
-    found = extent(told.source, blocks, sample_period)
+    found = extent(told.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
     chosen = chosen or Prefilter.suited(found.period)
     rows = _Rows(generated, blocks, chosen, found, told.source)

@@ -67,6 +67,8 @@ class Table:
         More to say where a column is not found, such as how to save what cannot be read.
     passed_over : mapping of str to str
         What is no column, by its name: what it holds.
+    warnings : tuple of str
+        What the library that read the file says is wrong with it.
     """
 
     source: str
@@ -75,6 +77,7 @@ class Table:
     sha256: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
+    warnings: tuple[str, ...] = ()
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last parts of one dotted name alone."""

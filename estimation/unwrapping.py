@@ -175,7 +175,13 @@ def _check_seams(
 
 
 def left_jumps(
-    source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None = None
+    source: str,
+    position: Samples,
+    axis: Axis | None,
+    gap: float,
+    modulus: Modulus | None = None,
+    *,
+    before: int = 0,
 ) -> str:
     """What is said of jumps in a position, from one sample to the next; empty if there are none.
 
@@ -191,6 +197,8 @@ def left_jumps(
         A longer step of time is a gap, in median steps.
     modulus : Modulus, optional
         That was asked for.
+    before : int
+        Samples before the first, of a log that is read in blocks.
 
     Raises
     ------
@@ -203,7 +211,9 @@ def left_jumps(
     size = float(np.median(np.abs(np.diff(position.values)[jumps])))
     times = f" ({len(jumps)} such jumps)" if len(jumps) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
-    found = f"the position jumps by {size:.4g} {unit} before data row {jumps[0] + 2}{times}"
+    found = (
+        f"the position jumps by {size:.4g} {unit} before data row {before + jumps[0] + 2}{times}"
+    )
     if modulus is not None:
         raise DataError(
             f"{source}: {found}, which the modulus {modulus} does not undo; give the one it is "

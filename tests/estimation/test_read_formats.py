@@ -219,6 +219,15 @@ def test_tdms_that_breaks_off_says_so(tmp_path: Path, capfd: pytest.CaptureFixtu
     assert capfd.readouterr().err == ""
 
 
+def test_tdms_that_breaks_off_says_so_where_its_columns_differ_in_length(tmp_path: Path) -> None:
+    file = tdms(tmp_path / "log.tdms", q=(Q, {}), u=(U, {"NI_UnitDescription": "mV"}))
+    record = read_record(file, columns=NAMED, sample_period=1e-3)
+    assert "control: mV -> V" in record.provenance.assumed
+    file.write_bytes(file.read_bytes()[:-80])
+    with pytest.raises(DataError, match=r"position 50, control 40 \(npTDMS: .*less data"):
+        read_record(file, columns=NAMED, sample_period=1e-3)
+
+
 def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
     asammdf = pytest.importorskip("asammdf")
     file = tmp_path / "log.mf4"

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid import DataError, Repairs, load_axis, read_record
+from axisid.estimation.blocks import extent
 from axisid.estimation.unwrapping import undone
 
 N = 400
@@ -86,6 +87,14 @@ def test_wrapped_position_is_recognised_unasked() -> None:
             read_record(wrapped)
     by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
     assert any("the position jumps by 1." in note for note in by_range.provenance.assumed)
+
+
+def test_wrapped_position_is_recognised_block_by_block() -> None:
+    wrapped = np.mod(TURNING, TURN)
+    first = 2 + int(np.flatnonzero(np.abs(np.diff(wrapped)) > 1)[0])
+    blocks = [{"time": TIME[a : a + 30], "position": wrapped[a : a + 30]} for a in range(0, N, 30)]
+    with pytest.raises(DataError, match=f"before data row {first}, .*looks wrapped"):
+        extent("log", blocks, None, load_axis("rotary_table"))
 
 
 def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
