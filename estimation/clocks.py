@@ -44,9 +44,13 @@ def timed(
             for role, s in columns.items()
         }
     if uneven:
-        return {role: _filled(s) for role, s in columns.items()}
-    _check_filled(table, columns)
-    _check_one_clock(table, columns)
+        columns = {role: _filled(s) for role, s in columns.items()}
+    else:
+        _check_filled(table, columns)
+        _check_one_clock(table, columns)
+    for role, s in columns.items():
+        if not len(s.values):
+            raise DataError(f"{table.source}: the {role} has no row with a number and a time.")
     return columns
 
 
@@ -59,22 +63,23 @@ def _filled(samples: Samples) -> Samples:
 
 
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
-    """Refuse cells without a number, which are a log's way to write a lower rate."""
+    """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
         clock = np.zeros(0) if samples.clock is None else samples.clock
-        timeless = np.flatnonzero(np.isnan(clock))
+        timeless = np.flatnonzero(~np.isfinite(clock))
         if timeless.size:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
                 f"({timeless.size} of {len(clock)}). Remove such rows, or resample the "
                 "others (--resample auto)."
             )
-        empty = np.flatnonzero(np.isnan(samples.values))
+        empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
             raise DataError(
-                f"{table.source}: the {role} is nan in data row {empty[0] + 1} ({empty.size} of "
-                f"{len(samples.values)} cells are nan or empty). Remove such rows, or resample a "
-                "column that is written less often than the others (--resample auto)."
+                f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
+                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells are no number). "
+                "Remove such rows, or resample a column that is written less often than the others "
+                "(--resample auto)."
             )
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -204,6 +205,16 @@ def test_name_in_other_letters_is_suggested() -> None:
     log = {"Time": np.arange(50.0), "Position": np.sin(np.arange(50))}
     with pytest.raises(DataError, match="Did you mean 'Position'"):
         read_record(log)
+
+
+@pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
+def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
+    for rows in (0, 9):
+        log = {"time": 0.01 * np.arange(rows), "position": np.full(rows, np.inf)}
+        with pytest.raises(
+            DataError, match=r"position (has no row with a number|is inf in data row 1)"
+        ):
+            read_record(log, repairs=axisid.Repairs(**repairs))
 
 
 def test_column_for_two_roles_is_refused() -> None:
