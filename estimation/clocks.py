@@ -77,7 +77,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
         if empty.size:
             raise DataError(
                 f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
-                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells are no number). "
+                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
                 "Remove such rows, or resample a column that is written less often than the others "
                 "(--resample auto)."
             )

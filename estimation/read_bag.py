@@ -1,6 +1,6 @@
 """ROS bags (rosbags): the joints of JointState messages, all counted from one origin."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,27 +45,29 @@ def read_bag(path: Path) -> Table:
     DataError
         It is damaged, has no such messages, or rosbags is not installed.
     """
-    topics, others, notes = _read(path)
-    origin = min((m.time for t in topics.values() for m in t if m.time is not None), default=0)
+    topics, others = _read(path)
+    known = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
+    origin = min(known, default=0)
     found = Gathered()
-    for topic, messages in topics.items():
+    for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
-        _add_joints(found, before, messages, origin)
+        for name in _add_joints(found, before, messages, origin):
+            found.note(name, f"{topic}: {note}")
     if not found.columns:
         raise DataError(
             f"{path} has no {_JOINT_STATE} messages; it has {', '.join(others) or 'none'}."
         )
-    return found.table(str(path), notes=("ROS bag, JointState in SI", *notes))
+    return found.table(str(path), notes=("ROS bag, JointState in SI",))
 
 
-def _read(path: Path) -> tuple[dict[str, list[_Message]], list[str], list[str]]:
-    """Messages by topic, the types of all there are, and what was assumed of their times."""
+def _read(path: Path) -> tuple[dict[str, tuple[list[_Message], str]], list[str]]:
+    """Messages by topic, each with what was assumed of their times, and the types of all."""
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
     # A file of a ROS 2 bag that was passed on alone has no metadata beside it.
     bag = path.parent if path.is_file() and (path.parent / _METADATA).is_file() else path
     bag = path if path.suffix.lower() == ".bag" else bag
-    topics, notes = {}, []
+    topics = {}
     try:
         usual = stores.get_typestore(stores.Stores.LATEST)
         with highlevel.AnyReader([bag], default_typestore=usual) as reader:
@@ -73,11 +75,10 @@ def _read(path: Path) -> tuple[dict[str, list[_Message]], list[str], list[str]]:
             for topic in dict.fromkeys(
                 c.topic for c in reader.connections if c.msgtype == _JOINT_STATE
             ):
-                topics[topic], note = _messages(reader, topic)
-                notes.append(f"{topic}: {note}")
+                topics[topic] = _messages(reader, topic)
     except Exception as error:
         raise DataError(f"{path} cannot be read as a ROS bag: {told(error)}.") from error
-    return topics, others, notes
+    return topics, others
 
 
 def _messages(reader: Any, topic: str) -> tuple[list[_Message], str]:
@@ -114,7 +115,10 @@ def _stamped(stamps: list[int]) -> tuple[list[int | None], int]:
     return times, times.count(None)
 
 
-def _add_joints(found: Gathered, before: str, messages: list[_Message], origin: int) -> None:
+def _add_joints(
+    found: Gathered, before: str, messages: list[_Message], origin: int
+) -> Iterator[str]:
+    """Take the joints of a topic, and name them."""
     joints = dict.fromkeys(name for m in messages for name in m.content.name)
     for joint in joints:
         rows = [(m, list(m.content.name).index(joint)) for m in messages if joint in m.content.name]
@@ -123,7 +127,9 @@ def _add_joints(found: Gathered, before: str, messages: list[_Message], origin: 
             entries = [_entry(getattr(m.content, kind), k) for m, k in rows]
             if any(entry is not None for entry in entries):
                 values = np.array(entries, dtype=float)  # none is nan
-                found.add(f"{before}{joint}.{kind}", values, clock=clock)
+                name = f"{before}{joint}.{kind}"
+                found.add(name, values, clock=clock)
+                yield name
 
 
 def _since(origin: int, time: int | None) -> float:
