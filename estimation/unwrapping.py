@@ -97,9 +97,8 @@ def unwrapped(
         values, counts[role] = samples[role].values, 0
         if float(np.ptp(values)) <= _TURNED * modulus.si:
             straight, places = undone(values, modulus.si)
-            _check_seams(
-                f"{source}: the {role}", straight, places, _gaps(samples[role], gap), modulus
-            )
+            if role == "position":  # a reference may well step across its seam
+                _check_seams(source, straight, places, _gaps(samples[role], gap), modulus)
             repaired[role], counts[role] = replace(samples[role], values=straight), len(places)
         elif role == "position":
             raise DataError(
@@ -146,7 +145,7 @@ def _beside(samples: Mapping[str, Samples], modulus: float, gap: float) -> Sampl
 
 
 def _check_seams(
-    what: str, straight: Array, places: Places, gaps: Places, modulus: Modulus
+    source: str, straight: Array, places: Places, gaps: Places, modulus: Modulus
 ) -> None:
     """Refuse a modulus that leaves a jump where it undid one.
 
@@ -168,8 +167,8 @@ def _check_seams(
     left = float(np.median(np.abs(bends[seams])))
     if left > max(_BENT * float(elsewhere.max()), _SURELY * modulus.si):
         raise DataError(
-            f"{what} still jumps by {modulus.written(left)} where the modulus {modulus} was taken "
-            f"out, as before data row {seams[0] + 2}; give the modulus that it is wrapped by, with "
+            f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
+            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus that it is wrapped by, with "
             "its unit, as in --wrap 360:deg."
         )
 

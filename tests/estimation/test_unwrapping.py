@@ -47,6 +47,15 @@ def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
     assert repair.text == "jumps by the modulus 360 deg undone: position 2, reference 1"
 
 
+def test_reference_may_step_across_its_seam() -> None:
+    step = np.where(TIME < 0.2, 6.0, 6.6)
+    settling = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
+    wrapped = log(np.mod(settling, TURN), reference=np.mod(step, TURN))
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert record.reference == pytest.approx(step, abs=1e-12)
+    assert record.position == pytest.approx(settling, abs=1e-12)
+
+
 def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
     true = np.where(TIME < 0.15, 6.0, 6.0 + 0.45 * TURN) + 0.005 * np.sin(60 * TIME)
     ahead = true + np.where(TIME < 0.15, 0.0, 0.5)  # more than half a turn on from before
