@@ -70,11 +70,13 @@ def _mdf_columns(mdf: Any) -> Gathered:
         except Exception as error:
             found.passed_over[name] = f"what asammdf cannot read ({told(error)})"
             continue
-        values = np.asarray(signal.samples)
-        if signal.invalidation_bits is not None and values.dtype.kind in "fiub":
-            values = np.where(np.asarray(signal.invalidation_bits, dtype=bool), np.nan, values)
+        values, invalid = np.asarray(signal.samples), signal.invalidation_bits
+        if invalid is not None and values.dtype.kind in "fiub":
+            values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
         clock = np.asarray(signal.timestamps, dtype=np.float64)
         found.add(name, values, unit=signal.unit or "", clock=clock)
+        if count := 0 if invalid is None else np.count_nonzero(invalid):
+            found.note(name, f"{name}: {count} samples are marked as invalid")
     return found
 
 

@@ -168,8 +168,8 @@ def _check_seams(
     if left > max(_BENT * float(elsewhere.max()), _SURELY * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
-            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus that it is wrapped by, with "
-            "its unit, as in --wrap 360:deg."
+            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus that it "
+            "is wrapped by, with its unit, as in --wrap 360:deg."
         )
 
 

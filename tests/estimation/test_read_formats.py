@@ -270,6 +270,7 @@ def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> N
     record = read_record(file, columns=NAMED, repairs=Repairs(resample="auto"))
     empty = record.provenance.repairs[0]
     assert (empty.kind, empty.count) == ("empty", 2)
+    assert "q: 2 samples are marked as invalid" in record.provenance.assumed
 
 
 def test_damaged_mdf_is_explained_in_one_sentence(
