@@ -16,6 +16,8 @@ from .read_text import text_blocks
 from .readers import file_digest
 from .record import LARGEST_GAP, PERIOD_TOLERANCE
 from .roles import Chosen
+from .table import Samples
+from .unwrapping import left_jumps
 
 ROWS = 100_000
 _TEXT = (".csv", ".tsv", ".txt")
@@ -87,7 +89,12 @@ class Extent:
     period: float
 
 
-def extent(source: str, blocks: Iterable[Mapping[str, Array]], period: float | None) -> Extent:
+def extent(
+    source: str,
+    blocks: Iterable[Mapping[str, Array]],
+    period: float | None,
+    axis: Axis | None = None,
+) -> Extent:
     """Count the samples of a log, and check that its time is even and its values are numbers.
 
     Parameters
@@ -97,13 +104,16 @@ def extent(source: str, blocks: Iterable[Mapping[str, Array]], period: float | N
     blocks : iterable of columns by role
     period : float, optional
         s; in place of the time column's mean step.
+    axis : Axis, optional
+        Its coordinate says whether the position turns.
 
     Raises
     ------
     DataError
-        Time has gaps or is uneven, a value is not finite, or there is no time.
+        Time has gaps or is uneven, a value is not finite, there is no time, or the position jumps
+        by whole turns.
     """
-    check = _Even(source)
+    check = _Even(source, axis)
     for block in blocks:
         check.add(block)
     return check.found(period)
@@ -112,8 +122,8 @@ def extent(source: str, blocks: Iterable[Mapping[str, Array]], period: float | N
 class _Even:
     """A check that the record's own makes at once, made block by block."""
 
-    def __init__(self, source: str) -> None:
-        self.source, self.samples, self.timed = source, 0, True
+    def __init__(self, source: str, axis: Axis | None) -> None:
+        self.source, self.axis, self.samples, self.timed = source, axis, 0, True
         self.first = self.last = self.typical = 0.0
 
     def add(self, block: Mapping[str, Array]) -> None:
@@ -125,6 +135,8 @@ class _Even:
                     f"{self.source}: the {role} is {values[bad[0]]} in data row "
                     f"{self.samples + bad[0] + 1}. Remove such rows or repair the log."
                 )
+        position = Samples(values=block["position"])
+        left_jumps(self.source, position, self.axis, LARGEST_GAP, before=self.samples)
         rows = len(block["position"])
         if "time" not in block:
             self.timed = False

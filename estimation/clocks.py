@@ -31,23 +31,26 @@ def timed(
         time = samples["time"].values
         lengths = {role: len(s.values) for role, s in samples.items()}
         if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-            raise DataError(f"{table.source}: the columns differ in length: {listed}.")
+            raise _unequal(table, lengths)
         columns = {role: replace(s, clock=time) for role, s in columns.items()}
     elif any(s.clock is None for s in columns.values()):
         if sample_period is None:
             raise DataError(
                 f"{table.source}: there is no time column among {table.listed()}; name it with "
-                "--columns time=NAME, or give --sample-period."
+                f"--columns time=NAME, or give --sample-period. {table.missing}".rstrip()
             )
         columns = {
             role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
             for role, s in columns.items()
         }
     if uneven:
-        return {role: _filled(s) for role, s in columns.items()}
-    _check_filled(table, columns)
-    _check_one_clock(table, columns)
+        columns = {role: _filled(s) for role, s in columns.items()}
+    else:
+        _check_filled(table, columns)
+        _check_one_clock(table, columns)
+    for role, s in columns.items():
+        if not len(s.values):
+            raise DataError(f"{table.source}: the {role} has no row with a number and a time.")
     return columns
 
 
@@ -60,14 +63,23 @@ def _filled(samples: Samples) -> Samples:
 
 
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
-    """Refuse cells without a number, which are a log's way to write a lower rate."""
+    """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
-        empty = np.flatnonzero(np.isnan(samples.values))
+        clock = np.zeros(0) if samples.clock is None else samples.clock
+        timeless = np.flatnonzero(~np.isfinite(clock))
+        if timeless.size:
+            raise DataError(
+                f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
+                f"({timeless.size} of {len(clock)}). Remove such rows, or resample the "
+                "others (--resample auto)."
+            )
+        empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
             raise DataError(
-                f"{table.source}: the {role} is nan in data row {empty[0] + 1} ({empty.size} of "
-                f"{len(samples.values)} cells are nan or empty). Remove such rows, or resample a "
-                "column that is written less often than the others (--resample auto)."
+                f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
+                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
+                "Remove such rows, or resample a column that is written less often than the others "
+                "(--resample auto)."
             )
 
 
@@ -76,16 +88,25 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
     first, shared = clocks[0]
     for role, clock in _others(clocks):
         if len(clock) != len(shared):
-            raise DataError(
-                f"{table.source}: the columns differ in length: {first} {len(shared)}, {role} "
-                f"{len(clock)}. Where they are sampled at different rates, resample them "
-                "(--resample auto)."
+            raise _unequal(
+                table,
+                {first: len(shared), role: len(clock)},
+                "Where they are sampled at different rates, resample them (--resample auto).",
             )
-        if not np.array_equal(clock, shared):
+        if not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; resample them "
                 "(--resample auto)."
             )
+
+
+def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
+    """The error of columns that differ in length, with what is wrong with the file."""
+    listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+    why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
+    return DataError(
+        f"{table.source}: the columns differ in length: {listed}{why}. {advice}".rstrip()
+    )
 
 
 def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:

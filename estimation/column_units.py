@@ -6,7 +6,8 @@ metre; what is not on the list is refused, not guessed.
 
 import math
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -96,6 +97,16 @@ def split_label(label: str) -> tuple[str, str]:
     if match[4] and not re.search(r"\s/", label):
         sure = False
     return (match[1], unit) if sure else (label, "")
+
+
+def split_labels(labels: Sequence[str]) -> list[tuple[str, str]]:
+    """Name and unit of each header; names that differ by the unit only stay as they are written."""
+    cut = [split_label(label) for label in labels]
+    often = Counter(name for name, _ in cut)
+    return [
+        (name if often[name] == 1 else label, unit)
+        for label, (name, unit) in zip(labels, cut, strict=True)
+    ]
 
 
 def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:

@@ -187,7 +187,7 @@ class Prefilter:
         if self.cutoff < _LOWEST * nyquist:
             raise UsageError(
                 f"the cutoff {self.cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
-                f"Hz; give {_LOWEST * nyquist:g} Hz or more."
+                f"Hz; give {_LOWEST * nyquist:g} Hz or more, and check that time is in seconds."
             )
         if self.cutoff >= nyquist:
             raise UsageError(

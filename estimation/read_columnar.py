@@ -9,10 +9,12 @@ import numpy as np
 
 from axisid.modeling import AxisidError, UsageError
 
-from .column_units import split_label
+from .column_units import split_labels
 from .errors import DataError
-from .table import Column, Table, at_hand, library, told, unlike, vector_columns
+from .gathered import Gathered
+from .table import Table, library, told, unlike
 
+_ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
 
 
@@ -24,26 +26,36 @@ def read_npz(file: Path, content: bytes) -> Table:
     DataError
         It is damaged, or holds Python objects (which could run code) or no vectors.
     """
-    columns: dict[str, Column] = {}
+    found = Gathered()
+    if not content.startswith(_ZIP):
+        raise DataError(f"{file} cannot be read as a NumPy archive; write one with numpy.savez.")
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             for name in archive.files:
-                columns |= _array_columns(name, archive[name])
+                _add_entry(found, name, archive)
     except Exception as error:
         # Damaged archives raise zip, zlib, struct and value errors alike.
         raise DataError(f"{file} cannot be read as a NumPy archive: {told(error)}.") from error
-    if not columns:
-        raise DataError(f"{file} holds no numeric vectors; save them with numpy.savez.")
-    return Table(source=str(file), columns=columns)
+    if not found.columns:
+        raise DataError(
+            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez."
+        )
+    return found.table(str(file))
 
 
-def _array_columns(name: str, array: np.ndarray[Any, Any]) -> dict[str, Column]:
+def _add_entry(found: Gathered, name: str, archive: Any) -> None:
+    """An array, or the fields of records; objects are left alone, since they could run code."""
+    try:
+        array = archive[name]
+    except ValueError as error:
+        if "Object arrays" not in str(error):
+            raise
+        found.passed_over[name] = "Python objects, which could run code"
+        return
     if array.dtype.names is None:
-        return vector_columns(name, array)
-    found: dict[str, Column] = {}
-    for inner in array.dtype.names:
-        found |= vector_columns(f"{name}.{inner}", array[inner])
-    return found
+        found.add_array(name, array)
+    for inner in array.dtype.names or ():
+        found.add_array(f"{name}.{inner}", array[inner])
 
 
 def read_parquet(file: Path, content: bytes) -> Table:
@@ -59,9 +71,7 @@ def read_parquet(file: Path, content: bytes) -> Table:
         table = parquet.read_table(io.BytesIO(content)).flatten()
     except Exception as error:
         raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
-    columns, notes = arrow_columns(table)
-    unlike([field.name for field in table.schema], str(file))
-    return Table(source=str(file), columns=columns, notes=notes)
+    return arrow_columns(file, table).table(str(file))
 
 
 def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
@@ -76,13 +86,12 @@ def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
         library("pyarrow", "parquet", file),
         library("pyarrow.parquet", "parquet", file),
     )
-    origins: dict[str, Any] = {}
+    origins: dict[str, np.datetime64] = {}
     try:
         with parquet.ParquetFile(file) as content:
             for batch in content.iter_batches(batch_size=rows):
                 table = arrow.Table.from_batches([batch]).flatten()
-                columns, notes = arrow_columns(table, origins)
-                yield Table(source=str(file), columns=columns, notes=notes)
+                yield arrow_columns(file, table, origins).table(str(file))
     except (OSError, ValueError, arrow.ArrowException) as error:
         if isinstance(error, AxisidError):
             raise
@@ -90,42 +99,21 @@ def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
 
 
 def arrow_columns(
-    table: Any, origins: dict[str, Any] | None = None
-) -> tuple[dict[str, Column], tuple[str, ...]]:
-    """Numeric columns of an Arrow table, times in s, and what was assumed of them.
+    file: Path, table: Any, origins: dict[str, np.datetime64] | None = None
+) -> Gathered:
+    """Columns of an Arrow table, times in s.
 
     `origins` remembers the first time stamps from one block to the next.
     """
-    origins = {} if origins is None else origins
-    columns: dict[str, Column] = {}
-    notes: list[str] = []
-    for field in table.schema:
-        values = table.column(field.name).to_numpy()
-        name, unit = split_label(field.name)
+    found = Gathered(origins={} if origins is None else origins)
+    labels = [field.name for field in table.schema]
+    unlike(labels, str(file))
+    for field, (name, unit) in zip(table.schema, split_labels(labels), strict=True):
         metadata = field.metadata or {}
-        unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
-        columns |= _column(name, field.name, values, unit, notes, origins)
-    return columns, tuple(notes)
-
-
-def _column(
-    name: str,
-    label: str,
-    values: np.ndarray[Any, Any],
-    unit: str,
-    notes: list[str],
-    origins: dict[str, Any],
-) -> dict[str, Column]:
-    """A column of numbers, or of time stamps and durations, counted in s from the first stamp."""
-    if values.dtype.kind == "M":
-        notes.append(f"{name}: time stamps counted from the first")
-        values = values - origins.setdefault(name, values[:1])
-    if values.dtype.kind == "m":
-        seconds = values / np.timedelta64(1, "s")
-        return {name: at_hand(seconds.astype(np.float64), unit="s", label=label)}
-    if values.dtype.kind not in "fiub" or values.ndim != 1:
-        return {}
-    return {name: at_hand(values.astype(np.float64), unit=unit, label=label)}
+        told_unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
+        values = table.column(field.name).to_numpy()
+        found.add(name, values, unit=told_unit, label=field.name)
+    return found
 
 
 def read_frame(frame: object) -> Table:
@@ -136,18 +124,19 @@ def read_frame(frame: object) -> Table:
     UsageError
         It is neither.
     DataError
-        The library narwhals is not installed.
+        The library narwhals is not installed, or names occur twice.
     """
-    notes: list[str] = []
-    columns: dict[str, Column] = {}
+    source = f"a {type(frame).__name__}"
     if isinstance(frame, Mapping):
-        arrays = {str(name): _array(str(name), values) for name, values in frame.items()}
+        arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
     else:
         arrays = _frame_arrays(frame)
-    for label, values in arrays.items():
-        name, unit = split_label(label)
-        columns |= _column(name, label, values, unit, notes, {})
-    return Table(source=f"a {type(frame).__name__}", columns=columns, notes=tuple(notes))
+    labels = [label for label, _ in arrays]
+    unlike(labels, source)
+    found = Gathered()
+    for (name, unit), (label, values) in zip(split_labels(labels), arrays, strict=True):
+        found.add(name, values, unit=unit, label=label)
+    return found.table(source, missing=_index(frame))
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
@@ -156,13 +145,28 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     return np.asarray(values)
 
 
-def _frame_arrays(frame: object) -> dict[str, np.ndarray[Any, Any]]:
+def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
     narwhals = library("narwhals", "dataframe", Path("the dataframe"))
     try:
         table = narwhals.from_native(frame, eager_only=True)
+        return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
     except TypeError as error:
         raise UsageError(
             f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
             "PyArrow, ...) or a mapping of column names to arrays."
         ) from error
-    return {str(name): table[name].to_numpy() for name in table.columns}
+    except narwhals.exceptions.NarwhalsError as error:
+        raise DataError(f"the dataframe cannot be read: {told(error)}; rename one.") from error
+
+
+def _flat(name: object) -> str:
+    """The levels of a name in one."""
+    return ".".join(str(level) for level in name) if isinstance(name, tuple) else str(name)
+
+
+def _index(frame: object) -> str:
+    """What is said of the index of a pandas dataframe, which is no column."""
+    names = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
+    if not names:
+        return ""
+    return f"Its index {', '.join(names)} is no column; give log.reset_index()."

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from .errors import DataError
-from .table import Column, Table, library, told, vector_columns
+from .gathered import Gathered
+from .table import Table, library, told
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
@@ -24,26 +25,23 @@ def read_matlab(file: Path, content: bytes) -> Table:
     """Read a MATLAB file.
 
     Numeric vectors are columns, the columns of a matrix are numbered from 1 (``data.1``), fields
-    of structures are named as in MATLAB (``log.position``, ``log.signals.2.values``).
+    of structures are named as in MATLAB (``log.position``, ``log.signals.2.values``), elements of
+    cells and of arrays of structures are numbered as MATLAB's linear index does.
 
     Raises
     ------
     DataError
         The file is damaged, or holds nothing but objects; what to run in MATLAB is said.
     """
-    if _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)]):
-        columns, objects, names = _read_hdf5(file, content)
-        notes: tuple[str, ...] = ("MATLAB v7.3",)
-    else:
-        columns, objects, names = _read_mat(file, content)
-        notes = ()
+    hdf5 = _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)])
+    found, objects, names = (_read_hdf5 if hdf5 else _read_mat)(file, content)
     how = _how_to_save(objects)
-    if not columns:
+    if not found.columns:
         raise DataError(
             f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
             + (f" {how}" if how else "")
         )
-    return Table(source=str(file), columns=columns, notes=notes, missing=how)
+    return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
 
 
 def _how_to_save(objects: list[str]) -> str:
@@ -58,7 +56,7 @@ def _how_to_save(objects: list[str]) -> str:
     )
 
 
-def _read_mat(file: Path, raw: bytes) -> tuple[dict[str, Column], list[str], list[str]]:
+def _read_mat(file: Path, raw: bytes) -> tuple[Gathered, list[str], list[str]]:
     from scipy.io import loadmat
 
     try:
@@ -66,17 +64,16 @@ def _read_mat(file: Path, raw: bytes) -> tuple[dict[str, Column], list[str], lis
     except Exception as error:
         # The parser meets damaged files with whatever comes: zlib, memory, index and name errors.
         raise DataError(f"{file} cannot be read as a MATLAB file: {told(error)}.") from error
-    columns: dict[str, Column] = {}
-    objects = []
+    found, objects = Gathered(), []
     variables = {name: v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in variables.items():
         if type(value).__name__ == "MatlabOpaque":
             objects += [_text(entry) for entry in np.asarray(value)["s0"].ravel()]
         else:
-            for path, found in _leaves(str(name), value):
-                columns |= vector_columns(path, found)
+            for path, leaf in _leaves(str(name), value):
+                found.add_array(path, leaf)
     names = [name for name in variables if isinstance(name, str) and name != "None"]
-    return columns, objects, [*names, *(o for o in objects if o not in names)]
+    return found, objects, [*names, *(o for o in objects if o not in names)]
 
 
 def _text(value: object) -> str:
@@ -88,37 +85,64 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _leaves(f"{path}.{name}", inner)
-    elif isinstance(value, (list, tuple)) or (
-        isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1
-    ):
+    elif hasattr(value, "_fieldnames"):  # SciPy's structure, as one of a matrix of them
+        for name in value._fieldnames:
+            yield from _leaves(f"{path}.{name}", getattr(value, name))
+    elif isinstance(value, (list, tuple)):
         for k, inner in enumerate(value, 1):
             yield from _leaves(f"{path}.{k}", inner)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        yield from _leaves(path, value.ravel(order="F").tolist())
     else:
         yield path, value
 
 
-def _read_hdf5(file: Path, raw: bytes) -> tuple[dict[str, Column], list[str], list[str]]:
+def _read_hdf5(file: Path, raw: bytes) -> tuple[Gathered, list[str], list[str]]:
     h5py = library("h5py", "h5py", file)
-    columns: dict[str, Column] = {}
-    objects: list[str] = []
     try:
         with h5py.File(io.BytesIO(raw), "r") as content:
             names = [name for name in content if not name.startswith("#")]
+            visit = _Hdf5(h5py, content)
             for name in names:
-                _visit(h5py, content[name], name, columns, objects)
+                visit.node(content[name], name)
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
         raise DataError(f"{file} cannot be read as a MATLAB v7.3 file: {told(error)}.") from error
-    return columns, objects, names
+    return visit.found, visit.objects, names
 
 
-def _visit(h5py: Any, node: Any, path: str, columns: dict[str, Column], objects: list[str]) -> None:
-    """Collect the numeric arrays of a group or data set; MATLAB stores them transposed."""
-    kind = _text(node.attrs.get("MATLAB_class", b"double"))
-    if isinstance(node, h5py.Group):
-        for name, inner in node.items():
-            _visit(h5py, inner, f"{path}.{name}", columns, objects)
-    elif "MATLAB_object_decode" in node.attrs or kind not in {*_NUMERIC, "cell", "char", "struct"}:
-        objects.append(path)
-    elif kind in _NUMERIC and "MATLAB_empty" not in node.attrs:
-        columns.update(vector_columns(path, node[()].T))
+class _Hdf5:
+    """Collects the numeric arrays of an HDF5 file; MATLAB stores them transposed."""
+
+    def __init__(self, h5py: Any, content: Any) -> None:
+        self.h5py, self.content = h5py, content
+        self.found, self.objects = Gathered(), list[str]()
+
+    def node(self, node: Any, path: str) -> None:
+        """Take a group or a data set, and what it refers to."""
+        kind = _text(node.attrs.get("MATLAB_class", b"double"))
+        if isinstance(node, self.h5py.Group):
+            for name, inner in node.items():
+                if self._refers(inner) and "MATLAB_class" not in inner.attrs:
+                    # A field of an array of structures: a reference for each of them.
+                    self._elements(inner, path, f".{name}")
+                else:
+                    self.node(inner, f"{path}.{name}")
+        elif self._refers(node):
+            self._elements(node, path)
+        elif "MATLAB_object_decode" in node.attrs or kind not in {*_NUMERIC, "cell", "char"}:
+            self.objects.append(path)
+        elif kind == "char":
+            self.found.passed_over[path] = "text"
+        elif kind in _NUMERIC and not (node.shape is None or "MATLAB_empty" in node.attrs):
+            self.found.add_array(path, np.asarray(node[()]).T)
+
+    def _refers(self, node: Any) -> bool:
+        dataset = isinstance(node, self.h5py.Dataset)
+        return dataset and self.h5py.check_ref_dtype(node.dtype) is self.h5py.Reference
+
+    def _elements(self, references: Any, path: str, field: str = "") -> None:
+        """Cells or structures, in the order of MATLAB's linear index."""
+        for k, reference in enumerate(np.ravel(references[()]), 1):
+            if reference:
+                self.node(self.content[reference], f"{path}.{k}{field}")

@@ -171,9 +171,9 @@ def _malformed(
 
 
 def _column(channel: _Channel, values: list[Array], clock: Array) -> Column:
-    """A channel with its times, without the rows that it left empty."""
+    """A channel with its times, without the rows in which it has neither a value nor a time."""
     samples = values[channel.value]
-    there = np.isfinite(samples) & np.isfinite(clock)
+    there = ~(np.isnan(samples) & np.isnan(clock))
     if there.all():
         return at_hand(samples, unit=channel.unit, clock=clock)
     return at_hand(samples[there], unit=channel.unit, clock=clock[there])

@@ -11,15 +11,17 @@ from axisid.modeling import Axis
 from .clocks import timed, together
 from .errors import DataError
 from .provenance import Provenance, Repair
+from .read_bag import read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
-from .read_measurement import read_bag, read_mdf, read_tdms
+from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
-from .record import Record
-from .repairs import Mask, Repairs, Span, clipped, runs, split_at_gaps, unwrapped
-from .resampling import resample
+from .record import LARGEST_GAP, Record
+from .repairs import Mask, Repairs, Span, clipped, runs, split_at_gaps
+from .resampling import UNEVEN_GAP, resample
 from .roles import Chosen
 from .table import Samples, Table
+from .unwrapping import left_jumps, unwrapped
 
 _IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
 _FROM_DISK = {
@@ -120,7 +122,7 @@ def _record(
     """A record of the chosen columns, repaired as it was asked for."""
     samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(found.samples, samples)
-    samples, masks, made = _mended(table.source, samples, axis, repairs)
+    samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
     made += empty
     split = repairs.gaps is not None
     segments: tuple[Span, ...] = ()
@@ -147,7 +149,7 @@ def _record(
             source=Path(table.source).name,
             sha256=table.sha256,
             columns=found.names,
-            assumed=found.notes,
+            assumed=(*found.notes, *jumps),
             repairs=tuple(made),
         ),
     )
@@ -165,16 +167,20 @@ def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repa
 
 def _mended(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
-) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair]]:
-    """Samples unwrapped, and masks of what is clipped: the repairs that need no even time."""
+) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[str]]:
+    """Samples unwrapped, and masks of what is clipped: the repairs that need no even time.
+
+    With them goes what is said of jumps that are left.
+    """
     made: list[Repair] = []
     masks: dict[str, Mask] = {}
-    values = {role: s.values for role, s in samples.items()}
+    gap = LARGEST_GAP if repairs.resample is None else UNEVEN_GAP
     modulus = repairs.modulus(axis)
     if modulus is not None:
-        values, repair = unwrapped(source, values, modulus)
+        samples, repair = unwrapped(source, samples, modulus, gap)
         made.append(repair)
+    jumps = left_jumps(source, samples["position"], axis, gap, modulus)
     if repairs.mask is not None:
-        masks, repair = clipped(values, axis)
+        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis)
         made.append(repair)
-    return {role: replace(s, values=values[role]) for role, s in samples.items()}, masks, made
+    return samples, masks, made, [jumps] if jumps else []

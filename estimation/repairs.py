@@ -12,9 +12,9 @@ from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
 from .column_units import modulus_si
-from .errors import DataError
 from .provenance import Repair
 from .record import LARGEST_GAP
+from .unwrapping import Modulus
 
 Span = tuple[int, int]
 Mask = NDArray[np.bool_]
@@ -23,7 +23,6 @@ _AT_LIMIT = 1e-6  # relative
 _FLAT = 3  # equal samples at an extreme
 _ABRUPT = 0.2  # of the column's largest step, into or out of a flat extreme
 _FEWEST = 3
-_TURNED = 1.001  # a wrapped position stays within one modulus, but for noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,55 +63,14 @@ class Repairs:
         if self.mask not in ("clipped", None):
             raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
 
-    def modulus(self, axis: Axis | None) -> float | None:
-        """Modulus of the position, SI."""
-        return None if self.wrap is None else modulus_si(str(self.wrap), axis)
-
-
-def unwrapped(
-    source: str, columns: Mapping[str, Array], modulus: float
-) -> tuple[dict[str, Array], Repair]:
-    """Undo the jumps of position and reference by whole moduli.
-
-    Parameters
-    ----------
-    source : str
-        File name, for messages.
-    columns : mapping of str to (N,) array
-        By role, SI.
-    modulus : float
-        SI.
-
-    Raises
-    ------
-    DataError
-        The position is not within one modulus, so it is not wrapped by it.
-    """
-    repaired, counts = dict(columns), {}
-    for role in ("position", "reference"):
-        if role not in columns:
-            continue
-        values = columns[role]
-        spread = float(np.ptp(values))
-        if spread > _TURNED * modulus:
-            if role == "position":
-                raise DataError(
-                    f"{source}: the position spans {spread:.6g}, more than the modulus "
-                    f"{modulus:.6g} (SI), so it is not wrapped by it; give the modulus with its "
-                    "unit, or leave --wrap out."
-                )
-            counts[role] = 0
-            continue
-        jumps = np.round(np.diff(values) / modulus)
-        counts[role] = int(np.count_nonzero(jumps))
-        repaired[role] = values - modulus * np.concatenate([[0.0], np.cumsum(jumps)])
-    if "reference" in columns:
-        # Position and reference may begin on either side of the seam.
-        apart = np.round((repaired["reference"][0] - repaired["position"][0]) / modulus)
-        repaired["reference"] = repaired["reference"] - modulus * apart
-    told = ", ".join(f"{role} {count}" for role, count in counts.items())
-    text = f"jumps by the modulus {modulus:.9g} undone: {told}"
-    return repaired, Repair(kind="wrap", count=sum(counts.values()), text=text)
+    def modulus(self, axis: Axis | None) -> Modulus | None:
+        """Modulus of the position."""
+        if self.wrap is None:
+            return None
+        si = modulus_si(str(self.wrap), axis)
+        number, _, unit = str(self.wrap).partition(":")
+        usual = axis.coordinate.unit if axis is not None else "m or rad"
+        return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
 
 
 def clipped(columns: Mapping[str, Array], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:

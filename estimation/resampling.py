@@ -15,7 +15,8 @@ from .provenance import Repair
 from .repairs import Mask, Span, adjoining, gaps_repair
 from .table import Samples
 
-_GAP = 3.0  # median steps: uneven time is bridged, missing time is not
+#: A longer step is a gap, in median steps: uneven time is bridged, missing time is not.
+UNEVEN_GAP = 3.0
 _SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
@@ -112,7 +113,7 @@ def resample(
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
     repairs = [_told(samples, clocks, time, chosen)]
     if split:
-        lost = sum(b[0] - a[1] for a, b in pairwise(covered))
+        lost = sum(b[0] - a[1] - 1 / own for a, b in pairwise(covered))
         out = sum(len(g) for g in grids) - len(time)
         repairs.append(gaps_repair(len(covered) - 1, lost, len(kept), out))
     return Resampled(
@@ -143,7 +144,7 @@ def _clock(source: str, role: str, samples: Samples) -> Array:
 def _pieces(clock: Array) -> list[tuple[float, float]]:
     """First and last time of each piece of a clock without gaps."""
     steps = np.diff(clock)
-    gaps = np.flatnonzero(steps > _GAP * np.median(steps))
+    gaps = np.flatnonzero(steps > UNEVEN_GAP * np.median(steps))
     return [
         (float(clock[a]), float(clock[b]))
         for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)

@@ -14,7 +14,8 @@ _NEEDED = ("position",)
 class Chosen:
     """Columns by role, in SI, with what was assumed on the way.
 
-    A time column that only the axis declares may be missing where the period is given.
+    Of the columns that only the axis declares, the time may be missing where the period is given,
+    the reference always, and the control where there is a force.
     """
 
     def __init__(
@@ -24,8 +25,8 @@ class Chosen:
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
         silent: dict[str, str] = {}
-        optional = {"time"} - set(asked) if has_period else set()
-        for role, (name, unit, by_user) in _choose(table, axis, asked, optional).items():
+        chosen, without = _choose(table, axis, asked, has_period=has_period)
+        for role, (name, unit, by_user) in chosen.items():
             column = table.columns[name]
             samples = column.read()
             written = unit or column.unit
@@ -38,20 +39,21 @@ class Chosen:
                 silent[role] = name
             self.names[role] = name
             self.samples[role] = replace(samples, values=values)
-            notes += [note] if note else []
+            notes += [said for said in (column.note, note) if said and said not in notes]
         taken = taken_as_si(silent, axis)
-        self.notes = (*table.notes, *notes, *([taken] if taken else []))
+        self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
 
 
 def _choose(
-    table: Table, axis: Axis | None, asked: dict[str, str], optional: set[str]
-) -> dict[str, tuple[str, str, bool]]:
-    """Column, unit if one is given, and whether the user named it, by role."""
+    table: Table, axis: Axis | None, asked: dict[str, str], *, has_period: bool
+) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
+    """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
     for role in asked:
         if role not in ROLES:
             raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
     declared = dict(axis.columns) if axis is not None else {}
-    chosen = {}
+    chosen: dict[str, tuple[str, str, bool]] = {}
+    missing: dict[str, str] = {}
     for role in ROLES:
         wanted = asked.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
@@ -61,14 +63,45 @@ def _choose(
             wanted = head if name is None else wanted
         if name is not None:
             chosen[role] = (name, unit.strip(), role in asked)
-        elif role not in optional and (role in asked or role in declared or role in _NEEDED):
+        elif holds := table.holds(wanted):
             raise DataError(
-                f"{table.source}: there is no column {wanted!r} for the {role}; found "
-                f"{table.listed()}. "
-                + (table.missing or f"Name the column with --columns {role}=NAME.")
+                f"{table.source}: the column {wanted!r} for the {role} holds {holds}; give one of "
+                f"real numbers, or of time stamps, with --columns {role}=NAME."
             )
+        elif role in asked or role in declared or role in _NEEDED:
+            missing[role] = wanted
     _check_apart(table, chosen)
-    return chosen
+    without = _without(missing, chosen, has_period=has_period)
+    for role, wanted in missing.items():
+        if role in asked or role not in without:
+            raise _not_found(table, role, wanted)
+    return chosen, tuple(without.values())
+
+
+def _without(
+    missing: dict[str, str], chosen: dict[str, tuple[str, str, bool]], *, has_period: bool
+) -> dict[str, str]:
+    """What is said of columns that only the axis names, and that can be done without."""
+    spared = {}
+    if has_period:
+        spared["time"] = "counted by the sampling period"
+    if "force" in chosen:
+        spared["control"] = "so the control law is not compared with the record"
+    spared["reference"] = "so least squares only, no instruments"
+    return {
+        role: f"no column {missing[role]!r} for the {role}, {what}"
+        for role, what in spared.items()
+        if role in missing
+    }
+
+
+def _not_found(table: Table, role: str, wanted: str) -> DataError:
+    alike = next((name for name in table.columns if name.casefold() == wanted.casefold()), "")
+    meant = f" Did you mean {alike!r}?" if alike else ""
+    return DataError(
+        f"{table.source}: there is no column {wanted!r} for the {role}; found {table.listed()}."
+        f"{meant} " + (table.missing or f"Name the column with --columns {role}=NAME.")
+    )
 
 
 def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from axisid.codegen import GeneratedAxis
+from axisid.modeling import AxisidError
 
 from .arrays import Array
 from .errors import DataError
@@ -15,6 +16,8 @@ from .record import Record
 
 #: Share of the samples near reversals from which they are kept unless told otherwise.
 MOST_SILENT = 0.6  # of the samples; a motion that only reverses has nothing else to show
+_UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
+_SAME = 0.02  # relative, of such a factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +58,57 @@ def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefil
     )
     if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
         return replace(fitted, reversals="keep")
-    fitted.check(len(record), record.period)
+    check_filter(fitted, axis, len(record), record.period, record.provenance.source)
     silent = fitted.near_reversals(record.position, record.period)
     taken = sum(stop - start for start, stop in silent)
     if prefilter.reversals is None and axis.is_linear and taken > MOST_SILENT * len(record):
         return replace(fitted, reversals="keep")
     return replace(fitted, reversals="leave-out", silent=silent)
+
+
+def check_filter(
+    prefilter: Prefilter, axis: GeneratedAxis, samples: int, period: float, source: str
+) -> None:
+    """Refuse a record that the prefilter cannot serve, with what explains it best.
+
+    Parameters
+    ----------
+    prefilter : Prefilter
+    axis : GeneratedAxis
+    samples : int
+        Of the record.
+    period : float
+        s
+    source : str
+        File name, for messages.
+
+    Raises
+    ------
+    DataError
+        The time is in another unit than the control law's period.
+    UsageError, DataError
+        As `Prefilter.check` does.
+    """
+    try:
+        prefilter.check(samples, period)
+    except AxisidError as error:
+        law = axis.axis.control
+        ratio = 1.0 if law is None or law.continuous else period / law.period
+        apart = max(ratio, 1 / ratio)
+        if law is None or not any(abs(apart / unit - 1) < _SAME for unit in _UNITS_APART):
+            raise
+        raise DataError(
+            f"{source} is sampled every {_duration(period)}, the control law of axis "
+            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? Give it "
+            f"with --columns time=NAME:UNIT. (As it stands, {error})"
+        ) from error
+
+
+def _duration(seconds: float) -> str:
+    """In the unit that needs fewest zeros."""
+    units = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
+    size, unit = next((u for u in units if seconds >= u[0] * (1 - _SAME)), units[-1])
+    return f"{seconds / size:.4g} {unit}"
 
 
 def chosen_hold(
@@ -75,7 +123,7 @@ def chosen_hold(
 def measured_signals(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Signals:
     """Filtered motion beside the force, aligned as the prefilter says."""
     prefilter = settled(prefilter, axis, record)
-    prefilter.check(len(record), record.period)
+    check_filter(prefilter, axis, len(record), record.period, record.provenance.source)
     starts = [start for start, _ in record.spans]
     force = drive_force(axis, record)
     return filtered_signals(prefilter, record.position, force, record.period, starts)

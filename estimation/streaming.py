@@ -24,7 +24,7 @@ from .forms import InverseForm
 from .linear import Solution, condition_number, factor, least_squares
 from .prefilter import LIGHT, Prefilter, rest_below
 from .provenance import Provenance
-from .signals import MOST_SILENT, chosen_hold, filtered_signals
+from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals
 from .streamed import StreamedEstimate
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
@@ -65,7 +65,7 @@ def identify_stream(
     generated = as_generated(axis)
     _check_axis(generated)
     told = provenance or Provenance()
-    found = extent(told.source, blocks, sample_period)
+    found = extent(told.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
     chosen = chosen or Prefilter.suited(found.period)
     rows = _Rows(generated, blocks, chosen, found, told.source)
@@ -127,7 +127,7 @@ class _Rows:
     ) -> None:
         self.axis, self.blocks, self.source = axis, blocks, source
         self.samples, self.period = found.samples, found.period
-        prefilter.check(self.samples, self.period)
+        check_filter(prefilter, axis, self.samples, self.period, source)
         first = next(iter(blocks))
         hold = chosen_hold(prefilter, axis, measured="force" in first)
         left_out = prefilter.reversals == "leave-out" or (

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
-
 from .arrays import Array
 from .errors import DataError
 
 _LISTED = 40
+_LONGEST = 200  # of what another library says
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,7 +19,7 @@ class Samples:
     Attributes
     ----------
     values : (N,) array
-        In the unit of the file.
+        In the unit of the file, nan where it has no value.
     clock : (N,) array or None
         s. Columns of one clock share one array.
     """
@@ -41,11 +40,14 @@ class Column:
         As the file writes it; empty where it writes none.
     label : str
         Name and unit as they stand in the file, where the name was cut out of it.
+    note : str
+        What was assumed of it, told where it is chosen.
     """
 
     read: Callable[[], Samples]
     unit: str = ""
     label: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +65,10 @@ class Table:
         Of the file; empty if there is none.
     missing : str
         More to say where a column is not found, such as how to save what cannot be read.
+    passed_over : mapping of str to str
+        What is no column, by its name: what it holds.
+    warnings : tuple of str
+        What the library that read the file says is wrong with it.
     """
 
     source: str
@@ -70,14 +76,22 @@ class Table:
     notes: tuple[str, ...] = ()
     sha256: str = ""
     missing: str = field(default="", repr=False)
+    passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
+    warnings: tuple[str, ...] = ()
 
     def find(self, name: str) -> str | None:
-        """The column of a name: its own, its label, or the last part of one dotted name alone."""
+        """The column of a name: its own, its label, or the last parts of one dotted name alone."""
         if name in self.columns:
             return name
         alike = [own for own, column in self.columns.items() if column.label == name]
-        alike = alike or [own for own in self.columns if own.rpartition(".")[2] == name]
-        return alike[0] if len(alike) == 1 else None
+        if alike:
+            return alike[0] if len(alike) == 1 else None
+        return _last_part(name, self.columns)
+
+    def holds(self, name: str) -> str:
+        """What has a name like a column's, but holds no numbers; empty if there is nothing."""
+        found = name if name in self.passed_over else _last_part(name, self.passed_over)
+        return "" if found is None else self.passed_over[found]
 
     def listed(self) -> str:
         """Names of the columns, for messages."""
@@ -86,28 +100,18 @@ class Table:
         return (", ".join(names[:_LISTED]) or "no columns") + more
 
 
+def _last_part(name: str, names: Iterable[str]) -> str | None:
+    """The one dotted name that ends in a name."""
+    alike = [own for own in names if own.endswith(f".{name}")]
+    return alike[0] if len(alike) == 1 else None
+
+
 def at_hand(
-    values: Array, *, unit: str = "", label: str = "", clock: Array | None = None
+    values: Array, *, unit: str = "", label: str = "", clock: Array | None = None, note: str = ""
 ) -> Column:
     """A column whose values are already in memory."""
     samples = Samples(values=values, clock=clock)
-    return Column(read=lambda: samples, unit=unit, label=label)
-
-
-def vector_columns(name: str, values: object, unit: str = "") -> dict[str, Column]:
-    """Columns of an array: itself, or one for each column of a matrix, numbered from 1.
-
-    What holds no numbers, or fewer than two, gives none.
-    """
-    array = np.asarray(values)
-    if array.dtype.kind not in "fiub" or array.size < 2 or array.ndim > 2:
-        return {}
-    if array.size == max(array.shape):
-        return {name: at_hand(array.ravel().astype(np.float64), unit=unit)}
-    return {
-        f"{name}.{k}": at_hand(column.astype(np.float64), unit=unit)
-        for k, column in enumerate(array.T, 1)
-    }
+    return Column(read=lambda: samples, unit=unit, label=label, note=note)
 
 
 def unlike(names: Iterable[str], what: str) -> None:
@@ -133,4 +137,6 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
 
 def told(error: Exception) -> str:
     """What another library says of a file, as the end of a sentence."""
-    return " ".join(str(error).split()).rstrip(".") or type(error).__name__
+    plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
+    said = " ".join(plain.split()).rstrip(".") or type(error).__name__
+    return said if len(said) <= _LONGEST else f"{said[:_LONGEST]} ..."

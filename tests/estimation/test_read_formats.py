@@ -1,5 +1,6 @@
 """Files written by each format's own library are read back; damaged ones are refused."""
 
+import gc
 import re
 import sys
 import tomllib
@@ -16,6 +17,7 @@ T = 1e-3 * np.arange(N)
 Q = np.sin(T * 200)
 U = np.cos(T * 300)
 NAMED = {"position": "q", "control": "u"}
+STAMPS = np.datetime64("2026-02-01T12:00:00") + np.round(1e6 * T).astype("timedelta64[us]")
 
 
 def test_numpy_archive(tmp_path: Path) -> None:
@@ -32,14 +34,29 @@ def test_numpy_archive(tmp_path: Path) -> None:
 def test_numpy_archive_of_objects_is_refused_since_it_could_run_code(tmp_path: Path) -> None:
     file = tmp_path / "log.npz"
     np.savez(file, time=np.array([{}, {}], dtype=object))
-    with pytest.raises(DataError, match="cannot be read as a NumPy archive: Object arrays"):
+    with pytest.raises(DataError, match=r"time: Python objects, which could run code"):
+        read_record(file)
+    np.savez(file, time=T, position=Q, comment=np.array([{}], dtype=object))
+    assert np.array_equal(read_record(file).position, Q)
+
+
+def test_numpy_archive_takes_time_stamps_and_says_what_is_no_column(tmp_path: Path) -> None:
+    file = tmp_path / "log.npz"
+    np.savez(file, time=STAMPS, q=Q, name=np.array(["a", "b"]), z=Q + 1j)
+    record = read_record(file, columns={"position": "q"})
+    assert record.time == pytest.approx(T, abs=1e-12)
+    assert "time: time stamps counted from the first" in record.provenance.assumed
+    for name, held in (("name", "text"), ("z", "complex numbers")):
+        with pytest.raises(DataError, match=f"{name!r} for the position holds {held}"):
+            read_record(file, columns={"position": name})
+    file.write_bytes(b"time,position\n0,1\n")
+    with pytest.raises(DataError, match="cannot be read as a NumPy archive; write one with"):
         read_record(file)
 
 
 def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> None:
     pa = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
-    stamps = np.datetime64("2026-02-01T12:00:00") + np.round(1e6 * T).astype("timedelta64[us]")
     schema = pa.schema(
         [
             pa.field("time", pa.timestamp("us")),
@@ -49,7 +66,7 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
         ]
     )
     file = tmp_path / "log.parquet"
-    parquet.write_table(pa.table([stamps, Q, U, ["run"] * N], schema=schema), file)
+    parquet.write_table(pa.table([STAMPS, Q, U, ["run"] * N], schema=schema), file)
     record = read_record(file, columns=NAMED)
     assert record.time == pytest.approx(T, abs=1e-12)
     assert record.position == pytest.approx(np.radians(Q), rel=1e-15)
@@ -69,6 +86,56 @@ def test_any_dataframe_of_a_script(kind: str) -> None:
     record = read_record(frame, columns=NAMED)
     assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
     assert np.array_equal(record.control, U)
+
+
+@pytest.mark.parametrize("kind", ["mapping", "pandas", "parquet"])
+def test_names_that_differ_by_their_units_only_stay_apart(tmp_path: Path, kind: str) -> None:
+    log: Any = {"t [s]": T, "angle [deg]": np.degrees(Q), "angle [rad]": Q + 1}
+    if kind != "mapping":
+        pytest.importorskip("narwhals")
+        log = pytest.importorskip("pandas").DataFrame(log)
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+        log.to_parquet(tmp_path / "log.parquet")
+        log = tmp_path / "log.parquet"
+    with pytest.raises(DataError, match=r"'angle' .*found t, angle \[deg\], angle \[rad\]"):
+        read_record(log, columns={"time": "t", "position": "angle"})
+    for name, expected in (("angle [deg]", Q), ("angle [rad]", Q + 1)):
+        record = read_record(log, columns={"time": "t", "position": name})
+        assert record.position == pytest.approx(expected, abs=1e-12)
+
+
+def test_dataframe_without_one_name_for_each_column_is_explained() -> None:
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("narwhals")
+    twice = pandas.DataFrame(np.column_stack([T, Q, Q]), columns=["time", "q", "q"])
+    with pytest.raises(DataError, match="'q' 2 times; rename one"):
+        read_record(twice)
+    levels = pandas.MultiIndex.from_tuples([("axis", "time"), ("axis", "position")])
+    nested = pandas.DataFrame(np.column_stack([T, Q]), columns=levels)
+    assert np.array_equal(read_record(nested).position, Q)
+    indexed = pandas.DataFrame({"time": T, "position": Q}).set_index("time")
+    with pytest.raises(DataError, match=r"index time is no column; give log\.reset_index"):
+        read_record(indexed)
+
+
+def test_column_of_no_numbers_says_what_it_holds() -> None:
+    log = {"time": T, "position": [str(x) for x in Q], "other": [None] * N}
+    with pytest.raises(DataError, match="the column 'position' for the position holds text"):
+        read_record(log)
+    with pytest.raises(DataError, match="the column 'other' for the position holds nothing"):
+        read_record(log, columns={"position": "other"})
+
+
+def test_time_stamp_that_is_missing_does_not_spoil_the_others() -> None:
+    stamps = STAMPS.copy()
+    stamps[0] = np.datetime64("NaT")
+    log = {"time": stamps, "position": Q}
+    with pytest.raises(DataError, match=r"no time in data row 1 \(1 of 50\)"):
+        read_record(log)
+    record = read_record(log, repairs=Repairs(resample="auto"))
+    assert record.provenance.repairs[0].count == 1
+    assert record.position == pytest.approx(Q[1:], abs=1e-9)
 
 
 def test_what_is_no_dataframe_is_refused() -> None:
@@ -94,6 +161,52 @@ def test_tdms_waveforms_have_their_own_time_and_unit(tmp_path: Path) -> None:
     assert record.provenance.columns == {"position": "axis.q", "control": "axis.u"}
 
 
+def tdms(file: Path, **channels: tuple[Any, dict[str, Any]]) -> Path:
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(str(file)) as writer:
+        writer.write_segment(
+            [nptdms.ChannelObject("axis", name, *each) for name, each in channels.items()]
+        )
+    return file
+
+
+def test_tdms_waveforms_keep_the_time_between_their_starts(tmp_path: Path) -> None:
+    start = np.datetime64("2026-02-01T12:00:00", "us")
+    first, later = (
+        {"wf_increment": 1e-3, "wf_start_time": start + np.timedelta64(delay, "us")}
+        for delay in (0, 10_000)
+    )
+    file = tdms(tmp_path / "log.tdms", q=(Q, first), u=(U, later), v=(U, {"wf_increment": 1e-3}))
+    with pytest.raises(DataError, match="position and control are sampled at different times"):
+        read_record(file, columns=NAMED)
+    record = read_record(file, columns=NAMED, repairs=Repairs(resample=1000.0))
+    assert record.position == pytest.approx(Q[10:], abs=1e-9)
+    assert record.control == pytest.approx(U[:-10], abs=1e-9)
+    timeless = read_record(file, columns={"position": "q", "control": "v"})
+    assert any("no wf_start_time" in note for note in timeless.provenance.assumed)
+
+
+def test_tdms_channels_of_time_stamps_and_odd_ones_beside_good_ones(tmp_path: Path) -> None:
+    odd = {
+        "NI_Number_Of_Scales": np.int32(1),
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 1.0,
+        "NI_Scale[0]_Linear_Y_Intercept": 0.0,
+        "NI_Scale[0]_Linear_Input_Source": np.int32(-1),  # of itself
+        "NI_Scaling_Status": "unscaled",
+    }
+    file = tdms(
+        tmp_path / "log.tdms",
+        t=(STAMPS, {"wf_increment": 0.0}),
+        q=(Q, {}),
+        odd=(np.arange(N), odd),
+    )
+    record = read_record(file, columns={"time": "t", "position": "q"})
+    assert record.time == pytest.approx(T, abs=1e-12)
+    with pytest.raises(DataError, match="'odd' for the position holds what npTDMS cannot read"):
+        read_record(file, columns={"position": "odd"})
+
+
 def test_tdms_that_breaks_off_says_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     nptdms = pytest.importorskip("nptdms")
     file = tmp_path / "log.tdms"
@@ -104,6 +217,15 @@ def test_tdms_that_breaks_off_says_so(tmp_path: Path, capfd: pytest.CaptureFixtu
     assert np.array_equal(record.position, Q[:-10])
     assert "less data than expected" in record.provenance.assumed[0]
     assert capfd.readouterr().err == ""
+
+
+def test_tdms_that_breaks_off_says_so_where_its_columns_differ_in_length(tmp_path: Path) -> None:
+    file = tdms(tmp_path / "log.tdms", q=(Q, {}), u=(U, {"NI_UnitDescription": "mV"}))
+    record = read_record(file, columns=NAMED, sample_period=1e-3)
+    assert "control: mV -> V" in record.provenance.assumed
+    file.write_bytes(file.read_bytes()[:-80])
+    with pytest.raises(DataError, match=r"position 50, control 40 \(npTDMS: .*less data"):
+        read_record(file, columns=NAMED, sample_period=1e-3)
 
 
 def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
@@ -120,54 +242,52 @@ def test_mdf_groups_of_two_rates(tmp_path: Path) -> None:
     assert np.asarray(record.control)[::2] == pytest.approx(U[::2], abs=1e-12)
 
 
-def joint_states(types: Any, *, ros1: bool) -> list[tuple[int, Any]]:
-    """Messages with their times, ns; the second joint comes first."""
-    make = types["sensor_msgs/msg/JointState"]
-    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-    found = []
-    for k in range(N):
-        now = 1_700_000_000_000_000_000 + 1_000_000 * k
-        time = stamp(sec=now // 10**9, nanosec=now % 10**9)
-        own = header(seq=k, stamp=time, frame_id="") if ros1 else header(stamp=time, frame_id="")
-        message = make(
-            header=own,
-            name=["wrist", "elbow"],
-            position=np.array([0.0, Q[k]]),
-            velocity=np.array([]),
-            effort=np.array([1.0, U[k]]),
-        )
-        found.append((now + 300, message))
-    return found
+def test_mdf_channels_of_one_name_in_one_group_stay_apart(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    file = tmp_path / "log.mf4"
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(Q + k, T, name="q") for k in range(2)])
+        mdf.append([asammdf.Signal(Q + 2, T, name="0.q")])
+        mdf.append([asammdf.Signal(Q + 3, T, name="q")])
+        mdf.save(file)
+    for k, name in enumerate(("0.1.q", "0.2.q", "0.q", "2.q")):
+        assert np.array_equal(read_record(file, columns={"position": name}).position, Q + k)
+    with pytest.raises(DataError, match=r"found 0\.1\.q, 0\.2\.q, 2\.q, 1\.1\.0\.q"):
+        read_record(file, columns={"position": "q"})
 
 
-def written_bag(tmp_path: Path, version: int) -> Path:
-    module = pytest.importorskip(f"rosbags.rosbag{version}")
-    stores = pytest.importorskip("rosbags.typesys")
-    ros1 = version == 1
-    which = stores.Stores.ROS1_NOETIC if ros1 else stores.Stores.LATEST
-    store = stores.get_typestore(which)
-    file = tmp_path / ("log.bag" if ros1 else "log")
-    kind = "sensor_msgs/msg/JointState"
-    with module.Writer(file) if ros1 else module.Writer(file, version=9) as writer:
-        connection = writer.add_connection("/joint_states", kind, typestore=store)
-        for now, message in joint_states(store.types, ros1=ros1):
-            write = store.serialize_ros1 if ros1 else store.serialize_cdr
-            writer.write(connection, now, write(message, kind))
-    return file
+def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    file = tmp_path / "log.mf4"
+    invalid = np.zeros(N, dtype=bool)
+    invalid[[5, 7]] = True
+    with asammdf.MDF(version="4.10") as mdf:
+        signals = asammdf.Signal(Q, T, name="q", invalidation_bits=invalid)
+        mdf.append([signals, asammdf.Signal(U, T, name="u")])
+        mdf.save(file)
+    with pytest.raises(DataError, match=r"position is nan in data row 6 \(2 of 50"):
+        read_record(file, columns=NAMED)
+    record = read_record(file, columns=NAMED, repairs=Repairs(resample="auto"))
+    empty = record.provenance.repairs[0]
+    assert (empty.kind, empty.count) == ("empty", 2)
+    assert "q: 2 samples are marked as invalid" in record.provenance.assumed
 
 
-@pytest.mark.parametrize("version", [1, 2])
-def test_ros_bags_give_the_joints_of_their_joint_states(tmp_path: Path, version: int) -> None:
-    file = written_bag(tmp_path, version)
-    chosen = {"position": "elbow.position", "force": "elbow.effort"}
-    for path in [file] if version == 1 else [file, next(file.glob("*.db3"))]:
-        record = read_record(path, columns=chosen)
-        assert record.time == pytest.approx(T, abs=1e-12)
-        assert np.array_equal(record.position, Q)
-        assert np.array_equal(record.force, U)
-        assert len(record.provenance.sha256) == 64
-    with pytest.raises(DataError, match=r"found wrist\.position, wrist\.effort, elbow\.position"):
+def test_damaged_mdf_is_explained_in_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    file = tmp_path / "log.mf4"
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(np.sin(np.arange(4000)), np.arange(4000.0), name="q")])
+        mdf.save(file)
+    file.write_bytes(file.read_bytes()[:-30_000])
+    more: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", more.append)
+    with pytest.raises(DataError, match="cannot be read as an MDF file"):
         read_record(file)
+    gc.collect()
+    assert not more
 
 
 ENDINGS = {

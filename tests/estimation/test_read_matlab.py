@@ -61,6 +61,67 @@ def test_last_part_of_a_name_serves_where_it_is_the_only_one(tmp_path: Path) -> 
     assert np.array_equal(read_record(file, columns=COLUMNS | {"time": "log.t"}).position, Q)
 
 
+def test_matrices_of_cells_and_structures_are_numbered_as_matlab_does(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    cells = np.empty((2, 2), dtype=object)
+    cells[0, 0], cells[1, 0], cells[0, 1], cells[1, 1] = T, "text", Q, 2 * Q
+    structures = np.empty((2, 2), dtype=[("v", object)])
+    for k, place in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
+        structures[place] = (k * Q,)
+    savemat(file, {"c": cells, "s": structures})
+    record = read_record(file, columns={"time": "c.1", "position": "c.3", "force": "s.4.v"})
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.force, 3 * Q)
+    with pytest.raises(DataError, match=r"the column 'c\.2' for the position holds text"):
+        read_record(file, columns={"position": "c.2"})
+
+
+def test_matrix_that_is_wider_than_long_is_taken_by_its_rows(tmp_path: Path) -> None:
+    file = tmp_path / "log.mat"
+    savemat(file, {"ans": np.vstack([T, Q, 2 * Q])})  # as Simulink's To File writes it
+    record = read_record(file, columns={"time": "ans.1", "position": "ans.2", "force": "ans.3"})
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.force, 2 * Q)
+    notes = [note for note in record.provenance.assumed if "wider than long" in note]
+    assert notes == ["ans: wider than long, so its rows are columns"]
+
+
+def referred(content: Any, values: list[np.ndarray]) -> Any:
+    """References to data sets of their own, as MATLAB stores the elements of cells."""
+    h5py = pytest.importorskip("h5py")
+    kept = content.require_group("#refs#")
+    references = np.empty((len(values), 1), dtype=h5py.ref_dtype)
+    for k, each in enumerate(values):
+        references[k, 0] = stored(kept, f"r{len(kept)}", each).ref
+    return references
+
+
+def test_cells_and_arrays_of_structures_of_version_7_3_are_read(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+
+    def fill(content: Any) -> None:
+        cells = content.create_dataset("c", data=referred(content, [T, Q]), dtype=h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_("cell")
+        scope = content.create_group("scope")
+        scope.attrs["MATLAB_class"] = np.bytes_("struct")
+        signals = scope.create_group("signals")
+        signals.attrs["MATLAB_class"] = np.bytes_("struct")
+        signals.create_dataset(
+            "values", data=referred(content, [2 * Q, 3 * Q]), dtype=h5py.ref_dtype
+        )
+        content["nothing"] = h5py.Empty("f8")
+        content["complex"] = Q + 1j
+
+    file = hdf5(tmp_path / "log.mat", fill)
+    record = read_record(
+        file, columns={"time": "c.1", "position": "c.2", "force": "scope.signals.2.values"}
+    )
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.force, 3 * Q)
+    with pytest.raises(DataError, match="'complex' for the position holds complex numbers"):
+        read_record(file, columns={"position": "complex"})
+
+
 def test_version_7_3_is_read(tmp_path: Path) -> None:
     def fill(content: Any) -> None:
         stored(content, "t", T)

@@ -132,3 +132,18 @@ def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None
 def test_damaged_exports_are_explained(tmp_path: Path, change, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(DataError, match=message):
         read_record(log(tmp_path, change(export(CHANNELS))), columns=COLUMNS)
+
+
+@pytest.mark.parametrize("cell", ["", "NaN"])
+def test_sample_that_lacks_its_value_is_told_and_counted(tmp_path: Path, cell: str) -> None:
+    text = export([("position", "mm", ACTUAL, 1), ("control", "V", TARGET, 1)])
+    lines = text.split("\n")
+    at = next(k for k, line in enumerate(lines) if line.startswith("7\t"))
+    cells = lines[at].split("\t")
+    lines[at] = "\t".join([cells[0], cell, *cells[2:]])
+    file = tmp_path / "scope.csv"
+    file.write_text("\n".join(lines))
+    with pytest.raises(DataError, match=r"position is nan in data row 8 \(1 of 60"):
+        read_record(file)
+    record = read_record(file, repairs=Repairs(resample="auto"))
+    assert "position 1" in record.provenance.repairs[0].text

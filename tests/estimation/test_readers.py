@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import savemat
 
+import axisid
 from axisid import DataError, UsageError, load_axis, read_record
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
@@ -167,6 +169,52 @@ def test_period_that_is_given_stands_for_a_time_column_that_the_axis_declares() 
     assert read_record(log, axis, sample_period=1e-3).period == 1e-3
     with pytest.raises(DataError, match="no column 't' for the time"):
         read_record(log, axis, columns={"time": "t"}, sample_period=1e-3)
+
+
+def test_log_without_the_reference_that_the_axis_names_serves_least_squares() -> None:
+    axis = load_axis("emps2015")
+    twin = axisid.twin_record(axis)
+    axis = replace(axis, columns={"position": "q", "reference": "set", "control": "u"})
+    log = {"time": twin.time, "q": twin.position, "u": twin.control}
+    record = read_record(log, axis)
+    told = "no column 'set' for the reference, so least squares only, no instruments"
+    assert told in record.provenance.assumed
+    result = axisid.identify(axis, record)
+    assert "idm-ls" in result.estimates
+    assert "has no reference column" in result.skipped["idm-iv"]
+    with pytest.raises(DataError, match="has no reference column"):
+        axisid.identify(axis, record, methods=["idm-iv"])
+    with pytest.raises(DataError, match="no column 'set' for the reference"):
+        read_record(log, axis, columns={"reference": "set"})
+
+
+def test_log_without_the_control_that_the_axis_names_does_with_a_force() -> None:
+    names = {"position": "q", "control": "u", "force": "f"}
+    axis = replace(load_axis("emps2015"), columns=names)
+    log = {"time": 1e-3 * np.arange(50), "q": np.sin(np.arange(50)), "f": np.cos(np.arange(50))}
+    record = read_record(log, axis)
+    told = "no column 'u' for the control, so the control law is not compared with the record"
+    assert told in record.provenance.assumed
+    with pytest.raises(DataError, match="no column 'u' for the control"):
+        read_record(
+            log | {"f": ["a"] * 50} | {"g": log["f"]}, axis, columns={"force": "g", "control": "u"}
+        )
+
+
+def test_name_in_other_letters_is_suggested() -> None:
+    log = {"Time": np.arange(50.0), "Position": np.sin(np.arange(50))}
+    with pytest.raises(DataError, match="Did you mean 'Position'"):
+        read_record(log)
+
+
+@pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
+def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
+    for rows in (0, 9):
+        log = {"time": 0.01 * np.arange(rows), "position": np.full(rows, np.inf)}
+        with pytest.raises(
+            DataError, match=r"position (has no row with a number|is inf in data row 1)"
+        ):
+            read_record(log, repairs=axisid.Repairs(**repairs))
 
 
 def test_column_for_two_roles_is_refused() -> None:

@@ -4,12 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from axisid import DataError, Record, Repairs, UsageError, identify, load_axis, read_record
 from axisid.codegen import GeneratedAxis
-from axisid.estimation.repairs import clipped, unwrapped
+from axisid.estimation.repairs import clipped
 
 N = 400
 PERIOD = 1e-3
@@ -20,36 +18,6 @@ CONTROL = np.cos(30 * TIME)
 
 def log(**changes: Any) -> dict[str, Any]:
     return {"time": TIME, "position": POSITION, "control": CONTROL} | changes
-
-
-@given(
-    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
-    start=st.floats(-20, 20),
-    modulus=st.floats(0.1, 100),
-)
-def test_unwrapping_undoes_wrapping(steps: list[float], start: float, modulus: float) -> None:
-    true = modulus * (start + np.cumsum(steps))
-    wrapped = np.mod(true, modulus)
-    found, repair = unwrapped("log", {"position": wrapped}, modulus)
-    assert np.diff(found["position"]) == pytest.approx(np.diff(true), abs=1e-9 * modulus)
-    assert repair.count == np.count_nonzero(np.diff(np.floor(true / modulus)))
-
-
-def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
-    true = 3 * np.sin(5 * TIME)
-    behind = true - 0.02
-    wrapped = {"position": np.mod(behind, 2 * np.pi), "reference": np.mod(true, 2 * np.pi)}
-    record = read_record(log(**wrapped), repairs=Repairs(wrap="360:deg"))
-    assert record.reference - record.position == pytest.approx(0.02, abs=1e-12)
-    (repair,) = record.provenance.repairs
-    assert repair.kind == "wrap"
-    assert repair.count > 0
-    assert "position" in repair.text
-
-
-def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
-    with pytest.raises(DataError, match=r"spans .* more than the modulus 1 \(SI\)"):
-        read_record(log(), repairs=Repairs(wrap=1.0))
 
 
 def test_uneven_time_is_resampled_to_the_motion_that_was_sampled(
@@ -140,6 +108,7 @@ def test_resampling_invents_no_motion_in_a_gap() -> None:
     assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
     kinds = [(repair.kind, repair.count) for repair in record.provenance.repairs]
     assert kinds == [("resample", 364), ("gaps", 2)]
+    assert "0.036 s are missing" in record.provenance.repairs[1].text
 
 
 def test_control_at_the_drives_limit_is_clipped() -> None:

@@ -1,0 +1,162 @@
+"""ROS bags, written by their own library: joints by name, on one clock."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Record, Repairs, read_record
+
+N = 50
+T = 1e-3 * np.arange(N)
+Q = np.sin(T * 200)
+U = np.cos(T * 300)
+KIND = "sensor_msgs/msg/JointState"
+EPOCH = 1_700_000_000_000_000_000
+MILLISECOND = 1_000_000
+COLUMNS = {"position": "elbow.position", "force": "elbow.effort"}
+
+
+def joint_states(types: Any, *, ros1: bool) -> list[tuple[int, Any]]:
+    """Messages with their times, ns; the second joint comes first."""
+    make = types["sensor_msgs/msg/JointState"]
+    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    found = []
+    for k in range(N):
+        now = 1_700_000_000_000_000_000 + 1_000_000 * k
+        time = stamp(sec=now // 10**9, nanosec=now % 10**9)
+        own = header(seq=k, stamp=time, frame_id="") if ros1 else header(stamp=time, frame_id="")
+        message = make(
+            header=own,
+            name=["wrist", "elbow"],
+            position=np.array([0.0, Q[k]]),
+            velocity=np.array([]),
+            effort=np.array([1.0, U[k]]),
+        )
+        found.append((now + 300, message))
+    return found
+
+
+def written_bag(tmp_path: Path, version: int) -> Path:
+    module = pytest.importorskip(f"rosbags.rosbag{version}")
+    stores = pytest.importorskip("rosbags.typesys")
+    ros1 = version == 1
+    which = stores.Stores.ROS1_NOETIC if ros1 else stores.Stores.LATEST
+    store = stores.get_typestore(which)
+    file = tmp_path / ("log.bag" if ros1 else "log")
+    kind = "sensor_msgs/msg/JointState"
+    with module.Writer(file) if ros1 else module.Writer(file, version=9) as writer:
+        connection = writer.add_connection("/joint_states", kind, typestore=store)
+        for now, message in joint_states(store.types, ros1=ros1):
+            write = store.serialize_ros1 if ros1 else store.serialize_cdr
+            writer.write(connection, now, write(message, kind))
+    return file
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_ros_bags_give_the_joints_of_their_joint_states(tmp_path: Path, version: int) -> None:
+    file = written_bag(tmp_path, version)
+    for path in [file] if version == 1 else [file, next(file.glob("*.db3"))]:
+        record = read_record(path, columns=COLUMNS)
+        assert record.time == pytest.approx(T, abs=1e-12)
+        assert np.array_equal(record.position, Q)
+        assert np.array_equal(record.force, U)
+        assert len(record.provenance.sha256) == 64
+    with pytest.raises(DataError, match=r"found wrist\.position, wrist\.effort, elbow\.position"):
+        read_record(file)
+
+
+def test_file_of_a_bag_that_was_passed_on_alone_is_read(tmp_path: Path) -> None:
+    bag = written_bag(tmp_path, 2)
+    alone = tmp_path / "elsewhere"
+    alone.mkdir()
+    file = shutil.copy(next(bag.glob("*.db3")), alone)
+    assert np.array_equal(read_record(file, columns=COLUMNS).position, Q)
+
+
+def bag_of(tmp_path: Path, messages: list[tuple[str, int, int, list[float]]]) -> Path:
+    """Messages by topic, with their times of recording and their stamps, ns, and their effort."""
+    module = pytest.importorskip("rosbags.rosbag2")
+    stores = pytest.importorskip("rosbags.typesys")
+    store = stores.get_typestore(stores.Stores.LATEST)
+    types: Any = store.types
+    make, header = types[KIND], types["std_msgs/msg/Header"]
+    time = types["builtin_interfaces/msg/Time"]
+    connections: dict[str, Any] = {}
+    with module.Writer(tmp_path / "log", version=9) as writer:
+        for k, (topic, recorded, stamp, effort) in enumerate(messages):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, KIND, typestore=store)
+            at = time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+            message = make(
+                header=header(stamp=at, frame_id=""),
+                name=["elbow"],
+                position=np.array([float(Q[k % N])]),
+                velocity=np.array([]),
+                effort=np.array(effort),
+            )
+            writer.write(connections[topic], recorded, store.serialize_cdr(message, KIND))
+    return tmp_path / "log"
+
+
+def test_topics_that_begin_apart_stay_apart(tmp_path: Path) -> None:
+    late = 10 * MILLISECOND
+    measured = [
+        ("/meas", EPOCH + k * MILLISECOND, EPOCH + k * MILLISECOND, [1.0 * k]) for k in range(N)
+    ]
+    commanded = [("/cmd", now, stamp + late, [0.0]) for _, now, stamp, _ in measured]
+    file = bag_of(tmp_path, measured + commanded)
+    columns = {"position": "meas.elbow.position", "reference": "cmd.elbow.position"}
+    with pytest.raises(DataError, match="position and reference are sampled at different times"):
+        read_record(file, columns=columns)
+    record = read_record(file, columns=columns, repairs=Repairs(resample=1000.0))
+    assert record.position == pytest.approx(Q[10:], abs=1e-9)
+    assert record.reference == pytest.approx(Q[:-10], abs=1e-9)
+
+
+def stamped(tmp_path: Path, stamp: Callable[[int], int], **settings: Any) -> Record:
+    messages = [("/js", EPOCH + k * MILLISECOND, stamp(k), [float(U[k])]) for k in range(N)]
+    return read_record(bag_of(tmp_path, messages), columns=COLUMNS, **settings)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "told"),
+    [
+        (lambda k: EPOCH + k * MILLISECOND, "time of the messages' headers"),
+        (lambda k: k * MILLISECOND, "time of the messages' headers"),
+        (lambda _: 0, "its messages have no time, so that of their recording"),
+    ],
+)
+def test_it_is_said_which_time_is_taken(
+    tmp_path: Path, stamp: Callable[[int], int], told: str
+) -> None:
+    record = stamped(tmp_path, stamp)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert f"/js: {told}" in record.provenance.assumed
+
+
+def test_message_without_a_time_among_others_is_told_and_counted(tmp_path: Path) -> None:
+    def without(k: int) -> int:
+        return 0 if k == 7 else EPOCH + k * MILLISECOND
+
+    with pytest.raises(DataError, match=r"position has no time in data row 8 \(1 of 50\)"):
+        stamped(tmp_path / "a", without)
+    record = stamped(tmp_path / "b", without, repairs=Repairs(resample="auto"))
+    assert "/js: time of the messages' headers; 1 of 50 have none" in record.provenance.assumed
+    assert record.provenance.repairs[0].kind == "empty"
+    assert record.position == pytest.approx(Q, abs=1e-3)
+
+
+def test_messages_without_an_effort_are_told_and_counted(tmp_path: Path) -> None:
+    messages = [
+        ("/js", EPOCH + k * MILLISECOND, EPOCH + k * MILLISECOND, [float(U[k])] if k % 10 else [])
+        for k in range(1, N)
+    ]
+    file = bag_of(tmp_path, messages)
+    with pytest.raises(DataError, match=r"force is nan in data row 10 \(4 of 49"):
+        read_record(file, columns=COLUMNS)
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
+    assert "force 4" in record.provenance.repairs[0].text
