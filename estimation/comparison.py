@@ -1,7 +1,7 @@
 """Choosing between models: candidates fitted to the same rows, and which to take.
 
-Held-out error comes first and parsimony second: of the candidates within one standard error of the
-smallest held-out error, the one with the fewest parameters.
+Held-out error comes first and parsimony second: of the candidates within one standard error, or one
+percent, of the smallest held-out error, the one with the fewest parameters.
 """
 
 import math
@@ -28,6 +28,7 @@ from .signals import settled
 
 _METHODS = ("idm-ls", "idm-iv")
 _USELESS = 100.0  # %
+_NO_MATTER = 1.01  # times the least error; more precise blocks do not make it worth a parameter
 _AS_GOOD = 1.1
 
 
@@ -256,13 +257,15 @@ def _recommend(
 
 
 def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
-    """Whether the held-out error is the best one's, as far as the blocks can tell.
+    """Whether the held-out error is the best one's, as far as the blocks can tell or anyone cares.
 
     The second condition is for an excess that lies in one block: its standard error is as large.
     """
+    error, least = candidate.equation.error_percent, best.equation.error_percent
+    if error <= _NO_MATTER * least:
+        return True
     excess, deviation = candidate.equation.excess(best.equation)
-    limit = _AS_GOOD * best.equation.error_percent
-    return excess <= deviation and candidate.equation.error_percent <= limit
+    return excess <= deviation and error <= _AS_GOOD * least
 
 
 def _useless(best: Candidate) -> str:
@@ -281,7 +284,7 @@ def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
     return (
         f"held-out error {chosen.equation.error_percent:.4g} %: this record cannot tell "
         f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over {blocks} "
-        f"blocks), and {chosen.name} has {why} of them"
+        f"blocks, or one percent of the error), and {chosen.name} has {why} of them"
     )
 
 

@@ -296,8 +296,8 @@ def _notes(c: "Comparison") -> list[str]:
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "
-        "(of its excess over the smallest, by block) and 1.1 times the smallest, the one with the "
-        "fewest parameters.",
+        "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
+        "smallest whatever the blocks say, the one with the fewest parameters.",
         rows_text(c.record, c.prefilter, len(c.candidates[0].estimate.y)),
     ]
     if any(not each.axis.is_linear for each in c.candidates):

@@ -171,6 +171,21 @@ def test_an_excess_in_one_block_alone_is_no_tie(symmetric: Comparison) -> None:
     assert (chosen, tied) == (other.name, (other.name,))
 
 
+def test_a_gain_below_one_percent_is_not_worth_a_parameter(symmetric: Comparison) -> None:
+    """However sure the blocks are of it."""
+    poorer, richer = symmetric.candidates[2:]
+    assert poorer.size < richer.size
+    for gain, chosen in ((1.005, poorer), (1.02, richer)):
+        squares = np.linspace(1.0, 1.001, 10)
+        pair = [
+            replace(poorer, equation=HeldOut(squares=gain**2 * squares, signal=1e3)),
+            replace(richer, equation=HeldOut(squares=squares, signal=1e3)),
+        ]
+        excess, deviation = pair[0].equation.excess(pair[1].equation)
+        assert excess > 10 * deviation
+        assert _recommend(pair, 10)[0] == chosen.name
+
+
 def test_axes_that_this_record_does_not_identify_are_left_out(
     ladder: dict[str, GeneratedAxis], twin: Record
 ) -> None:

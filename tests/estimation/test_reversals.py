@@ -17,10 +17,8 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen import GeneratedAxis
-from axisid.estimation import identify_stream
 from axisid.estimation.signals import measured_signals, settled
 from tests.estimation.test_partially_linear import TRUTH, stribeck_axis
-from tests.estimation.test_streaming import in_blocks
 
 
 @pytest.fixture(scope="module")
