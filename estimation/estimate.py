@@ -91,6 +91,13 @@ class Value:
         return 100.0 * self.deviation / abs(self.value) if self.value else float("inf")
 
 
+class Named(dict[str, Value]):
+    """Values by name; a name that is not among them is told with those that are."""
+
+    def __missing__(self, name: str) -> Value:
+        raise UsageError(f"there is no {name!r}; choose from {', '.join(self)}.")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iterate:
     """One iterate of the instrumental-variable estimate.
@@ -249,14 +256,14 @@ class Estimate:
         return correlation(self.covariances[self.chosen])
 
     @property
-    def parameters(self) -> dict[str, Value]:
+    def parameters(self) -> "Named":
         """Physical parameters by name."""
         return self._values(
             self.quantities, self.physical, self.covariances, self.gain_slopes, self.filter_bias
         )
 
     @property
-    def ddm_parameters(self) -> dict[str, Value]:
+    def ddm_parameters(self) -> "Named":
         """Parameters of the direct model by name; empty for an inverse model."""
         biases = None
         if self.ddm_quantities and self.filter_bias is not None:
@@ -415,17 +422,20 @@ class Estimate:
         covariances: Mapping[str, Array],
         slopes: Array | None,
         biases: Array | None,
-    ) -> dict[str, Value]:
-        return {
-            q.name: self.valued(
-                float(theta[i]),
-                q.unit,
-                {name: float(c[i, i]) for name, c in covariances.items()},
-                None if slopes is None else float(slopes[i]),
-                None if biases is None else float(biases[i]),
+    ) -> "Named":
+        return Named(
+            (
+                q.name,
+                self.valued(
+                    float(theta[i]),
+                    q.unit,
+                    {name: float(c[i, i]) for name, c in covariances.items()},
+                    None if slopes is None else float(slopes[i]),
+                    None if biases is None else float(biases[i]),
+                ),
             )
             for i, q in enumerate(quantities)
-        }
+        )
 
     def valued(
         self,

@@ -27,7 +27,7 @@ from .linear import (
 )
 from .made_again import filter_bias, slopes_by_gain
 from .prefilter import Prefilter
-from .record import Record
+from .record import Record, check_record
 from .results import Identification
 from .signals import measured_signals, settled
 from .simulated_rows import LoopDataError, loop_reference, simulated_loops, simulated_right
@@ -120,8 +120,7 @@ def _check_arguments(asked: Sequence[str] | None, record: object, covariance: st
             raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
     if asked is not None and not asked:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
-    if not isinstance(record, Record):
-        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
+    check_record(record)
     if covariance not in COVARIANCES:
         raise UsageError(
             f"there is no covariance {covariance!r}; choose from {', '.join(COVARIANCES)}."

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from axisid.modeling import UsageError
+
 from .arrays import Array, frozen
 from .errors import DataError
 from .provenance import Provenance as Provenance
@@ -214,3 +216,9 @@ class Record:
                 f"{self._name()}: the sampling period is given as {period:g} s, but the time "
                 f"column steps by {typical:g} s. Correct one of them (time is in seconds)."
             )
+
+
+def check_record(record: object) -> None:
+    """Refuse what is no record, such as a file's name."""
+    if not isinstance(record, Record):
+        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")

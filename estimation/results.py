@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Identification:
     """The estimates of one axis from one record.
 
@@ -55,7 +55,11 @@ class Identification:
     failed: Mapping[str, str]
 
     def __getitem__(self, method: str) -> Estimate:
-        return self.estimates[method]
+        return self._of(method)
+
+    def __repr__(self) -> str:
+        source = self.record.provenance.source
+        return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
 
     @property
     def physical(self) -> dict[str, Physical]:
@@ -163,11 +167,11 @@ class Identification:
     def _of(self, method: str | None) -> Estimate:
         if method is None:
             return self.judged
-        if method not in self.estimates:
+        if method.lower() not in self.estimates:
             raise UsageError(
                 f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
             )
-        return self.estimates[method]
+        return self.estimates[method.lower()]
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

@@ -44,7 +44,7 @@ def summary_text(
     blocks.append(_verdict(checks))
     rows = rows_text(record, prefilter, len(estimates[0].y))
     made = f"{rows} Generated code {axis.signature[:12]}."
-    notes = [*_notes(estimates), *physical_notes(physical), made, *_left_out(missing)]
+    notes = [*_notes(estimates), *physical_notes(physical), made, *left_out(missing)]
     blocks.append("\n".join(numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -337,7 +337,8 @@ def _wrapped(head: str, text: str) -> str:
     )
 
 
-def _left_out(missing: Mapping[str, str]) -> list[str]:
+def left_out(missing: Mapping[str, str]) -> list[str]:
+    """Why methods gave no estimate, each reason once."""
     shared: dict[str, list[str]] = {}
     for method, reason in missing.items():
         shared.setdefault(reason.removeprefix(f"{method}, "), []).append(method)

@@ -71,6 +71,8 @@ class Sweep:
     def summary(self) -> str:
         """Values by cut-off and method as text, and the recommendation."""
         methods = [m for m in METHODS if any(m in r.estimates for r in self.results)]
+        if "idm-iv" in methods:
+            methods = [m for m in methods if m != "ddm-iv"]  # the same estimate
         heading = record_lines(self.results[0].record)
         told = heading_text({name: heading[name] for name in ("assumed", "repaired")})
         blocks = [told] if told else []
@@ -81,7 +83,8 @@ class Sweep:
             blocks.append(
                 text_table(header, [self._row(r, quantity.name, methods) for r in self.results])
             )
-        lines = [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in self.failures.items()]
+        lines = ["Values are without the filter's own bias, where that is known."]
+        lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in self.failures.items()]
         first = self.results[0]
         law = check_law(first.axis, first.record)
         if not isinstance(law, str) and not law.passed:
@@ -94,7 +97,7 @@ class Sweep:
         for method in methods:
             estimate = result.estimates.get(method)
             value = estimate and estimate.parameters[name]
-            row += [f"{value.value:.5g}", f"{value.deviation:.2g}"] if value else ["-", "-"]
+            row += [f"{value.corrected:.5g}", f"{value.deviation:.2g}"] if value else ["-", "-"]
         return row
 
     def plot(self) -> "Figure":
@@ -133,7 +136,7 @@ def sweep(
     cutoffs : sequence of float, optional
         Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
     prefilter : Prefilter, optional
-        The other settings; its cut-off and decimation are not used.
+        The other settings; its decimation is used at its own cut-off only.
     methods : sequence of str, optional
         As in `identify`.
     progress : callable, optional
@@ -154,7 +157,9 @@ def sweep(
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results, failures = [], {}
     for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
-        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
+        matching = matching_decimation(cutoff, record.period)
+        decimate = base.decimate if cutoff == base.cutoff else matching
+        chosen = replace(base, cutoff=cutoff, decimate=decimate)
         try:
             results.append(identify(generated, record, chosen, methods))
         except (EstimationError, DataError) as error:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen import GeneratedAxis
-from axisid.modeling import ModelError
+from axisid.modeling import ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
 from .closed_loop import Simulation
@@ -16,7 +16,7 @@ from .errors import DataError, EstimationError
 from .estimate import Estimate
 from .forms import DirectForm, Form, InverseForm
 from .prefilter import Prefilter
-from .record import Record
+from .record import Record, check_record
 from .results import Identification
 from .serialised import record_dict
 from .signals import Signals, measured_signals, settled
@@ -90,7 +90,11 @@ class Validation:
         return iter(self.methods)
 
     def __getitem__(self, method: str) -> MethodValidation:
-        return {each.method: each for each in self.methods}[method]
+        found = next((each for each in self.methods if each.method == method.lower()), None)
+        if found is None:
+            methods = ", ".join(each.method for each in self.methods)
+            raise UsageError(f"the validation has no {method!r}; choose from {methods}.")
+        return found
 
     def __str__(self) -> str:
         return self.summary()
@@ -163,6 +167,7 @@ def validate(result: Identification, record: Record) -> Validation:
     UsageError, DataError
         The record does not suit the prefilter or has no force.
     """
+    check_record(record)
     with np.errstate(all="ignore"):
         rescaled = result.prefilter.at_period(result.record.period, record.period)
         prefilter = settled(rescaled, result.axis, record)

@@ -73,6 +73,12 @@ class Axis:
         self._check_truth()
         self._check_units()
 
+    def __str__(self) -> str:
+        from .equations import equation_of_motion
+
+        title = f": {self.title}" if self.title else ""
+        return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
+
     @property
     def unchecked_terms(self) -> tuple[str, ...]:
         """Terms of the equation of motion whose unit a plain number in them leaves open."""

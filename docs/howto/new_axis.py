@@ -165,4 +165,4 @@ print(result)
 # ## Keep the generated code
 #
 # `axisid generate my_axis.py --output my_code` writes its CasADi functions, its C, its equations and a
-# manifest. Keep them under version control: `axisid generate --check` says whether they are current.
+# manifest. Keep them under version control: `axisid generate my_axis.py --output my_code --check` says whether they are current.

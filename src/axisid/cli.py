@@ -114,9 +114,10 @@ def _fault(error: Exception) -> str:
 
 
 @cli.command(
+    short_help="Identify an axis from a record.",
     epilog="Example: axisid identify emps2015, or "
     "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
-    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01"
+    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
@@ -297,7 +298,9 @@ def identify(
     _report(result, json_file, other, draws or 0, outputs, full=full)
 
 
-@cli.command(epilog="Example: axisid generate --check")
+@cli.command(
+    short_help="Rewrite the generated code of axes.", epilog="Example: axisid generate --check"
+)
 @click.argument("axes", nargs=-1, shell_complete=complete_axis)
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
 @click.option("-v", "--verbose", is_flag=True, help="Say how long each stage takes.")
@@ -315,6 +318,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     of the library or TOML or Python files that declare an axis.
     """
     from axisid.codegen import check_files, expected_files, stage_times, write_files
+    from axisid.modeling import UsageError
 
     declared = _declared(axes)
     if verbose:
@@ -337,6 +341,11 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
         click.echo(f"{finding.state}: {output / finding.path}")
         if finding.state == "stale":
             click.echo(finding.diff)
+    if not axes and findings and all(f.state == "missing" for f in findings):
+        raise UsageError(
+            f"nothing of the library is generated in {output}; name the axes that are meant, as in "
+            "axisid generate --check my_axis.toml."
+        )
     if findings:
         orphan = any(finding.state == "orphan" for finding in findings)
         command = " ".join(["axisid generate", *axes, *_output_option(output)])
@@ -348,7 +357,10 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
     click.echo(f"{len(files)} files are current.")
 
 
-@cli.command(epilog="Example: axisid new my_axis && axisid identify my_axis.toml")
+@cli.command(
+    short_help="Start a declaration in this folder.",
+    epilog="Example: axisid new my_axis && axisid identify my_axis.toml",
+)
 @click.argument("name")
 @click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
 @click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
@@ -361,7 +373,7 @@ def new(name: str, newton: bool, toml: bool) -> None:
     from axisid.scaffold import write_scaffold
 
     file = write_scaffold(name, newton=newton, toml=toml)
-    click.echo(f"wrote {file}; edit it, then:")
+    click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
 
@@ -394,8 +406,9 @@ def show(axis: str, form: str) -> None:
 
 
 @cli.command(
+    short_help="Identify at many cut-offs; recommend one.",
     epilog="Examples: axisid sweep emps2015 --points 3, or "
-    "axisid sweep emps DATA_EMPS.mat --figure sweep.png"
+    "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
@@ -451,6 +464,7 @@ def sweep(
         from axisid.figures import sweep_figure
 
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+        click.echo(f"wrote {figure}", err=json_file == "-")
 
 
 class _ListedAxes(click.Command):
@@ -478,6 +492,7 @@ def _repeated(args: list[str], option: str) -> "Iterator[str]":
 
 @cli.command(
     cls=_ListedAxes,
+    short_help="Fit several models; recommend one.",
     epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
@@ -570,6 +585,7 @@ def compare(
 
 @cli.command(
     "compare-results",
+    short_help="Set two results side by side.",
     epilog="Example: axisid identify emps2015 --json a.json && "
     "axisid identify emps2015 --cutoff 40 --json b.json && axisid compare-results a.json b.json",
 )
@@ -640,7 +656,10 @@ def _check_targets(targets: set[Path], axes: tuple[str, ...]) -> None:
         raise UsageError(f"{taken.pop()} declares an axis and would be overwritten; rename it.")
 
 
-@cli.command(epilog="Example: axisid paper --output results")
+@cli.command(
+    short_help="Reproduce the paper's tables on a twin.",
+    epilog="Example: axisid paper --output results",
+)
 @click.option(
     "--output",
     type=click.Path(file_okay=False, path_type=Path),
@@ -677,6 +696,8 @@ def _axis_and_record(
     from axisid.estimation import twin_record
     from axisid.modeling import UsageError, fix, load_axis, read_fixed
 
+    if Path(axis).suffix.lower() in LOG_ENDINGS:
+        raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
     generated = build(fix(load_axis(axis), **read_fixed(fixed)), native=not no_native)
     if record is not None:
         return generated, reading.record(record, generated)
@@ -792,6 +813,7 @@ def _report(
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation import EstimationError, validate
+    from axisid.estimation.summary import left_out
     from axisid.modeling import UsageError
 
     with ProgressLine("judging the estimates"):
@@ -821,7 +843,7 @@ def _report(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(result.failed.values()))
+        raise EstimationError("; ".join(left_out(result.failed)))
 
 
 def _put_json(file: str, result: dict[str, Any]) -> None:

@@ -41,6 +41,7 @@ def _declares(path: Path) -> bool:
 
 
 @click.command(
+    short_help="Print a completion script for the shell.",
     epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"'
 )
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))

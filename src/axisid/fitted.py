@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,10 @@ class FittedAxis:
     source, sha256 : str
         Of the record.
     estimates : mapping of str to mapping of str to Value
-        Physical parameters by method and name.
+        Of the axis's parameters by method and name; base parameters where it has any.
+    physical : mapping of str to mapping of str to Value
+        Of declared parameters that follow from base parameters and known values, likewise; empty
+        where the estimates are of them already.
     """
 
     model: AxisModel
@@ -34,6 +37,13 @@ class FittedAxis:
     source: str
     sha256: str
     estimates: Mapping[str, Mapping[str, Value]]
+    physical: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+
+    def values(self, method: str) -> dict[str, Value]:
+        """Every value of a method by name, those of the axis's own parameters first."""
+        own = self.estimates[method]
+        further = self.physical.get(method, {}).items()
+        return {**own, **{name: value for name, value in further if name not in own}}
 
     def chosen(self, method: str | None) -> str:
         """A method that gave an estimate; without one, that which the verdict judges.
@@ -77,6 +87,7 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
             source=_writable(origin.source),
             sha256=origin.sha256,
             estimates={m: e.parameters for m, e in result.estimates.items()},
+            physical={m: p.parameters for m, p in result.physical.items()},
         )
     if axis is None:
         raise UsageError(f"{result} does not hold the axis; give the one it was identified with.")
@@ -95,6 +106,14 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
                 }
                 for e in _estimates(written)
                 if e["method"] in JUDGED
+            },
+            physical={
+                e["method"]: {
+                    name: _value(v, str(e.get("chosen_covariance", "hac")))
+                    for name, v in e["physical"]["parameters"].items()
+                }
+                for e in _estimates(written)
+                if e["method"] in JUDGED and "physical" in e
             },
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -41,7 +41,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
                     "sd_gain": v.sd_gain,
                     "filter_bias": v.filter_bias,
                 }
-                for name, v in fitted.estimates[method].items()
+                for name, v in fitted.values(method).items()
             }
             for method in methods
         },
@@ -55,7 +55,7 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_HEADER)
     for method in methods:
-        for name, v in fitted.estimates[method].items():
+        for name, v in fitted.values(method).items():
             others = ["" if x is None else repr(x) for x in (v.sd_gain, v.filter_bias)]
             numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
             writer.writerow([fitted.model.axis.name, method, name, v.unit, *numbers, *others])
@@ -87,7 +87,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         "",
         "[identified.parameters]",
     ]
-    for name, v in estimate.items():
+    for name, v in fitted.values(method).items():
         low, high = v.interval
         lines.append(
             f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
@@ -122,7 +122,7 @@ def _text(text: str) -> str:
 
 def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """A ``tabular`` of value and deviation, which needs no package."""
-    estimates = [fitted.estimates[method] for method in methods]
+    estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
     lines = [
         f"% {fitted.model.axis.name}: value and standard deviation (HAC)",
@@ -131,9 +131,12 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
         " & ".join(header).strip() + r" \\",
         r"\hline",
     ]
-    for parameter in fitted.model.axis.parameters:
-        cells = [f"${symbol_latex(parameter.name)}$", f"${unit_latex(parameter.unit)}$"]
-        cells += [f"${with_deviation(estimate[parameter.name])}$" for estimate in estimates]
+    for name, value in estimates[0].items():
+        cells = [f"${symbol_latex(name)}$", f"${unit_latex(value.unit)}$"]
+        cells += [
+            f"${with_deviation(estimate[name])}$" if name in estimate else "--"
+            for estimate in estimates
+        ]
         lines.append(" & ".join(cells) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
 

@@ -54,7 +54,7 @@ def _check(name: str, *, toml: bool) -> None:
 
 _TOML_NEWTON = """\
 # An axis for axisid. It is data: nothing in it is run. Values are SI, on the load side.
-#   axisid show NAME.toml                          its equation of motion and models
+#   axisid show NAME.toml               its equation of motion and models
 #   axisid identify NAME.toml           its twin: the experiment at the end
 #   axisid identify NAME.toml log.csv   your record
 
@@ -82,7 +82,7 @@ resistance = [
 
 _TOML_LAGRANGE = """\
 # An axis for axisid. It is data: nothing in it is run. Values are SI, on the load side.
-#   axisid show NAME.toml                          its equation of motion and models
+#   axisid show NAME.toml               its equation of motion and models
 #   axisid identify NAME.toml           its twin: the experiment at the end
 #   axisid identify NAME.toml log.csv   your record
 

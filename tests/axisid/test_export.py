@@ -247,3 +247,43 @@ def test_bad_arguments_are_explained(
         export(result, method="ols")
     with pytest.raises(DataError, match="cannot be read"):
         export(tmp_path, axis="emps2015")
+
+
+PENDULUM = """\
+name = "arm"
+coordinate = { name = "q", unit = "rad" }
+drive = { gain = 0.5, unit = "A", limit = 20.0 }
+control = { law = "cascade_pd_averaged", kp = 20.0, kv = 12.0, period = 1e-3 }
+parameters.m = { unit = "kg", nominal = 0.3, known = 0.24, known_sd = 0.001 }
+parameters.l = { unit = "m", nominal = 0.5 }
+parameters.fv = { unit = "N m/(rad/s)" }
+
+[newton]
+inertia = "m*l**2"
+resistance = ["fv*dq", "m*G*l*sin(q)"]
+
+[experiment]
+back_and_forth = { speeds = [1.0, 3.0], acceleration = 20.0, seconds = 0.3, repeat = 1 }
+truth = { m = 0.24, l = 0.5, fv = 0.02 }
+position_noise = 1e-6
+"""
+
+
+def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> None:
+    file = tmp_path / "arm.toml"
+    file.write_text(PENDULUM)
+    axis = load_axis(file)
+    result = identify(axis, twin_record(axis), methods=["idm-ls", "idm-iv"])
+    written = tmp_path / "arm.json"
+    written.write_text(json.dumps(result.to_dict()))
+    for source, given in ((result, None), (written, file)):
+        found = json.loads(export(source, "json", axis=given))["parameters"]["idm-iv"]
+        assert list(found) == [*result["idm-iv"].parameters, "m", "l"]
+        value = result.physical["idm-iv"].parameters["l"]
+        assert found["l"]["value"] == value.value
+        assert found["l"]["interval_95"] == list(value.interval)
+        assert found["fv"]["value"] == result["idm-iv"].parameters["fv"].value
+        table = export(source, "csv", axis=given)
+        assert f"arm,idm-iv,l,m,{value.value!r}," in table
+        assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)
+        assert "\nl = { value = " in export(source, "toml", axis=given)

@@ -29,6 +29,7 @@ from axisid import (
     offset,
     simulate,
     twin_record,
+    validate,
     viscous,
 )
 from axisid.codegen import GeneratedAxis
@@ -330,3 +331,22 @@ def test_offset_axis_of_the_library_is_identified_from_its_twin() -> None:
     result = identify(axis, twin_record(axis), Prefilter(hold="zoh"))
     assert result["idm-iv"].physical == pytest.approx(truth, rel=0.01)
     assert offset(axis.parameters[3]) == axis.parameters[3].symbol
+
+
+def test_methods_and_parameters_are_found_as_they_are_printed(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls"])
+    assert result["IDM-LS"] is result["idm-ls"]
+    assert repr(result).startswith("identification of emps2015 from twin of emps2015")
+    with pytest.raises(UsageError, match="has no 'ddm'; choose from idm-ls"):
+        result["ddm"]
+    with pytest.raises(UsageError, match="there is no 'mass'; choose from M, Fv, Fc"):
+        result["idm-ls"].parameters["mass"]
+    with pytest.raises(UsageError, match=r"the record is 'second.csv'; read one with read_record"):
+        validate(result, "second.csv")  # type: ignore[arg-type]
+    held = validate(result, twin)
+    assert held["IDM-LS"] is held.methods[0]
+    with pytest.raises(UsageError, match="has no 'idm-iv'; choose from idm-ls"):
+        held["idm-iv"]
+    assert str(emps2015.axis).splitlines()[1] == "tau = M*ddq + Fv*dq + Fc*sign(dq) [N]"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, sweep
+from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, identify, sweep
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import default_cutoffs
 from axisid.estimation.prefilter import matching_decimation
@@ -110,3 +110,15 @@ def test_bad_options_exit_2(
 def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
     result = sweep(emps, emps_record, (40.0, 150.0), Prefilter(hold="zoh"))
     assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)
+
+
+def test_the_cut_off_of_the_filter_keeps_its_decimation(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    used = Prefilter(cutoff=60.0, decimate=12)
+    swept = sweep(emps2015, twin, (30.0, 60.0), used, ["idm-ls", "idm-iv"])
+    assert [r.prefilter.decimate for r in swept.results] == [14, 12]
+    alone = identify(emps2015, twin, used, ["idm-iv"])["idm-iv"]
+    assert np.array_equal(swept.results[1]["idm-iv"].physical, alone.physical)
+    cells = str(swept).split("\n\n")[0].splitlines()[3].split()
+    assert f"{alone.parameters['M'].corrected:.5g}" in cells

@@ -201,3 +201,10 @@ def test_deleted_folder_is_all_missing(folder: Path) -> None:
     shutil.rmtree(folder)
     findings = check_files(folder, expected_files([load_axis("emps")]))
     assert {f.state for f in findings} == {"missing"}
+
+
+def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_path: Path) -> None:
+    code, _, err = run("generate", "--check", "--output", tmp_path / "mine")
+    assert code == 2
+    assert "nothing of the library is generated in" in err
+    assert "axisid generate --check my_axis.toml" in err

@@ -100,10 +100,11 @@ def report_sweep(
         No cut-off gave an estimate.
     """
     methods = [method for method in _SWEPT if method in result.estimates]
+    spread = default_cutoffs(1 / result.record.period, points=_CUTOFFS)
     return sweep(
         result.axis,
         result.record,
-        default_cutoffs(1 / result.record.period, points=_CUTOFFS),
+        (*spread, result.prefilter.cutoff),
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
