@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _BINS = 41
 _FEWEST = 4  # rows of a bin
+_WHOLE = 0.02  # how far the weight of a row may be from 1
 _SEPARATE = 1e-6
 _PROBES = 200
 _NAME, _TITLE = "friction", "Friction against velocity"
@@ -31,6 +32,9 @@ class Friction:
     ----------
     velocity, force : (n,) array
         Of the rows: recorded force less the model's parts without velocity.
+    left_out : int
+        Rows that are not among them, since samples under them have no weight in the fit: with some
+        of its weight a row has less velocity and less force, but not the law's less force.
     binned : (b, 3) array
         Velocity, mean and standard deviation of the force, by bin of velocity.
     law : (m, 2) array
@@ -39,6 +43,7 @@ class Friction:
 
     velocity: Array
     force: Array
+    left_out: int
     binned: Array
     law: Array
 
@@ -58,13 +63,18 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
     if reason:
         return reason
     rest = _force(axis, physical, _still(signals))
+    weight = np.ones(len(signals.velocity))
     reduced = result.prefilter.reduce(
-        np.column_stack([signals.velocity, signals.force - rest]), result.record.period
+        np.column_stack([signals.velocity, signals.force - rest, weight]), result.record.period
     )
-    velocity, force = reduced.T
+    whole = np.abs(reduced[:, 2] - 1) < _WHOLE
+    if not whole.any():
+        return "no row of the fit is clear of the reversals and rests that it leaves out"
+    velocity, force, _ = reduced[whole].T
     return Friction(
         velocity=velocity,
         force=force,
+        left_out=len(whole) - int(whole.sum()),
         binned=_binned(velocity, force),
         law=_law(axis, physical, signals, velocity),
     )
@@ -77,13 +87,18 @@ def friction_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
         return NoPlot(name=_NAME, title=_TITLE, reason=found)
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
+    without = (
+        f" Without {found.left_out} rows by the reversals, rests and ends that the fit leaves out."
+        if found.left_out
+        else ""
+    )
     return Plot(
         name=_NAME,
         title=_TITLE,
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
-        "law does not have.",
+        f"law does not have.{without}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -171,11 +186,14 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
 
 
 def _binned(velocity: Array, force: Array) -> Array:
-    edges = np.linspace(velocity.min(), velocity.max(), _BINS + 1)
-    which = np.clip(np.digitize(velocity, edges) - 1, 0, _BINS - 1)
+    low, high = velocity.min(), velocity.max()
+    edges = np.linspace(low, high, _BINS + 1)
+    if low < 0 < high:  # no bin has rows of both directions
+        edges = np.insert(edges, np.searchsorted(edges, 0.0), 0.0)
+    which = np.clip(np.digitize(velocity, edges) - 1, 0, len(edges) - 2)
     rows = [
         (velocity[inside].mean(), force[inside].mean(), force[inside].std())
-        for inside in (which == i for i in range(_BINS))
+        for inside in (which == i for i in range(len(edges) - 1))
         if np.count_nonzero(inside) >= _FEWEST
     ]
     return np.array(rows).reshape(-1, 3)

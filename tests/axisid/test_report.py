@@ -28,11 +28,15 @@ from axisid import (
     read_record,
 )
 from axisid.codegen import GeneratedAxis
+from axisid.estimation import Check
 from axisid.estimation.estimate_plots import force_plot
+from axisid.estimation.typeset import readable_text
 from axisid.modeling import Formula
 from axisid.report import report_html, report_sweep
 from axisid.report.embedding import figures_data, script_json, thinned
 from axisid.report.mathml import formula_mathml
+from axisid.report.prose import prose_html
+from axisid.report.verdict import verdict_html
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -97,6 +101,11 @@ def page(result: Identification, swept: Sweep) -> Page:
     return Page(report_html(result, swept, command="axisid identify emps2015 --cutoff 60"))
 
 
+def squeezed(text: str) -> str:
+    """Without blanks, which elements within a sentence bring."""
+    return "".join(text.split())
+
+
 def values(reference: Any, arrays: list[str]) -> np.ndarray:
     if isinstance(reference, int):
         return np.frombuffer(base64.b64decode(arrays[reference]), dtype="<f4").astype(float)
@@ -135,7 +144,7 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
     for check in result.verdict:
         assert check.name.lower() in text.lower()
         if check.status == "fail":
-            assert check.meaning[1:].replace(" +- ", " ± ") in text
+            assert squeezed(readable_text(check.meaning)) in squeezed(text)
     failed = sum(check.status == "fail" for check in result.verdict)
     assert f"{failed} to look at" in text or (not failed and "All" in text)
     for part in (
@@ -248,6 +257,8 @@ def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin
     assert drawn == [f for f in FIGURES if f not in ("convergence", "tracking")]
     assert "has no control law" in page.text
     assert "None: idm-ls is no iteration" in page.text
+    halves = [a for a in page.tags("figure") if a.get("class") == "half"]
+    assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
 
 
 def test_one_method_alone_makes_a_page(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -278,6 +289,23 @@ def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
     assert found.texts["mi"][0] == "control"
     assert found.texts["mtext"] == ["motor,2"]
     assert "\u2212" in found.texts["mo"]
+
+
+def test_sentences_keep_the_case_of_names_and_end_once() -> None:
+    check = Check(name="bounds", status="fail", meaning="m = -12.4 kg is not within its bounds.")
+    text = Page(verdict_html([check], "idm-ls")).text
+    assert "Bounds: m = \u221212.4 kg is not within its bounds." in text
+    assert "bounds.." not in text
+    assert prose_html("in the record.") == prose_html("in the record") == "in the record."
+
+
+def test_options_do_not_break_after_their_hyphens() -> None:
+    assert prose_html("leave them out (--reversals leave-out), or <x>") == (
+        'leave them out (<span class="option">--reversals leave-out</span>), or &lt;x&gt;.'
+    )
+    assert '<span class="option">--fix NAME=VALUE+-SD</span>' in prose_html(
+        "(--fix NAME=VALUE+-SD)"
+    )
 
 
 def test_a_real_record_fits_into_three_megabytes(emps: GeneratedAxis, emps_record: Record) -> None:

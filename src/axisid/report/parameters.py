@@ -7,8 +7,8 @@ from html import escape
 from axisid.codegen import Quantity
 from axisid.estimation import Estimate, Identification, Validation, Value
 from axisid.estimation.physical_text import physical_notes
-from axisid.estimation.plot import readable_unit
 from axisid.estimation.summary import drawn_text, record_lines
+from axisid.estimation.typeset import readable_unit
 
 _ABOUT = {"idm": "Inverse model", "ddm": "Direct model"}
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0

@@ -5,6 +5,8 @@ from html import escape
 
 from axisid.estimation import Check
 
+from .prose import prose_html
+
 _SIGNS = {"pass": "✓", "fail": "✗", "not evaluated": "○"}
 _CLASSES = {"pass": "pass", "fail": "fail", "not evaluated": "missing"}
 
@@ -28,7 +30,7 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
         for c in reversed(ordered)
     )
     items = "".join(
-        f"<li>{_sign(c)}<span><b>{escape(_upper(c.name))}.</b> {_prose(_sentence(c))}</span></li>"
+        f"<li>{_sign(c)}<span><b>{escape(c.name.capitalize())}:</b> {_sentence(c)}</span></li>"
         for c in ordered
         if c.status != "pass"
     )
@@ -88,14 +90,5 @@ def _p_value(value: float | None) -> str:
 
 
 def _sentence(check: Check) -> str:
-    lead = "Not evaluated: " if check.status == "not evaluated" else ""
-    text = check.meaning if lead else _upper(check.meaning)
-    return f"{lead}{text}" + ("" if text.endswith(".") else ".")
-
-
-def _prose(text: str) -> str:
-    return escape(text).replace(" +- ", " ± ")
-
-
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    lead = "not evaluated: " if check.status == "not evaluated" else ""
+    return prose_html(lead + check.meaning)

@@ -176,8 +176,8 @@ class Plot {
     const place = {
       x: wide ? Math.min(x, drag.x) : LEFT,
       width: wide ? Math.abs(x - drag.x) : this.inner,
-      y: tall ? Math.min(y, drag.y) : TOP,
-      height: tall ? Math.abs(y - drag.y) : panel.height - TOP,
+      y: tall ? Math.min(y, drag.y) : panel.top,
+      height: tall ? Math.abs(y - drag.y) : panel.height - panel.top,
     };
     drag.box.setAttribute("visibility", wide || tall ? "visible" : "hidden");
     for (const [key, value] of Object.entries(place)) drag.box.setAttribute(key, value);
