@@ -31,7 +31,7 @@ from axisid.codegen import GeneratedAxis
 from axisid.estimation import Check
 from axisid.estimation.estimate_plots import force_plot
 from axisid.estimation.typeset import readable_text
-from axisid.modeling import Formula
+from axisid.modeling import Formula, equation_of_motion
 from axisid.report import report_html, report_sweep
 from axisid.report.embedding import figures_data, script_json, thinned
 from axisid.report.mathml import formula_mathml
@@ -289,6 +289,21 @@ def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
     assert found.texts["mi"][0] == "control"
     assert found.texts["mtext"] == ["motor,2"]
     assert "\u2212" in found.texts["mo"]
+
+
+def test_long_equations_may_break_between_terms_and_short_ones_stay_whole() -> None:
+    axis = load_axis("crank")
+    text = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    found = Page(text)
+    assert found.opened == []
+    pieces = re.findall(r"<math.*?</math>", text)
+    assert len(pieces) > 8
+    assert max(len(re.sub(r"<[^>]*>|&\w+;", "", piece)) for piece in pieces) < 70
+    assert found.texts["mo"].count("(") == found.texts["mo"].count(")")
+    signs = [re.search(r'<mrow><mo form="(\w+)">', piece) for piece in pieces]
+    assert [s[1] for s in signs if s].count("infix") >= 5
+    damper = Formula(name=sympy.Symbol("tau"), value=load_axis("emps").force)
+    assert formula_mathml(damper, load_axis("emps").coordinate).count("<math") == 5
 
 
 def test_sentences_keep_the_case_of_names_and_end_once() -> None:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify
+from axisid import Record, identify, load_axis
 from axisid.codegen import GeneratedAxis
+from axisid.modeling import equation_of_motion
 from axisid.report import report_html, report_sweep
+from axisid.report.mathml import formula_mathml
 from tests.axisid.chromium import Browser, browser, find_chromium
 
 FIGURES = 8
@@ -101,6 +103,23 @@ def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browse
 def test_the_equation_is_typeset(page: Browser) -> None:
     assert page.evaluate("document.querySelector('math mover').getBoundingClientRect().height") > 8
     assert page.evaluate("document.querySelector('math').namespaceURI").endswith("MathML")
+
+
+@pytest.mark.parametrize("width", [400, 700, 1100])
+def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
+    axis = load_axis("crank")
+    style = page.evaluate("document.querySelector('style').outerHTML")
+    file = tmp_path / "equation.html"
+    formula = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    file.write_text(f'{style}<body><div class="equation">{formula}</div>', encoding="utf-8")
+    page.emulate(width, 900, "light")
+    home = page.evaluate("location.href")
+    try:
+        page.open(file)
+        box = "document.querySelector('.equation')"
+        assert page.evaluate(f"{box}.scrollWidth - {box}.clientWidth") <= 0
+    finally:
+        page.open(Path(home.removeprefix("file://")))
 
 
 def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
