@@ -30,7 +30,7 @@ from axisid import (
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import Check
 from axisid.estimation.estimate_plots import force_plot
-from axisid.estimation.typeset import readable_text
+from axisid.estimation.typeset import readable_text, significant
 from axisid.modeling import Formula, equation_of_motion
 from axisid.report import report_html, report_sweep
 from axisid.report.embedding import figures_data, script_json, thinned
@@ -169,8 +169,32 @@ def test_parameters_stand_with_their_intervals_least_squares_beside_instruments(
     for method in ("idm-ls", "idm-iv"):
         low, high = result[method].parameters["M"].interval
         assert f"{low:.3f} … {high:.3f}" in page.text
+    value = result["idm-iv"].parameters["M"]
+    assert f"{significant(value.deviation)} {significant(value.relative_deviation_percent)} %" in (
+        page.text
+    )
+    assert "sd rel. sd" in page.text
     table = page.text.split("Parameters")[2]  # after the link to it, and the heading
     assert table.index("IDM-LS") < table.index("IDM-IV")
+
+
+def test_a_small_deviation_keeps_its_digits(result: Identification) -> None:
+    estimate = result["idm-iv"]
+    sure = {name: 1e-10 * c for name, c in estimate.covariances.items()}
+    text = Page(
+        report_html(replace(result, estimates={"idm-iv": replace(estimate, covariances=sure)}))
+    )
+    relative = 1e-5 * estimate.parameters["M"].relative_deviation_percent
+    assert relative < 0.005
+    assert f"{significant(relative)} %" in text.text
+    assert " 0.00 %" not in text.text
+
+
+def test_a_reason_that_methods_share_is_told_once(result: Identification) -> None:
+    without = dict.fromkeys(("ddm-ls", "ddm-iv"), "the inertia is none.")
+    text = Page(report_html(replace(result, skipped=without))).text
+    assert text.count("the inertia is none") == 1
+    assert "without ddm-ls, ddm-iv: the inertia is none." in text
 
 
 def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:
@@ -407,7 +431,7 @@ def test_physical_parameters_stand_below_the_base_parameters(twin: Record) -> No
     assert "<h3>Physical parameters</h3>" in text
     below = text[text.index("<h3>Physical parameters</h3>") :]
     for name in result.physical["idm-iv"].parameters:
-        assert f'<th scope="row">{name}' in below
+        assert f'<th scope="rowgroup" rowspan="1">{name} ' in below
     assert "declared as known" in below
 
 

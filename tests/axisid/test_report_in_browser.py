@@ -105,6 +105,21 @@ def test_the_equation_is_typeset(page: Browser) -> None:
     assert page.evaluate("document.querySelector('math').namespaceURI").endswith("MathML")
 
 
+@pytest.mark.parametrize("width", [400, 700, 800, 1100])
+def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
+    fresh.emulate(width, 900, "light")
+    fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    tables = "[...document.querySelectorAll('#parameters .scroll')]"
+    over = f"{tables}.map(s => s.scrollWidth - s.clientWidth)"
+    assert set(fresh.evaluate(over)) == {0}
+    shown = fresh.evaluate(
+        "['value', 'between', 'sd', 'relative', 'intervals'].map(c =>"
+        " document.querySelector('.parameters td.' + c).getBoundingClientRect())"
+        ".every(r => r.width > 20 && r.right <= innerWidth)"
+    )
+    assert shown
+
+
 @pytest.mark.parametrize("width", [400, 700, 1100])
 def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
     axis = load_axis("crank")
