@@ -9,7 +9,9 @@ from matplotlib.ticker import Formatter, MaxNLocator
 from .typeset import power_of_ten, true_minus
 
 _FEWEST = 3
-_MULTIPLES = ((1.0,), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))  # of a decade, ever denser
+_DECADES = 6  # about as many ticks
+_THREE, _SIX = (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)  # of a decade
+_ROUNDING = 1e-9
 _PLAIN = (1e-2, 1e5)  # between them numbers are written without a power of ten
 
 
@@ -39,15 +41,12 @@ def set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
 
 def log_ticks(first: float, last: float) -> list[float]:
     """Round numbers on a logarithmic scale: decades, or more of each where those are few."""
-    low, high = np.floor(np.log10(first)), np.ceil(np.log10(last))
-    every = max(1, round((high - low) / 6))
-    decades = 10.0 ** np.arange(low, high + 1)
-    for multiples in _MULTIPLES:
-        step = every if len(multiples) == 1 else 1
-        ticks = [float(m * d) for d in decades[:: int(step)] for m in multiples]
-        inside = [
-            tick for tick in ticks if first <= tick * (1 + 1e-9) and tick <= last * (1 + 1e-9)
-        ]
+    low, high = int(np.floor(np.log10(first))), int(np.ceil(np.log10(last)))
+    every = max(1, round((high - low) / _DECADES))
+    for step, multiples in (*((e, (1.0,)) for e in range(every, 0, -1)), (1, _THREE), (1, _SIX)):
+        decades = range(step * (low // step), high + 1, step)
+        ticks = [m * 10.0**d for d in decades for m in multiples]
+        inside = [t for t in ticks if first * (1 - _ROUNDING) <= t <= last * (1 + _ROUNDING)]
         if len(inside) >= _FEWEST:
             return inside
     even = MaxNLocator(5, min_n_ticks=_FEWEST).tick_values(first, last)

@@ -3,9 +3,11 @@
 import base64
 import hashlib
 import json
+import platform
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -195,6 +197,28 @@ def test_a_reason_that_methods_share_is_told_once(result: Identification) -> Non
     text = Page(report_html(replace(result, skipped=without))).text
     assert text.count("the inertia is none") == 1
     assert "without ddm-ls, ddm-iv: the inertia is none." in text
+
+
+def test_a_twin_is_called_simulated_and_a_measurement_is_not(
+    page: Page, result: Identification
+) -> None:
+    assert "SIMULATED. This record is not a measurement" in page.text
+    assert "M = 100.2 kg" in page.text
+    assert "SIMULATED: twin of emps2015" in page.text
+    provenance = replace(result.record.provenance, truth={})
+    measured = replace(result, record=replace(result.record, provenance=provenance))
+    assert "SIMULATED" not in Page(report_html(measured)).text
+
+
+def test_provenance_has_the_time_the_platform_and_how_deviations_were_found(
+    result: Identification,
+) -> None:
+    made = datetime(2026, 5, 4, 13, 30, 21, tzinfo=UTC)
+    text = Page(report_html(result, made=made)).text
+    assert "made 2026-05-04 13:30:21+00:00" in text
+    assert platform.platform() in text
+    assert result["idm-iv"].covariance_names["hac"] in text.split(" hold ")[-1]
+    assert "7801 of 1 ms, 7.801 s" in text
 
 
 def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:

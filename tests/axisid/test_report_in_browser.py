@@ -246,11 +246,26 @@ def test_a_narrow_window_needs_no_sideways_scrolling(fresh: Browser) -> None:
     assert fresh.evaluate(widths) <= 380
 
 
+def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Browser) -> None:
+    order = (
+        "[...document.querySelectorAll('main > section')]"
+        ".map(s => [s.id, s.querySelectorAll('details[open]').length])"
+    )
+    before = dict(fresh.evaluate(order))
+    assert set(before.values()) == {0}
+    fresh.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    printed = fresh.evaluate(order)
+    assert printed[-1] == ["appendix", 2]
+    fresh.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert dict(fresh.evaluate(order)) == before
+    assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 1
+
+
 def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:
     fresh.emulate(1280, 900, "dark")
     pdf = fresh.pdf()
     assert pdf.startswith(b"%PDF")
-    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 12
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 7
     fresh.send("Emulation.setEmulatedMedia", media="print")
     assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     fresh.send("Emulation.setEmulatedMedia", media="")

@@ -273,6 +273,7 @@ def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep
     ("first", "last", "ticks"),
     [
         (1e-6, 1e3, [1e-6, 1e-4, 0.01, 1, 100]),
+        (1e-5, 400.0, [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1, 10, 100]),
         (15, 130, [20, 50, 100]),
         (19, 31, [20, 22.5, 25, 27.5, 30]),
         (0.8, 6.0, [1, 2, 5]),

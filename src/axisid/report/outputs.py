@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from axisid.codegen import replace_file
@@ -73,6 +74,7 @@ class Outputs:
                     validation=validation,
                     draws=self.draws,
                     command=self.command,
+                    made=datetime.now().astimezone(),
                 )
                 replace_file(Path(self.report), page)
                 written.append(Path(self.report))

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -28,7 +29,7 @@ from .embedding import figures_data, script_json
 from .mathml import formula_mathml
 from .parameters import parameters_html
 from .prose import prose_html
-from .provenance import provenance_html
+from .provenance import provenance_html, truth_text
 from .verdict import verdict_html
 
 _PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
@@ -44,6 +45,7 @@ def report_html(
     validation: Validation | None = None,
     draws: int = 0,
     command: str = "",
+    made: datetime | None = None,
 ) -> str:
     """One page about a result, self-contained: it asks the network for nothing.
 
@@ -58,6 +60,8 @@ def report_html(
         As in `Identification.summary`.
     command : str, optional
         What reproduces it.
+    made : datetime, optional
+        When it was made.
     """
     axis, record = result.axis.axis, result.record
     diagnosis = result.diagnosis
@@ -75,7 +79,8 @@ def report_html(
         parameters=parameters_html(result, validation, draws),
         figures=_figures(plots),
         model=_model(axis),
-        provenance=provenance_html(result, command),
+        provenance=provenance_html(result, command, made),
+        simulated=_simulated(result),
         data=script_json(figures_data(p for p in plots if isinstance(p, Plot))),
         style=style,
         script=script,
@@ -108,6 +113,17 @@ def report_sweep(
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
+    )
+
+
+def _simulated(result: Identification) -> str:
+    """What nobody may overlook of a record that was not measured."""
+    if not result.record.provenance.truth:
+        return ""
+    truth = escape(truth_text(result))
+    return (
+        '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
+        f"with {truth}.</p>"
     )
 
 

@@ -7,7 +7,7 @@
    that follows is linear. */
 
 const PANEL_HEIGHT = 132, LEAST_HEIGHT = 210;
-const PRINTED_WIDTH = 680, PRINTED_HALF = 328, PRINTED_LOWER = 0.6;
+const PRINTED_WIDTH = 680, PRINTED_HALF = 328, PRINTED_LOWER = 0.4;
 const SMALLEST_ZOOM = 1e-5; // of the whole range
 const STEP = 1.4; // of one notch of the wheel, one key
 const BOX = 6; // pixels from which a drag is a box

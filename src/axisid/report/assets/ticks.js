@@ -32,16 +32,22 @@ function linearTicks(low, high, count, whole) {
 
 /** Ticks of a logarithmic range, as logarithms: decades, or more of each where those are few. */
 function logTicks(low, high, count) {
-  const every = Math.max(1, Math.ceil((high - low) / Math.max(count, 1)));
-  for (const multiples of [[1], [1, 2, 5], [1, 1.5, 2, 3, 5, 7]]) {
+  const inside = (every, multiples) => {
     const ticks = [];
-    for (let e = Math.floor(low); e <= Math.ceil(high); e++) {
-      if (multiples.length === 1 && e % every) continue;
+    for (let e = every * Math.floor(low / every); e <= high; e += every) {
       for (const m of multiples) {
         const tick = e + Math.log10(m);
         if (tick >= low - 1e-9 && tick <= high + 1e-9) ticks.push(tick);
       }
     }
+    return ticks;
+  };
+  for (let every = Math.max(1, Math.ceil((high - low) / count)); every >= 1; every--) {
+    const ticks = inside(every, [1]);
+    if (ticks.length >= FEWEST) return ticks;
+  }
+  for (const multiples of [[1, 2, 5], [1, 1.5, 2, 3, 5, 7]]) {
+    const ticks = inside(1, multiples);
     if (ticks.length >= FEWEST) return ticks;
   }
   return linearTicks(10 ** low, 10 ** high, FEWEST).filter((t) => t > 0).map(Math.log10);
