@@ -20,7 +20,10 @@ _COLORS = {
     "violet": "#b0578d",
 }
 _INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
-_WIDTH, _PANEL, _AROUND = 6.3, 1.5, 0.7  # inches
+WIDTH = 160.0  # mm, of a page with margins
+_INCH = 25.4  # mm
+_NARROW = 110.0  # mm, below which a legend has two columns
+_PANEL, _AROUND = 1.5, 0.7  # inches
 _NAMED = 0.17  # inches, of the names of marks
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
 _STYLE: Any = {
@@ -59,7 +62,7 @@ class Drawing(Figure):
         return rendered(self, "png")
 
 
-def drawn(plot: Plot, title: str = "") -> Drawing:
+def drawn(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     """Draw a plot.
 
     Parameters
@@ -67,14 +70,16 @@ def drawn(plot: Plot, title: str = "") -> Drawing:
     plot : Plot
     title : str
         Above it; none where a caption stands below.
+    width : float
+        In mm; the letters are of one size whatever it is.
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
     with rc_context(_STYLE):
-        figure = Drawing(figsize=(_WIDTH, height), layout="constrained")
+        figure = Drawing(figsize=(width / _INCH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
         for axes, panel in zip(rows[:, 0], plot.panels, strict=True):
-            _draw_panel(axes, panel, plot)
+            _draw_panel(axes, panel, plot, 4 if width > _NARROW else 2)
         last: Axes = rows[-1, 0]
         last.set_xlabel(_plain(plot.x_label))
         set_ticks(last.xaxis, log=plot.log, whole=plot.whole)
@@ -97,7 +102,7 @@ def rendered(figure: Figure, form: str) -> bytes:
     return out.getvalue()
 
 
-def _draw_panel(axes: Axes, panel: Panel, plot: Plot) -> None:
+def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
     axes.set_ylabel(_plain(panel.label))
     if plot.log:
         axes.set_xscale("log")
@@ -121,7 +126,7 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot) -> None:
         axes.axvline(place, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
     if panel is plot.panels[0]:
         _name_marks(axes, plot)
-    _draw_legend(axes, panel, plot)
+    _draw_legend(axes, panel, plot, columns)
 
 
 def _name_marks(axes: Axes, plot: Plot) -> None:
@@ -141,7 +146,7 @@ def _name_marks(axes: Axes, plot: Plot) -> None:
         )
 
 
-def _draw_legend(axes: Axes, panel: Panel, plot: Plot) -> None:
+def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
     """Names in the order of the panel; none where the panel above has the same."""
     labels = [series.label for series in panel.series if not series.aside]
     first = panel is plot.panels[0]
@@ -158,7 +163,7 @@ def _draw_legend(axes: Axes, panel: Panel, plot: Plot) -> None:
             shown,
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0 + lifted),
-            ncols=4,
+            ncols=columns,
             columnspacing=1.2,
         )
 

@@ -15,6 +15,7 @@ from .physical import Physical
 from .physical_text import physical_notes
 from .prefilter import Prefilter
 from .record import Record
+from .typeset import decimals
 
 Row = Sequence[str]
 
@@ -215,8 +216,10 @@ def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
                 [
                     f"{method.upper()} {name}",
                     value.unit,
-                    f"{drawn.median:.6g}",
-                    *(f"{x:.6g}" for x in (*drawn.interval, *value.interval)),
+                    *(
+                        f"{x:.{decimals(value.deviation)}f}"
+                        for x in (drawn.median, *drawn.interval, *value.interval)
+                    ),
                 ]
             )
     header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]

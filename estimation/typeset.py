@@ -52,6 +52,13 @@ def significant(value: float, digits: int = 2) -> str:
     return true_minus(f"{rounded:.{max(digits - 1 - exponent, 0)}f}")
 
 
+def decimals(deviation: float) -> int:
+    """Decimal places of a value that show two digits of its deviation."""
+    if not 0 < deviation < math.inf:
+        return 4
+    return min(max(0, 1 - math.floor(math.log10(deviation))), 12)
+
+
 def _number(found: re.Match[str]) -> str:
     sign, figures, exponent = found.groups()
     sign = sign.replace("-", _MINUS)

@@ -215,6 +215,14 @@ def _fault(error: Exception) -> str:
     show_default=True,
     help="Of --figures.",
 )
+@click.option(
+    "--figure-width",
+    type=click.FloatRange(60, 400),
+    default=160,
+    show_default=True,
+    metavar="MM",
+    help="Of --figures; a column of a journal has 88.",
+)
 @click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
 def identify(
     axis: str,
@@ -233,6 +241,7 @@ def identify(
     report: str | None,
     figures: str | None,
     figure_format: str,
+    figure_width: float,
     no_sweep: bool,
     **settings: Any,
 ) -> None:
@@ -290,6 +299,7 @@ def identify(
         report=report,
         figures=figures,
         form=figure_format,
+        width=figure_width,
         swept=not no_sweep,
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),

@@ -379,7 +379,7 @@ def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
     report, figures = tmp_path / "report.html", tmp_path / "figures"
     code, out, _ = run(
         *("identify", "emps2015", "--report", report, "--figures", figures),
-        *("--figure-format", "svg", "--no-sweep"),
+        *("--figure-format", "svg", "--figure-width", "88", "--no-sweep"),
     )
     assert code == 0
     page = Page(report.read_text(encoding="utf-8"))
@@ -389,6 +389,7 @@ def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
     assert sorted(path.name for path in figures.iterdir()) == sorted(f"{n}.svg" for n in names)
     for path in figures.iterdir():
         assert path.read_text().rstrip().endswith("</svg>")
+        assert f'width="{88 / 25.4 * 72:.4f}' in path.read_text()
         assert f"wrote {path}" in out
 
 

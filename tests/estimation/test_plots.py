@@ -293,6 +293,21 @@ def test_a_power_of_a_thousand_is_taken_out_of_small_ticks() -> None:
     assert form.get_offset() == ""
 
 
+def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
+    result: Identification, swept: Sweep
+) -> None:
+    for plot in result_plots(result, swept):
+        figure = drawn(drawable(plot), width=88.0)
+        assert figure.get_figwidth() == pytest.approx(88 / 25.4)
+        figure.canvas.draw()
+        edge = figure.bbox.x1
+        for axes in figure.get_axes():
+            assert axes.xaxis.label.get_fontsize() == 9
+            if legend := axes.get_legend():
+                assert legend.get_window_extent().x1 <= edge + 1
+                assert legend.get_window_extent().x0 >= 0
+
+
 def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
     for plot in (record_plot(result), drawable(tracking_plot(result, result.judged))):
         legend = drawn(plot).get_axes()[0].get_legend()

@@ -1,6 +1,5 @@
 """The parameters of the page: least squares beside instruments, with intervals to look at."""
 
-import math
 from collections.abc import Mapping, Sequence
 from html import escape
 
@@ -13,7 +12,7 @@ from axisid.estimation.summary import (
     record_lines,
     shared_remarks,
 )
-from axisid.estimation.typeset import readable_unit, significant, true_minus
+from axisid.estimation.typeset import decimals, readable_unit, significant, true_minus
 
 from .prose import prose_html
 
@@ -120,16 +119,9 @@ def _group(quantity: Quantity, values: Mapping[str, Value], result: Identificati
     return f"<tbody>{''.join(f'<tr>{row}</tr>' for row in rows)}</tbody>"
 
 
-def _places(value: Value) -> int:
-    """Decimal places that show two digits of the deviation."""
-    if not 0 < value.deviation < math.inf:
-        return 4
-    return min(max(0, 1 - math.floor(math.log10(value.deviation))), 12)
-
-
 def _cells(value: Value) -> str:
     low, high = value.interval
-    places = _places(value)
+    places = decimals(value.deviation)
     return (
         f'<td class="value">{_number(value.value, places)}{_corrected(value, places)}</td>'
         f'<td class="range between">{_number(low, places)} … {_number(high, places)}</td>'
