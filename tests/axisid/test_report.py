@@ -366,6 +366,7 @@ def test_options_do_not_break_after_their_hyphens() -> None:
     assert prose_html("leave them out (--reversals leave-out), or <x>") == (
         'leave them out (<span class="option">--reversals leave-out</span>), or &lt;x&gt;.'
     )
+    assert prose_html("position mm -> m") == ('position mm <span class="option">-&gt;</span> m.')
     assert '<span class="option">--fix NAME=VALUE+-SD</span>' in prose_html(
         "(--fix NAME=VALUE+-SD)"
     )

@@ -215,8 +215,10 @@ def _validation(validation: Validation) -> str:
         for (name, unit), figures in validation.errors.items()
     )
     told = record_lines(validation.record)
-    facts = [f"On {told['record']}", *(told[k] for k in ("assumed", "repaired") if told[k])]
-    notes = "".join(f'<p class="note">{prose_html(n)}</p>' for n in (*facts, *validation.notes))
+    # Names that a file brings stay as they are.
+    facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
+    sentences = [*map(escape, facts), *map(prose_html, validation.notes)]
+    notes = "".join(f'<p class="note">{sentence}</p>' for sentence in sentences)
     return (
         "<h2>The estimates, frozen, on a second record</h2>"
         '<div class="scroll"><table><thead><tr><th></th><th class="unit">unit</th>'

@@ -5,7 +5,7 @@ from html import escape
 
 from axisid.estimation.typeset import readable_text
 
-_OPTION = re.compile(r"--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?")
+_WHOLE = re.compile(r"->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?")
 
 
 def prose_html(sentence: str) -> str:
@@ -17,9 +17,16 @@ def prose_html(sentence: str) -> str:
         As for the terminal.
     """
     text = readable_text(sentence.rstrip())
-    return unbroken_options(text if text.endswith((".", "?", "!")) else f"{text}.")
+    return unbroken(text if text.endswith((".", "?", "!")) else f"{text}.")
 
 
-def unbroken_options(text: str) -> str:
-    """Text as HTML, its options of the command line each on one line."""
-    return _OPTION.sub(lambda m: f'<span class="option">{m[0]}</span>', escape(text))
+def unbroken(text: str) -> str:
+    """Text as HTML, in which no line ends within an option of the command line or an arrow."""
+    parts, at = [], 0
+    for found in _WHOLE.finditer(text):
+        parts += [
+            escape(text[at : found.start()]),
+            f'<span class="option">{escape(found[0])}</span>',
+        ]
+        at = found.end()
+    return "".join(parts) + escape(text[at:])

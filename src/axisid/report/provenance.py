@@ -9,7 +9,7 @@ from axisid import __version__
 from axisid.estimation import Identification
 from axisid.estimation.typeset import readable_unit
 
-from .prose import unbroken_options
+from .prose import unbroken
 
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
 
@@ -63,9 +63,7 @@ def provenance_html(result: Identification, command: str, made: datetime | None 
         if text
     )
     again = (
-        f"<p>The command that reproduces it:</p><pre>{unbroken_options(command)}</pre>"
-        if command
-        else ""
+        f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" if command else ""
     )
     return f"<dl>{listed}</dl>{again}"
 
@@ -94,4 +92,4 @@ def _covariances(result: Identification) -> str:
 
 def _value(name: str, text: str) -> str:
     exact = name in ("sha256 of the file", "generated code")
-    return f"<code>{escape(text)}</code>" if exact else escape(text)
+    return f"<code>{escape(text)}</code>" if exact else unbroken(text)
