@@ -87,18 +87,13 @@ def friction_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
         return NoPlot(name=_NAME, title=_TITLE, reason=found)
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
-    without = (
-        f" Without {found.left_out} rows by the reversals, rests and ends that the fit leaves out."
-        if found.left_out
-        else ""
-    )
     return Plot(
         name=_NAME,
         title=_TITLE,
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
-        f"law does not have.{without}",
+        f"law does not have.{_without(found)}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -125,6 +120,14 @@ def friction_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
                 ),
             ),
         ),
+    )
+
+
+def _without(found: Friction) -> str:
+    if not found.left_out:
+        return ""
+    return (
+        f" Without {found.left_out} rows by the reversals, rests and ends that the fit leaves out."
     )
 
 

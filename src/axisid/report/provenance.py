@@ -25,13 +25,25 @@ def provenance_html(result: Identification, command: str, made: datetime | None 
     made : datetime, optional
         When; not told where it is not given, so that the same result gives the same page.
     """
+    listed = "".join(
+        f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
+        for name, text in _facts(result, made).items()
+        if text
+    )
+    again = (
+        f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" if command else ""
+    )
+    return f"<dl>{listed}</dl>{again}"
+
+
+def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
     source, f = result.record.provenance, result.prefilter
     start, end = f.dropped(result.record.period)
     columns = ", ".join(f"{role} = {name}" for role, name in source.columns.items())
     versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{package} {version(package)}" for package in _PACKAGES]
     record = result.record
-    facts = {
+    return {
         "made": "" if made is None else made.isoformat(" ", "seconds"),
         "axis": result.axis.axis.name,
         "record": f"SIMULATED: {source.source}" if source.truth else source.source,
@@ -57,15 +69,6 @@ def provenance_html(result: Identification, command: str, made: datetime | None 
         "versions": ", ".join(versions),
         "platform": platform.platform(),
     }
-    listed = "".join(
-        f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
-        for name, text in facts.items()
-        if text
-    )
-    again = (
-        f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" if command else ""
-    )
-    return f"<dl>{listed}</dl>{again}"
 
 
 def truth_text(result: Identification) -> str:
