@@ -1,21 +1,18 @@
 """Matplotlib draws a `Plot`. Imported only where one is drawn."""
 
 import io
-from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from .arrays import Array
-from .plot import Panel, Plot, Series
+from .plot import SHADED, Panel, Plot, Series
+from .ticks import set_ticks
 
 # Okabe and Ito's colours, told apart whatever the eye; grey lies beneath.
 _COLORS = {
-    "measured": "#8a8f98",
+    "measured": "#4a515b",
     "model": "#0072b2",
     "error": "#d55e00",
     "other": "#009e73",
@@ -23,7 +20,11 @@ _COLORS = {
     "violet": "#b0578d",
 }
 _INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
-_WIDTH, _PANEL, _AROUND = 6.3, 1.5, 0.7  # inches
+WIDTH = 160.0  # mm, of a page with margins
+_INCH = 25.4  # mm
+_NARROW = 110.0  # mm, below which a legend has two columns
+_PANEL, _AROUND = 1.5, 0.7  # inches
+_NAMED = 0.17  # inches, of the names of marks
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
 _STYLE: Any = {
     "font.family": "sans-serif",
@@ -33,6 +34,8 @@ _STYLE: Any = {
     "axes.labelcolor": _INK,
     "axes.linewidth": 0.6,
     "axes.labelsize": 9.0,
+    "axes.formatter.use_mathtext": True,
+    "mathtext.default": "regular",
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
     "xtick.color": _INK,
@@ -59,7 +62,7 @@ class Drawing(Figure):
         return rendered(self, "png")
 
 
-def drawn(plot: Plot, title: str = "") -> Drawing:
+def drawn(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     """Draw a plot.
 
     Parameters
@@ -67,20 +70,19 @@ def drawn(plot: Plot, title: str = "") -> Drawing:
     plot : Plot
     title : str
         Above it; none where a caption stands below.
+    width : float
+        In mm; the letters are of one size whatever it is.
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
     with rc_context(_STYLE):
-        figure = Drawing(figsize=(_WIDTH, height), layout="constrained")
+        figure = Drawing(figsize=(width / _INCH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
         for axes, panel in zip(rows[:, 0], plot.panels, strict=True):
-            _draw_panel(axes, panel, plot)
+            _draw_panel(axes, panel, plot, 4 if width > _NARROW else 2)
         last: Axes = rows[-1, 0]
         last.set_xlabel(_plain(plot.x_label))
-        if plot.log:
-            _decades(last)
-        if plot.whole:
-            last.xaxis.set_major_locator(MaxNLocator(integer=True))
+        set_ticks(last.xaxis, log=plot.log, whole=plot.whole)
         if title:
             figure.suptitle(title, x=0.01, horizontalalignment="left", fontsize=10)
         figure.align_ylabels(list(rows[:, 0]))
@@ -100,7 +102,7 @@ def rendered(figure: Figure, form: str) -> bytes:
     return out.getvalue()
 
 
-def _draw_panel(axes: Axes, panel: Panel, plot: Plot) -> None:
+def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
     axes.set_ylabel(_plain(panel.label))
     if plot.log:
         axes.set_xscale("log")
@@ -109,31 +111,61 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot) -> None:
     axes.grid(visible=True, color=_RULE, linewidth=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    for first, last in plot.shaded:
-        axes.axvspan(first, last, color=_SHADE, alpha=0.18, linewidth=0)
+    for i, (first, last) in enumerate(plot.shaded):
+        label = "_none" if i or panel is not plot.panels[0] else SHADED
+        axes.axvspan(first, last, color=_SHADE, alpha=0.18, linewidth=0, label=label)
     for level in panel.levels:
         axes.axhline(level, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
-    shown = [series for series in panel.series if not series.aside]
-    for series in shown:
-        _draw_series(axes, series)
-    for place, name in plot.marks:
+    for series in panel.layers:
+        if not series.aside:
+            _draw_series(axes, series)
+    if panel.span is not None:
+        axes.set_ylim(*panel.span)
+    set_ticks(axes.yaxis, log=panel.log)
+    for place, _ in plot.marks:
         axes.axvline(place, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
-        if panel is plot.panels[0]:
-            axes.annotate(
-                name,
-                (place, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(3, -8),
-                textcoords="offset points",
-                fontsize=7.5,
-                color=_INK,
-                bbox={"facecolor": "white", "alpha": 0.8, "pad": 0.5, "linewidth": 0},
-            )
-    labels = [series.label for series in shown]
+    if panel is plot.panels[0]:
+        _name_marks(axes, plot)
+    _draw_legend(axes, panel, plot, columns)
+
+
+def _name_marks(axes: Axes, plot: Plot) -> None:
+    """Names above the axes, where they cover no curve; two of them to both sides."""
+    places = sorted(place for place, _ in plot.marks)
+    for place, name in plot.marks:
+        side = "center" if len(places) != 2 else "right" if place == places[0] else "left"
+        axes.annotate(
+            name,
+            (place, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            horizontalalignment=side,
+            fontsize=7.5,
+            color=_INK,
+        )
+
+
+def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
+    """Names in the order of the panel; none where the panel above has the same."""
+    labels = [series.label for series in panel.series if not series.aside]
+    first = panel is plot.panels[0]
     before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
-    told = before is not panel and labels == [s.label for s in before.series if not s.aside]
-    if sum(map(bool, labels)) > 1 and not told:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, columnspacing=1.2)
+    told = not first and labels == [s.label for s in before.series if not s.aside]
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    shown = [_plain(label) for label in labels if label]
+    if first and plot.shaded:
+        shown.append(SHADED)
+    if len(shown) > (not plot.shaded) and not told:
+        lifted = _NAMED / (_PANEL * panel.weight) if first and plot.marks else 0.0
+        axes.legend(
+            [handles[label] for label in shown],
+            shown,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0 + lifted),
+            ncols=columns,
+            columnspacing=1.2,
+        )
 
 
 def _draw_series(axes: Axes, series: Series) -> None:
@@ -161,12 +193,19 @@ def _draw_series(axes: Axes, series: Series) -> None:
             axes.vlines(series.x, series.low, series.high, color=color, linewidth=0.9, zorder=3)
         return
     if series.low is not None and series.high is not None:
-        axes.fill_between(series.x, series.low, series.high, color=color, alpha=0.16, linewidth=0)
+        if series.dashed:
+            for bound in (series.low, series.high):
+                axes.plot(series.x, bound, color=color, linewidth=0.7, linestyle=(0, (1, 2)))
+        else:
+            axes.fill_between(
+                series.x, series.low, series.high, color=color, alpha=0.16, linewidth=0
+            )
     axes.plot(
         series.x,
         series.y,
         color=color,
-        linewidth=2.2 if series.broad else 1.0,
+        alpha=0.5 if series.broad else 1.0,
+        linewidth=2.6 if series.broad else 0.8,
         linestyle=(0, (4, 2)) if series.dashed else "-",
         marker="o" if len(series.x) <= 40 else None,
         markersize=3,
@@ -177,20 +216,3 @@ def _draw_series(axes: Axes, series: Series) -> None:
 def _plain(text: str) -> str:
     """Text that is not taken for a formula."""
     return text.replace("$", r"\$")
-
-
-def _decades(axes: Axes) -> None:
-    """Ticks at 1, 2 and 5, written as plain numbers."""
-    first, last = axes.get_xlim()
-    ticks = np.array(list(_one_two_five(first, last)))
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_xticks([], minor=True)
-
-
-def _one_two_five(first: float, last: float) -> Iterable[float]:
-    exponents: Array = np.arange(np.floor(np.log10(first)), np.ceil(np.log10(last)) + 1)
-    for exponent in exponents:
-        for multiple in (1, 2, 5):
-            tick = float(multiple * 10.0**exponent)
-            if first <= tick <= last:
-                yield tick

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _LEVEL = 0.95
 #: Simulation error in percent from which the simulated loop does not follow the record.
 FOLLOWING = 50.0
+#: Part of a deviation by which no parameter may still move when the iteration ends.
+STILL = 1e-2
 #: Second-order part of a deviation, against the first, from which the delta method is not enough.
 CURVED = 0.1
 

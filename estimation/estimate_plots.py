@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .arrays import Array
+from .estimate import STILL
 from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line, paired, squared
 
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ def force_plot(estimate: "Estimate", beside: Sequence["Estimate"] = ()) -> Plot:
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
     name = estimate.method.upper()
-    measured = Series(label="measured", x=time, y=estimate.y, tone="measured", broad=True)
+    measured = line("measured", time, estimate.y, "measured")
     error = line(f"error, {name}", time, estimate.residuals, "error")
-    fitted = line(f"reconstructed, {name}", time, estimate.y - estimate.residuals)
-    upper = [measured, error, fitted]
+    fitted = Series(
+        label=f"reconstructed, {name}", x=time, y=estimate.y - estimate.residuals, broad=True
+    )
+    upper = [measured, fitted, error]
     lower = [error]
     for other in beside:
         label, other_fitted = other.method.upper(), other.y - other.residuals
@@ -117,33 +120,39 @@ def spectrum_plot(estimate: "Estimate") -> Plot:
 
 
 def convergence_plot(estimate: "Estimate") -> Plot | NoPlot:
-    """Every parameter against its last value, and the simulation error, by iteration."""
+    """How far every parameter is from its last value, and the simulation error, by iteration."""
     title = "Convergence of the instruments"
     if not estimate.iterates:
         reason = f"{estimate.method} is no iteration; instruments were not used"
         return NoPlot(name="convergence", title=title, reason=reason)
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
-    last = np.where(values[-1] == 0, 1.0, values[-1])
+    deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
+    distances = np.abs(values - values[-1]) / np.where(deviations > 0, deviations, np.nan)
+    distances[distances == 0] = np.nan  # the last from itself, which has no logarithm
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
         title=title,
         caption=f"{estimate.method.upper()} from the nominal values (0) in "
-        f"{len(steps) - 1} iterations to the estimate. It ends when no parameter moves by more "
-        "than a hundredth of its deviation.",
+        f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
+        "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
+        f"more than {STILL:g} of them, the dashed line.",
         x_label="iteration",
         panels=(
             Panel(
-                label="share of last value",
+                label="distance from last value [sd]",
                 series=tuple(
                     line(name, steps, column, tone)
                     for (name, tone), column in zip(
                         paired([q.name for q in estimate.quantities]),
-                        (values / last).T,
+                        distances.T,
                         strict=True,
                     )
                 ),
+                levels=(STILL,),
+                log=True,
+                weight=1.5,
             ),
             Panel(label="simulation error [%]", series=(line("", steps, errors, "error"),)),
         ),

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from .results import Identification
 
 _BINS = 41
-_WHOLE = 0.9  # weight of a row below which its velocity and force are those of no motion
 _FEWEST = 4  # rows of a bin
+_WHOLE = 0.02  # how far the weight of a row may be from 1
 _SEPARATE = 1e-6
 _PROBES = 200
 _NAME, _TITLE = "friction", "Friction against velocity"
@@ -32,6 +32,9 @@ class Friction:
     ----------
     velocity, force : (n,) array
         Of the rows: recorded force less the model's parts without velocity.
+    left_out : int
+        Rows that are not among them, since samples under them have no weight in the fit: with some
+        of its weight a row has less velocity and less force, but not the law's less force.
     binned : (b, 3) array
         Velocity, mean and standard deviation of the force, by bin of velocity.
     law : (m, 2) array
@@ -40,6 +43,7 @@ class Friction:
 
     velocity: Array
     force: Array
+    left_out: int
     binned: Array
     law: Array
 
@@ -63,10 +67,14 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
         np.column_stack([signals.velocity, signals.force - rest]), result.record.period
     )
     weights = result.prefilter.weights(len(result.record), result.record.period)
-    velocity, force = reduced[weights > _WHOLE].T
+    whole = np.abs(weights - 1) < _WHOLE
+    if not whole.any():
+        return "no row of the fit is clear of the reversals and rests that it leaves out"
+    velocity, force = reduced[whole].T
     return Friction(
         velocity=velocity,
         force=force,
+        left_out=len(whole) - int(whole.sum()),
         binned=_binned(velocity, force),
         law=_law(axis, physical, signals, velocity),
     )
@@ -85,7 +93,7 @@ def friction_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
-        "law does not have.",
+        f"law does not have.{_without(found)}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -112,6 +120,14 @@ def friction_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
                 ),
             ),
         ),
+    )
+
+
+def _without(found: Friction) -> str:
+    if not found.left_out:
+        return ""
+    return (
+        f" Without {found.left_out} rows by the reversals, rests and ends that the fit leaves out."
     )
 
 
@@ -173,11 +189,14 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
 
 
 def _binned(velocity: Array, force: Array) -> Array:
-    edges = np.linspace(velocity.min(), velocity.max(), _BINS + 1)
-    which = np.clip(np.digitize(velocity, edges) - 1, 0, _BINS - 1)
+    low, high = velocity.min(), velocity.max()
+    edges = np.linspace(low, high, _BINS + 1)
+    if low < 0 < high:  # no bin has rows of both directions
+        edges = np.insert(edges, np.searchsorted(edges, 0.0), 0.0)
+    which = np.clip(np.digitize(velocity, edges) - 1, 0, len(edges) - 2)
     rows = [
         (velocity[inside].mean(), force[inside].mean(), force[inside].std())
-        for inside in (which == i for i in range(_BINS))
+        for inside in (which == i for i in range(len(edges) - 1))
         if np.count_nonzero(inside) >= _FEWEST
     ]
     return np.array(rows).reshape(-1, 3)

@@ -14,7 +14,7 @@ from .arrays import Array, relative_error_percent
 from .closed_loop import Simulation
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
-from .estimate import FOLLOWING, Estimate, Iterate
+from .estimate import FOLLOWING, STILL, Estimate, Iterate
 from .excitation import motion_lacks
 from .forms import DirectForm, Equations, Form, InverseForm
 from .linear import (
@@ -41,7 +41,6 @@ COVARIANCES = ("hac", "robust", "iid")
 
 _MOST_ITERATIONS = 20
 # The iteration stops when no parameter moves by more than this share of its deviation.
-_STILL = 1e-2
 _ROUNDING = 1e-9  # the same as a share of the value, for records without noise
 _IN_MOTION = 0.25  # of the largest speed
 #: Rows for each parameter below which deviations cannot be believed.
@@ -228,7 +227,7 @@ class _Study:
                 )
                 goal, jacobian = form.physical(solution.theta)
                 deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
-                allowed = _STILL * deviation + _ROUNDING * np.abs(goal)
+                allowed = STILL * deviation + _ROUNDING * np.abs(goal)
                 # Of the whole step: a damped one may be small far from the solution.
                 still = bool(np.all(np.abs(goal - physical) <= allowed))
                 physical = self._next(form, instruments, physical, goal, still=still)

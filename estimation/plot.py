@@ -3,7 +3,6 @@
 One description serves matplotlib (`axisid.estimation.drawing`) and the report's page.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
@@ -14,13 +13,15 @@ from numpy.typing import ArrayLike
 from axisid.modeling import UsageError
 
 from .arrays import Array, frozen
+from .typeset import readable_unit
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.
 Tone: TypeAlias = Literal["measured", "model", "error", "other", "warm", "violet"]
 TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measured")
 
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: What a legend calls the stretches that are shaded.
+SHADED = "left out"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,9 +37,9 @@ class Series:
     kind : {"line", "points", "stems"}
     tone : Tone
     low, high : (n,) array or None
-        A band about a line, or whiskers of points.
+        A band about a line, only its bounds about a dashed one, or whiskers of points.
     broad : bool
-        Beneath the others, as a measurement is.
+        Beneath the others, so that both are seen where they agree.
     dashed : bool
     aside : bool
         Only on request: left out on paper, hidden at first on the page.
@@ -74,13 +75,15 @@ class Panel:
     label : str
         Quantity and unit of y: ``force [N]``.
     series : tuple of Series
-        The first lies lowest.
+        As the legend lists them; the first lies lowest, under it the broad ones.
     levels : tuple of float
         Values of y with a dashed line, such as bounds.
     log : bool
         Whether y is logarithmic.
     weight : float
         Height, against the other panels'.
+    span : (float, float) or None
+        What of y is shown at first; None for everything.
     """
 
     label: str
@@ -88,6 +91,12 @@ class Panel:
     levels: tuple[float, ...] = ()
     log: bool = False
     weight: float = 1.0
+    span: tuple[float, float] | None = None
+
+    @property
+    def layers(self) -> tuple[Series, ...]:
+        """The series from the lowest."""
+        return tuple(sorted(self.series, key=lambda series: not series.broad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +115,7 @@ class Plot:
     log : bool
         Whether x is logarithmic.
     shaded : tuple of (float, float)
-        Stretches of x that were left out.
+        Stretches of x that were left out, as the legend says.
     marks : tuple of (float, str)
         Values of x with a name.
     whole : bool
@@ -136,11 +145,6 @@ class NoPlot:
 def labelled(quantity: str, unit: str) -> str:
     """An axis's label: quantity and unit."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
-
-
-def readable_unit(unit: str) -> str:
-    """A unit with its powers raised: ``m/s²``."""
-    return re.sub(r"(?:\^|\*\*)(-?\d+)", lambda m: m[1].translate(_RAISED), unit)
 
 
 def squared(unit: str, *, per: str) -> str:

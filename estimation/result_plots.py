@@ -1,5 +1,6 @@
 """Figures of a whole result: its record, its tracking, and everything in one list."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from .record import Record
     from .results import Identification
     from .sweep import Sweep
+
+
+_ROOM = 1.0  # about the instruments' range, against it
 
 
 def result_plots(
@@ -63,12 +67,12 @@ def tracking_plot(result: "Identification", estimate: "Estimate") -> Plot | NoPl
     recorded, simulated = reference - record.position, reference - position
     positions = (
         Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
-        Series(label="recorded", x=time, y=record.position, tone="measured", broad=True),
-        line("simulated", time, position),
+        line("recorded", time, record.position, "measured"),
+        Series(label="simulated", x=time, y=position, broad=True),
     )
     errors = (
-        Series(label="recorded", x=time, y=recorded, tone="measured", broad=True),
-        line("simulated", time, simulated),
+        line("recorded", time, recorded, "measured"),
+        Series(label="simulated", x=time, y=simulated, broad=True),
     )
     kept = result.prefilter.kept(len(record), record.period)
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
@@ -97,9 +101,10 @@ def record_plot(result: "Identification") -> Plot:
     """The record as it was read, with what was dropped."""
     record, drive = result.record, result.axis.axis.drive
     time, q = _times(record), result.axis.axis.coordinate
-    position = [Series(label="position", x=time, y=record.position, tone="measured", broad=True)]
+    position = [line("position", time, record.position, "measured")]
     if record.reference is not None:
-        position.append(line("reference", time, record.reference))
+        reference = Series(label="reference", x=time, y=record.reference, broad=True)
+        position.append(reference)
     panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("control", drive.unit, record.control, "warm"),
@@ -111,12 +116,18 @@ def record_plot(result: "Identification") -> Plot:
         if values is not None
     ]
     left_out = len(record) - int(_used(result).sum())
+    dropped = (
+        f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
+        "keep the weight of the others."
+        if left_out
+        else ""
+    )
     source = "as recorded" if record.force is not None else "the drive's gain times the control"
     plot = Plot(
         name="record",
         title="The record",
         caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
-        f"force is {source}. Shaded: {left_out} samples that were left out.",
+        f"force is {source}.{dropped}",
         x_label="time [s]",
         panels=tuple(panels),
         shaded=_dropped(result),
@@ -157,24 +168,50 @@ def sweep_plot(sweep: "Sweep", used: float | None = None) -> Plot:
                     low=low,
                     high=high,
                     tone=tone,
-                    broad=method == "idm-ls",
+                    dashed=method.endswith("ls"),
                 )
             )
-        panels.append(Panel(label=labelled(quantity.name, quantity.unit), series=tuple(curves)))
+        label = labelled(quantity.name, quantity.unit)
+        panels.append(Panel(label=label, series=tuple(curves), span=_span(curves)))
     marks = [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
     return Plot(
         name="sweep",
         title="Estimates over the cut-off",
-        caption="Less the filter's own bias, with 95 % intervals. Least squares drifts where noise "
-        "begins to bias it, instruments stay. "
-        f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}.",
+        caption=_swept(sweep, cut=any(panel.span for panel in panels)),
         x_label="cut-off [Hz]",
         panels=tuple(panels),
         log=True,
         marks=tuple(marks),
     )
+
+
+def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
+    """A scale on which the instruments are seen, where least squares would take all of it."""
+    bounds = {c.label: (c.low, c.high) for c in curves if c.low is not None and c.high is not None}
+    lows, highs = zip(*bounds.values(), strict=True)
+    low, high = np.nanmin(np.concatenate(lows)), np.nanmax(np.concatenate(highs))
+    for label, (least, largest) in bounds.items():
+        if label.endswith("IV"):
+            first, last = np.nanmin(least), np.nanmax(largest)
+            room = _ROOM * (last - first)
+            seen = max(low, first - room), min(high, last + room)
+            return None if seen == (low, high) else (float(seen[0]), float(seen[1]))
+    return None
+
+
+def _swept(sweep: "Sweep", *, cut: bool) -> str:
+    """What to see in a figure of a sweep."""
+    told = [
+        "Less the filter's own bias, with 95 % intervals.",
+        "Least squares drifts where noise begins to bias it, instruments stay.",
+    ]
+    if cut:
+        told.append("The scale is the instruments', so that least squares may leave a panel.")
+    if any({"idm-iv", "ddm-iv"} <= set(result.estimates) for result in sweep.results):
+        told.append("DDM-IV is the same estimate as IDM-IV.")
+    return " ".join([*told, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
 
 
 def _times(record: "Record") -> Array:

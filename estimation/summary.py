@@ -16,6 +16,7 @@ from .physical import Physical
 from .physical_text import physical_notes
 from .prefilter import Prefilter
 from .record import Record
+from .typeset import decimals
 
 Row = Sequence[str]
 
@@ -44,7 +45,7 @@ def summary_text(
     blocks.append(_verdict(checks))
     rows = rows_text(record, prefilter, len(estimates[0].y))
     made = f"{rows} Generated code {axis.signature[:12]}."
-    notes = [*_notes(estimates), *physical_notes(physical), made, *left_out(missing)]
+    notes = [*_notes(estimates), *physical_notes(physical), made, *left_out_notes(missing)]
     blocks.append("\n".join(numbered(i, note) for i, note in enumerate(notes, 1)))
     return "\n\n".join(blocks) + "\n"
 
@@ -233,8 +234,10 @@ def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
                 [
                     f"{method.upper()} {name}",
                     value.unit,
-                    f"{drawn.median:.6g}",
-                    *(f"{x:.6g}" for x in (*drawn.interval, *value.interval)),
+                    *(
+                        f"{x:.{decimals(value.deviation)}f}"
+                        for x in (drawn.median, *drawn.interval, *value.interval)
+                    ),
                 ]
             )
     header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]
@@ -275,11 +278,16 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
             "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
             "is a self-test, not a second opinion."
         )
+    return notes + shared_remarks(estimates)
+
+
+def shared_remarks(estimates: Iterable[Estimate]) -> list[str]:
+    """Each remark once, with the methods that it is of."""
     shared: dict[str, list[str]] = {}
     for estimate in estimates:
         for remark in estimate.remarks:
             shared.setdefault(remark, []).append(estimate.method)
-    return notes + [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+    return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
 def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
@@ -337,8 +345,8 @@ def _wrapped(head: str, text: str) -> str:
     )
 
 
-def left_out(missing: Mapping[str, str]) -> list[str]:
-    """Why methods gave no estimate, each reason once."""
+def left_out_notes(missing: Mapping[str, str]) -> list[str]:
+    """Each reason once, with the methods that are missing for it."""
     shared: dict[str, list[str]] = {}
     for method, reason in missing.items():
         shared.setdefault(reason.removeprefix(f"{method}, "), []).append(method)

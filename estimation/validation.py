@@ -233,4 +233,4 @@ def _positions(
 
 
 def _cell(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+    return "-" if value is None else f"{value:#.4g}".rstrip(".")

@@ -216,6 +216,14 @@ def _fault(error: Exception) -> str:
     show_default=True,
     help="Of --figures.",
 )
+@click.option(
+    "--figure-width",
+    type=click.FloatRange(60, 400),
+    default=160,
+    show_default=True,
+    metavar="MM",
+    help="Of --figures; a column of a journal has 88.",
+)
 @click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
 def identify(
     axis: str,
@@ -234,6 +242,7 @@ def identify(
     report: str | None,
     figures: str | None,
     figure_format: str,
+    figure_width: float,
     no_sweep: bool,
     **settings: Any,
 ) -> None:
@@ -291,6 +300,7 @@ def identify(
         report=report,
         figures=figures,
         form=figure_format,
+        width=figure_width,
         swept=not no_sweep,
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),
@@ -813,7 +823,7 @@ def _report(
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation import EstimationError, validate
-    from axisid.estimation.summary import left_out
+    from axisid.estimation.summary import left_out_notes
     from axisid.modeling import UsageError
 
     with ProgressLine("judging the estimates"):
@@ -843,7 +853,7 @@ def _report(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(left_out(result.failed)))
+        raise EstimationError("; ".join(left_out_notes(result.failed)))
 
 
 def _put_json(file: str, result: dict[str, Any]) -> None:

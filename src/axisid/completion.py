@@ -42,7 +42,7 @@ def _declares(path: Path) -> bool:
 
 @click.command(
     short_help="Print a completion script for the shell.",
-    epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"'
+    epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
 )
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from axisid.estimation import Estimate, Sweep
-from axisid.estimation.drawing import Drawing, drawn, rendered
+from axisid.estimation.drawing import WIDTH, Drawing, drawn, rendered
 from axisid.estimation.estimate_plots import force_plot, row_times
 from axisid.estimation.plot import Panel, Plot, Series
 from axisid.estimation.result_plots import sweep_plot
@@ -47,7 +47,9 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     _save(drawn(sweep_plot(result), title), path)
 
 
-def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
+def write_figures(
+    plots: Iterable[Plot], folder: Path, form: str, width: float = WIDTH
+) -> list[Path]:
     """Write each plot into its own file, made for a page with a caption.
 
     Parameters
@@ -56,6 +58,8 @@ def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
     folder : Path
         Made if it is not there.
     form : {"pdf", "svg", "png"}
+    width : float
+        In mm.
 
     Returns
     -------
@@ -66,7 +70,7 @@ def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
     written = []
     for plot in plots:
         path = folder / f"{plot.name}.{form}"
-        _save(drawn(plot), path)
+        _save(drawn(plot, width=width), path)
         written.append(path)
     return written
 

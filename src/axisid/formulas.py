@@ -41,6 +41,7 @@ _SPECIAL = {
     "|": r"\textbar{}",
 }
 _SPECIALS = str.maketrans(_SPECIAL)
+_INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
 _MOST_TERMS = 4  # of a line
 
 
@@ -80,9 +81,11 @@ def symbol_latex(name: str) -> str:
 
 
 def name_parts(name: str) -> tuple[str, list[str]]:
-    """A name's head and its indices: ``J_motor_2`` has two, ``tau0`` one."""
+    """A name's head and its indices: ``J_motor_2`` has two, ``tau0`` and ``Fv`` one."""
     head, *indices = name.split("_")
-    if digits := re.search(r"\d+$", head):
+    if head not in _GREEK and (short := _INDEXED.fullmatch(head)):
+        head, indices = short[1], [*short.groups()[1:], *indices]
+    elif digits := re.search(r"\d+$", head):
         head, indices = head[: digits.start()], [digits[0], *indices]
     return head, [index for index in indices if index]
 

@@ -142,7 +142,7 @@ def test_latex_is_a_table_without_packages(result: Identification) -> None:
     mass, viscous = (result["idm-iv"].parameters[name] for name in ("M", "Fv"))
     assert lines[5] == rf"$M$ & $\mathrm{{kg}}$ & ${mass.value:.3f} \pm {mass.sd_hac:.3f}$ \\"
     entry = rf"${viscous.value:.2f} \pm {viscous.sd_hac:.2f}$"
-    assert lines[6] == rf"$\mathit{{Fv}}$ & $\mathrm{{N/(m/s)}}$ & {entry} \\"
+    assert lines[6] == rf"$F_{{\mathrm{{v}}}}$ & $\mathrm{{N/(m/s)}}$ & {entry} \\"
     assert lines[-1] == r"\end{tabular}"
 
 

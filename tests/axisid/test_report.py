@@ -3,9 +3,11 @@
 import base64
 import hashlib
 import json
+import platform
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -28,12 +30,16 @@ from axisid import (
     read_record,
 )
 from axisid.codegen import GeneratedAxis
+from axisid.estimation import Check
 from axisid.estimation.conclusion import conclusion
 from axisid.estimation.estimate_plots import force_plot
-from axisid.modeling import Formula
+from axisid.estimation.typeset import readable_text, significant
+from axisid.modeling import Formula, equation_of_motion
 from axisid.report import report_html, report_sweep
 from axisid.report.embedding import figures_data, script_json, thinned
 from axisid.report.mathml import formula_mathml
+from axisid.report.prose import prose_html
+from axisid.report.verdict import verdict_html
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -98,6 +104,11 @@ def page(result: Identification, swept: Sweep) -> Page:
     return Page(report_html(result, swept, command="axisid identify emps2015 --cutoff 60"))
 
 
+def squeezed(text: str) -> str:
+    """Without blanks, which elements within a sentence bring."""
+    return "".join(text.split())
+
+
 def values(reference: Any, arrays: list[str]) -> np.ndarray:
     if isinstance(reference, int):
         return np.frombuffer(base64.b64decode(arrays[reference]), dtype="<f4").astype(float)
@@ -136,7 +147,7 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
     for check in result.verdict:
         assert check.name.lower() in text.lower()
         if check.status == "fail":
-            assert check.meaning[1:].replace(" +- ", " ± ") in text
+            assert squeezed(readable_text(check.meaning)) in squeezed(text)
     assert conclusion(result.verdict) in text
     for part in (
         f"axisid {__version__}",
@@ -160,8 +171,54 @@ def test_parameters_stand_with_their_intervals_least_squares_beside_instruments(
     for method in ("idm-ls", "idm-iv"):
         low, high = result[method].parameters["M"].interval
         assert f"{low:.3f} … {high:.3f}" in page.text
+    value = result["idm-iv"].parameters["M"]
+    assert f"{significant(value.deviation)} {significant(value.relative_deviation_percent)} %" in (
+        page.text
+    )
+    assert "sd rel. sd" in page.text
     table = page.text.split("Parameters")[2]  # after the link to it, and the heading
     assert table.index("IDM-LS") < table.index("IDM-IV")
+
+
+def test_a_small_deviation_keeps_its_digits(result: Identification) -> None:
+    estimate = result["idm-iv"]
+    sure = {name: 1e-10 * c for name, c in estimate.covariances.items()}
+    text = Page(
+        report_html(replace(result, estimates={"idm-iv": replace(estimate, covariances=sure)}))
+    )
+    relative = 1e-5 * estimate.parameters["M"].relative_deviation_percent
+    assert relative < 0.005
+    assert f"{significant(relative)} %" in text.text
+    assert " 0.00 %" not in text.text
+
+
+def test_a_reason_that_methods_share_is_told_once(result: Identification) -> None:
+    without = dict.fromkeys(("ddm-ls", "ddm-iv"), "the inertia is none.")
+    text = Page(report_html(replace(result, skipped=without))).text
+    assert text.count("the inertia is none") == 1
+    assert "without ddm-ls, ddm-iv: the inertia is none." in text
+
+
+def test_a_twin_is_called_simulated_and_a_measurement_is_not(
+    page: Page, result: Identification
+) -> None:
+    assert "SIMULATED. This record is not a measurement" in page.text
+    assert "M = 100.2 kg" in page.text
+    assert "SIMULATED: twin of emps2015" in page.text
+    provenance = replace(result.record.provenance, truth={})
+    measured = replace(result, record=replace(result.record, provenance=provenance))
+    assert "SIMULATED" not in Page(report_html(measured)).text
+
+
+def test_provenance_has_the_time_the_platform_and_how_deviations_were_found(
+    result: Identification,
+) -> None:
+    made = datetime(2026, 5, 4, 13, 30, 21, tzinfo=UTC)
+    text = Page(report_html(result, made=made)).text
+    assert "made 2026-05-04 13:30:21+00:00" in text
+    assert platform.platform() in text
+    assert result["idm-iv"].covariance_names["hac"] in text.split(" hold ")[-1]
+    assert "7801 of 1 ms, 7.801 s" in text
 
 
 def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:
@@ -248,6 +305,8 @@ def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin
     assert drawn == [f for f in FIGURES if f not in ("convergence", "tracking")]
     assert "has no control law" in page.text
     assert "None: idm-ls is no iteration" in page.text
+    halves = [a for a in page.tags("figure") if a.get("class") == "half"]
+    assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
 
 
 def test_one_method_alone_makes_a_page(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -263,9 +322,9 @@ def test_the_equation_is_typeset_with_dots_and_whole_names() -> None:
     found = Page(formula_mathml(Formula(name=sympy.Symbol("tau"), value=axis.force), q))
     assert found.opened == []
     assert sorted(text for text in found.texts["mo"] if text in "˙¨") == sorted("˙˙¨")
-    assert {"τ", "Fc", "Fv", "M", "sign", "q"} <= set(found.texts["mi"])
+    assert {"τ", "F", "M", "sign", "q"} <= set(found.texts["mi"])
     assert "dq" not in found.texts["mi"]
-    assert found.texts["mtext"] == ["0"]
+    assert found.texts["mtext"] == ["v", "c", "0"]
 
 
 def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
@@ -280,6 +339,39 @@ def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
     assert "\u2212" in found.texts["mo"]
 
 
+def test_long_equations_may_break_between_terms_and_short_ones_stay_whole() -> None:
+    axis = load_axis("crank")
+    text = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    found = Page(text)
+    assert found.opened == []
+    pieces = re.findall(r"<math.*?</math>", text)
+    assert len(pieces) > 8
+    assert max(len(re.sub(r"<[^>]*>|&\w+;", "", piece)) for piece in pieces) < 70
+    assert found.texts["mo"].count("(") == found.texts["mo"].count(")")
+    signs = [re.search(r'<mrow><mo form="(\w+)">', piece) for piece in pieces]
+    assert [s[1] for s in signs if s].count("infix") >= 5
+    damper = Formula(name=sympy.Symbol("tau"), value=load_axis("emps").force)
+    assert formula_mathml(damper, load_axis("emps").coordinate).count("<math") == 5
+
+
+def test_sentences_keep_the_case_of_names_and_end_once() -> None:
+    check = Check(name="bounds", status="fail", meaning="m = -12.4 kg is not within its bounds.")
+    text = Page(verdict_html([check], "idm-ls")).text
+    assert "Bounds: m = \u221212.4 kg is not within its bounds." in text
+    assert "bounds.." not in text
+    assert prose_html("in the record.") == prose_html("in the record") == "in the record."
+
+
+def test_options_do_not_break_after_their_hyphens() -> None:
+    assert prose_html("leave them out (--reversals leave-out), or <x>") == (
+        'leave them out (<span class="option">--reversals leave-out</span>), or &lt;x&gt;.'
+    )
+    assert prose_html("position mm -> m") == ('position mm <span class="option">-&gt;</span> m.')
+    assert '<span class="option">--fix NAME=VALUE+-SD</span>' in prose_html(
+        "(--fix NAME=VALUE+-SD)"
+    )
+
+
 def test_a_real_record_fits_into_three_megabytes(emps: GeneratedAxis, emps_record: Record) -> None:
     assert len(report_html(identify(emps, emps_record))) < 1_500_000
 
@@ -288,7 +380,7 @@ def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
     report, figures = tmp_path / "report.html", tmp_path / "figures"
     code, out, _ = run(
         *("identify", "emps2015", "--report", report, "--figures", figures),
-        *("--figure-format", "svg", "--no-sweep"),
+        *("--figure-format", "svg", "--figure-width", "88", "--no-sweep"),
     )
     assert code == 0
     page = Page(report.read_text(encoding="utf-8"))
@@ -298,6 +390,7 @@ def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
     assert sorted(path.name for path in figures.iterdir()) == sorted(f"{n}.svg" for n in names)
     for path in figures.iterdir():
         assert path.read_text().rstrip().endswith("</svg>")
+        assert f'width="{88 / 25.4 * 72:.4f}' in path.read_text()
         assert f"wrote {path}" in out
 
 
@@ -364,7 +457,7 @@ def test_physical_parameters_stand_below_the_base_parameters(twin: Record) -> No
     assert "<h3>Physical parameters</h3>" in text
     below = text[text.index("<h3>Physical parameters</h3>") :]
     for name in result.physical["idm-iv"].parameters:
-        assert f'<th scope="row">{name}' in below
+        assert f'<th scope="rowgroup" rowspan="1">{name} ' in below
     assert "declared as known" in below
 
 

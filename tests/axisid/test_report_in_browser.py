@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify
+from axisid import Record, identify, load_axis
 from axisid.codegen import GeneratedAxis
+from axisid.modeling import equation_of_motion
 from axisid.report import report_html, report_sweep
+from axisid.report.mathml import formula_mathml
 from tests.axisid.chromium import Browser, browser, find_chromium
 
 FIGURES = 8
@@ -101,6 +103,38 @@ def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browse
 def test_the_equation_is_typeset(page: Browser) -> None:
     assert page.evaluate("document.querySelector('math mover').getBoundingClientRect().height") > 8
     assert page.evaluate("document.querySelector('math').namespaceURI").endswith("MathML")
+
+
+@pytest.mark.parametrize("width", [400, 700, 800, 1100])
+def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
+    fresh.emulate(width, 900, "light")
+    fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    tables = "[...document.querySelectorAll('#parameters .scroll')]"
+    over = f"{tables}.map(s => s.scrollWidth - s.clientWidth)"
+    assert set(fresh.evaluate(over)) == {0}
+    shown = fresh.evaluate(
+        "['value', 'between', 'sd', 'relative', 'intervals'].map(c =>"
+        " document.querySelector('.parameters td.' + c).getBoundingClientRect())"
+        ".every(r => r.width > 20 && r.right <= innerWidth)"
+    )
+    assert shown
+
+
+@pytest.mark.parametrize("width", [400, 700, 1100])
+def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
+    axis = load_axis("crank")
+    style = page.evaluate("document.querySelector('style').outerHTML")
+    file = tmp_path / "equation.html"
+    formula = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    file.write_text(f'{style}<body><div class="equation">{formula}</div>', encoding="utf-8")
+    page.emulate(width, 900, "light")
+    home = page.evaluate("location.href")
+    try:
+        page.open(file)
+        box = "document.querySelector('.equation')"
+        assert page.evaluate(f"{box}.scrollWidth - {box}.clientWidth") <= 0
+    finally:
+        page.open(Path(home.removeprefix("file://")))
 
 
 def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
@@ -212,11 +246,26 @@ def test_a_narrow_window_needs_no_sideways_scrolling(fresh: Browser) -> None:
     assert fresh.evaluate(widths) <= 380
 
 
+def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Browser) -> None:
+    order = (
+        "[...document.querySelectorAll('main > section')]"
+        ".map(s => [s.id, s.querySelectorAll('details[open]').length])"
+    )
+    before = dict(fresh.evaluate(order))
+    assert set(before.values()) == {0}
+    fresh.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    printed = fresh.evaluate(order)
+    assert printed[-1] == ["appendix", 2]
+    fresh.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert dict(fresh.evaluate(order)) == before
+    assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 1
+
+
 def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:
     fresh.emulate(1280, 900, "dark")
     pdf = fresh.pdf()
     assert pdf.startswith(b"%PDF")
-    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 12
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 7
     fresh.send("Emulation.setEmulatedMedia", media="print")
     assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     fresh.send("Emulation.setEmulatedMedia", media="")

@@ -165,7 +165,10 @@ def test_the_latex_document_escapes_what_latex_reads() -> None:
 
 def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
     text = shown(derive(load_axis("emps2015")), "markdown")
-    assert r"M\, \ddot{q} + \mathit{Fv}\, \dot{q}" in text
+    assert r"M\, \ddot{q} + F_{\mathrm{v}}\, \dot{q}" in text
+    assert symbol_latex("Fvm") == r"F_{\mathrm{vm}}"
+    assert symbol_latex("Xi") == r"\Xi"
+    assert symbol_latex("fv") == r"\mathit{fv}"
     assert symbol_latex("tau0") == r"\tau_{0}"
     assert symbol_latex("J_motor_2") == r"J_{\mathrm{motor},2}".replace(",", r",\,")
     assert symbol_latex("xdot") == r"\mathit{xdot}"

@@ -33,8 +33,10 @@ from axisid.estimation.estimate_plots import (
     spectrum_plot,
 )
 from axisid.estimation.friction import Friction, friction, friction_plot
-from axisid.estimation.plot import NoPlot, Plot, Series, drawable, readable_unit
+from axisid.estimation.plot import NoPlot, Plot, Series, drawable
 from axisid.estimation.result_plots import record_plot, result_plots, sweep_plot, tracking_plot
+from axisid.estimation.ticks import Thousands, log_ticks
+from axisid.estimation.typeset import readable_unit
 
 x = Coordinate("x")
 m, k = Parameter("m", "kg", nominal=2.0), Parameter("k", "N/m")
@@ -117,10 +119,19 @@ def test_lags_are_in_seconds(result: Identification) -> None:
     assert list(stems.y) == list(result["idm-iv"].residual_tests.autocorrelation[1:])
 
 
-def test_convergence_ends_at_one_and_least_squares_has_none(result: Identification) -> None:
-    shares = drawable(convergence_plot(result["idm-iv"])).panels[0].series
-    assert [s.label for s in shares] == ["M", "Fv", "Fc"]
-    assert all(s.y[-1] == 1 for s in shares)
+def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
+    result: Identification,
+) -> None:
+    estimate = result["idm-iv"]
+    panel = drawable(convergence_plot(estimate)).panels[0]
+    assert [s.label for s in panel.series] == ["M", "Fv", "Fc"]
+    assert (panel.levels, panel.log) == ((0.01,), True)
+    last, before = estimate.iterates[-1].physical, estimate.iterates[-2].physical
+    for j, s in enumerate(panel.series):
+        deviation = estimate.parameters[s.label].sd
+        assert s.y[-2] == pytest.approx(abs(before[j] - last[j]) / deviation)
+        assert s.y[-2] < 0.01 < s.y[0]
+        assert np.isnan(s.y[-1])  # the last from itself
     with pytest.raises(UsageError, match="no figure of the convergence: idm-ls is no iteration"):
         result["idm-ls"].plot_convergence()
 
@@ -141,6 +152,24 @@ def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
     at = found.binned[fast, 0]
     law = viscosity * at + coulombs * np.sign(at)
     assert found.binned[fast, 1] == pytest.approx(law, abs=0.1 * np.abs(law).max())
+
+
+def test_friction_is_shown_by_rows_of_whole_weight_alone(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = identify(emps2015, twin, methods=["idm-ls"])
+    estimate = found["idm-ls"]
+    shown = friction(found, estimate)
+    assert isinstance(shown, Friction)
+    assert shown.left_out > 0
+    assert len(shown.velocity) == len(estimate.y) - shown.left_out
+    _, viscosity, coulombs = estimate.physical
+    at, mean, _ = shown.binned.T
+    law = viscosity * at + coulombs * np.sign(at)
+    assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
+    plot = drawable(friction_plot(found, estimate))
+    assert f"Without {shown.left_out} rows by the reversals" in plot.caption
+    assert not np.any(np.abs(shown.binned[:, 0]) < 1e-3)  # no bin mixes both directions
 
 
 def test_gravity_and_springs_are_taken_off_the_friction() -> None:
@@ -215,6 +244,100 @@ def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
             assert np.all((s.low < s.y) & (s.y < s.high))
 
 
+def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
+    ls, iv = sweep_plot(swept).panels[0].series
+    assert (ls.dashed, iv.dashed) == (True, False)
+    assert iv.low is not None
+    assert iv.high is not None
+    first, last = iv.low.min(), iv.high.max()
+    assert ls.low is not None
+    assert ls.low.min() < first - 5 * (last - first)
+    plot = sweep_plot(swept)
+    assert plot.panels[0].span == pytest.approx((first - (last - first), last))
+    assert "The scale is the instruments'" in plot.caption
+    assert drawn(plot).get_axes()[0].get_ylim() == plot.panels[0].span
+
+
+def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
+    for plot in result_plots(result, swept):
+        figure = drawn(drawable(plot))
+        figure.canvas.draw()
+        for axes in figure.get_axes():
+            for axis in (axes.yaxis, *([] if drawable(plot).whole else [axes.xaxis])):
+                low, high = sorted(axis.get_view_interval())
+                seen = [t for t in axis.get_majorticklocs() if low <= t <= high]
+                assert len(seen) >= 3, (plot.name, axes.get_ylabel())
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "ticks"),
+    [
+        (1e-6, 1e3, [1e-6, 1e-4, 0.01, 1, 100]),
+        (1e-5, 400.0, [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1, 10, 100]),
+        (15, 130, [20, 50, 100]),
+        (19, 31, [20, 22.5, 25, 27.5, 30]),
+        (0.8, 6.0, [1, 2, 5]),
+    ],
+)
+def test_logarithmic_ticks_are_round_and_enough(
+    first: float, last: float, ticks: list[float]
+) -> None:
+    assert log_ticks(first, last) == pytest.approx(ticks)
+
+
+def test_a_power_of_a_thousand_is_taken_out_of_small_ticks() -> None:
+    form = Thousands()
+    assert form.format_ticks([-5e-6, 0.0, 5e-6]) == ["\u22125", "0", "5"]
+    assert form.get_offset() == "\u00d7 10⁻⁶"
+    assert form.format_ticks([0.0, 0.25, 0.5]) == ["0.00", "0.25", "0.50"]
+    assert form.get_offset() == ""
+
+
+def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
+    result: Identification, swept: Sweep
+) -> None:
+    for plot in result_plots(result, swept):
+        figure = drawn(drawable(plot), width=88.0)
+        assert figure.get_figwidth() == pytest.approx(88 / 25.4)
+        figure.canvas.draw()
+        edge = figure.bbox.x1
+        for axes in figure.get_axes():
+            assert axes.xaxis.label.get_fontsize() == 9
+            if legend := axes.get_legend():
+                assert legend.get_window_extent().x1 <= edge + 1
+                assert legend.get_window_extent().x0 >= 0
+
+
+def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
+    for plot in (record_plot(result), drawable(tracking_plot(result, result.judged))):
+        legend = drawn(plot).get_axes()[0].get_legend()
+        assert legend is not None
+        assert [t.get_text() for t in legend.get_texts()][-1] == "left out"
+
+
+def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
+    figure = drawn(sweep_plot(swept, 60.0))
+    figure.canvas.draw()
+    axes = figure.get_axes()[0]
+    top = axes.get_window_extent().y1
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert all(box.y0 >= top for box in boxes)
+    legend = axes.get_legend()
+    assert legend is not None
+    assert not any(box.overlaps(legend.get_window_extent()) for box in boxes)
+    assert not boxes[0].overlaps(boxes[1])
+
+
+def test_what_was_measured_lies_over_what_was_reconstructed(result: Identification) -> None:
+    for plot, names in (
+        (force_plot(result["idm-iv"]), ("reconstructed, IDM-IV", "measured")),
+        (drawable(tracking_plot(result, result.judged)), ("simulated", "recorded")),
+        (record_plot(result), ("reference", "position")),
+    ):
+        order = [s.label for s in plot.panels[0].layers]
+        assert order.index(names[0]) < order.index(names[1])
+
+
 def test_a_sweep_of_the_direct_model_alone_has_curves(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -225,7 +348,7 @@ def test_a_sweep_of_the_direct_model_alone_has_curves(
 def test_every_axis_of_every_figure_has_a_unit_or_counts(
     result: Identification, swept: Sweep
 ) -> None:
-    unitless = {"iteration", "autocorrelation", "share of last value"}
+    unitless = {"iteration", "autocorrelation"}
     for plot in result_plots(result, swept):
         for label in (drawable(plot).x_label, *(p.label for p in drawable(plot).panels)):
             assert label in unitless or (label.endswith("]") and " [" in label), label
@@ -265,9 +388,9 @@ def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> Non
         assert all(a.get_ylabel() and a.has_data() for a in axes)
         assert axes[-1].get_xlabel()
     assert [line.get_label() for line in figures[0].get_axes()[0].get_lines()] == [
+        "reconstructed, IDM-IV",
         "measured",
         "error, IDM-IV",
-        "reconstructed, IDM-IV",
     ]
     assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     with pytest.raises(UsageError, match=r"no 'nonsense'; choose from idm-ls, ddm-ls"):

@@ -75,7 +75,10 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     assert held["idm-iv"] is held.methods[1]
     text = str(held)
     assert text.startswith(f"Frozen estimates on {held.record.provenance.source}, 7801 samples")
-    assert f"position error, rms       m  {held['idm-ls'].position_error_rms:.4g}" in text
+    lines = [line.split() for line in text.splitlines()]
+    rms = [f"{held[method].position_error_rms:#.4g}" for method in ("idm-ls", "idm-iv")]
+    assert ["position", "error,", "rms", "m", *rms] in lines
+    assert f"{held['idm-iv'].simulation_error_percent:#.4g}" in text  # no digit is stripped
     assert repr(held).startswith("validation on twin of emps2015")
     page = report_html(result, validation=held)
     assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page

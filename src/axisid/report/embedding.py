@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.plot import Panel, Plot, Series
+from axisid.estimation.plot import SHADED, Panel, Plot, Series
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,7 @@ def _plot(plot: Plot, pool: _Pool) -> dict[str, Any]:
         "log": plot.log,
         "whole": plot.whole,
         "shaded": plot.shaded,
+        "shade": SHADED,
         "marks": plot.marks,
         "panels": [_panel(panel, pool) for panel in plot.panels],
     }
@@ -72,6 +73,7 @@ def _panel(panel: Panel, pool: _Pool) -> dict[str, Any]:
         "label": panel.label,
         "log": panel.log,
         "weight": panel.weight,
+        "span": panel.span,
         "levels": panel.levels,
         "series": [_series(series, pool) for series in panel.series],
     }

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from axisid.codegen import replace_file
@@ -30,6 +31,8 @@ class Outputs:
         Folder of the figures.
     form : {"pdf", "svg", "png"}
         Of the figures.
+    width : float
+        Of the figures, mm.
     swept : bool
         Whether a sweep over the cut-off belongs to both.
     draws : int
@@ -41,6 +44,7 @@ class Outputs:
     report: str | None = None
     figures: str | None = None
     form: str = "pdf"
+    width: float = 160.0
     swept: bool = True
     draws: int = 0
     command: str = ""
@@ -73,6 +77,7 @@ class Outputs:
                     validation=validation,
                     draws=self.draws,
                     command=self.command,
+                    made=datetime.now().astimezone(),
                 )
                 replace_file(Path(self.report), page)
                 written.append(Path(self.report))
@@ -80,7 +85,7 @@ class Outputs:
                 from axisid.figures import write_figures
 
                 plots = [p for p in result_plots(result, cutoffs) if isinstance(p, Plot)]
-                written += write_figures(plots, Path(self.figures), self.form)
+                written += write_figures(plots, Path(self.figures), self.form, self.width)
         except OSError as error:
             place = error.filename or self.report or self.figures
             raise UsageError(f"{place} cannot be written: {error.strerror}.") from error

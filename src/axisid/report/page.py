@@ -2,7 +2,8 @@
 
 import base64
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import datetime
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -27,10 +28,11 @@ from axisid.modeling import (
 from .embedding import figures_data, script_json
 from .mathml import formula_mathml
 from .parameters import parameters_html
-from .provenance import provenance_html
+from .prose import prose_html
+from .provenance import provenance_html, truth_text
 from .verdict import verdict_html
 
-_HALF = ("friction", "convergence", "autocorrelation", "spectrum")  # of the page's width
+_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
 _SWEPT = ("idm-ls", "idm-iv")
@@ -43,6 +45,7 @@ def report_html(
     validation: Validation | None = None,
     draws: int = 0,
     command: str = "",
+    made: datetime | None = None,
 ) -> str:
     """One page about a result, self-contained: it asks the network for nothing.
 
@@ -57,6 +60,8 @@ def report_html(
         As in `Identification.summary`.
     command : str, optional
         What reproduces it.
+    made : datetime, optional
+        When it was made.
     """
     axis, record = result.axis.axis, result.record
     diagnosis = result.diagnosis
@@ -72,9 +77,10 @@ def report_html(
         subheading=escape(f"{about}, {size}"),
         verdict=verdict_html(diagnosis.verdict, diagnosis.judged),
         parameters=parameters_html(result, validation, draws),
-        figures="".join(map(_figure, plots)),
+        figures=_figures(plots),
         model=_model(axis),
-        provenance=provenance_html(result, command),
+        provenance=provenance_html(result, command, made),
+        simulated=_simulated(result),
         data=script_json(figures_data(p for p in plots if isinstance(p, Plot))),
         style=style,
         script=script,
@@ -111,17 +117,36 @@ def report_sweep(
     )
 
 
-def _figure(plot: Plot | NoPlot) -> str:
-    half = ' class="half"' if plot.name in _HALF else ""
+def _simulated(result: Identification) -> str:
+    """What nobody may overlook of a record that was not measured."""
+    if not result.record.provenance.truth:
+        return ""
+    truth = escape(truth_text(result))
+    return (
+        '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
+        f"with {truth}.</p>"
+    )
+
+
+def _figures(plots: Sequence[Plot | NoPlot]) -> str:
+    kinds = {plot.name: type(plot) for plot in plots}
+    # Where one of a pair cannot be drawn, the other takes the whole width.
+    halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
+    return "".join(_figure(plot, half=plot.name in halves) for plot in plots)
+
+
+def _figure(plot: Plot | NoPlot, *, half: bool) -> str:
+    wide = ' class="half"' if half else ""
     title = f'<div class="figure-head"><h3>{escape(plot.title)}</h3></div>'
     if isinstance(plot, NoPlot):
         return (
-            f'<figure{half}>{title}<p class="none">{escape(f"None: {plot.reason}.")}</p></figure>'
+            f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot.reason}")}</p>'
+            "</figure>"
         )
     return (
-        f'<figure{half} id="figure-{plot.name}">{title}'
+        f'<figure{wide} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
-        f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
+        f"<figcaption>{prose_html(plot.caption)}</figcaption></figure>"
     )
 
 

@@ -1,14 +1,20 @@
 """The parameters of the page: least squares beside instruments, with intervals to look at."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 
 from axisid.codegen import Quantity
 from axisid.estimation import Estimate, Identification, Validation, Value
 from axisid.estimation.physical_text import physical_notes
-from axisid.estimation.plot import readable_unit
-from axisid.estimation.summary import drawn_text, record_lines
+from axisid.estimation.summary import (
+    drawn_text,
+    left_out_notes,
+    record_lines,
+    shared_remarks,
+)
+from axisid.estimation.typeset import decimals, readable_unit, significant, true_minus
+
+from .prose import prose_html
 
 _ABOUT = {"idm": "Inverse model", "ddm": "Direct model"}
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
@@ -40,17 +46,32 @@ def parameters_html(
 
 
 def _table(result: Identification, estimates: Sequence[Estimate]) -> str:
-    groups = "".join(f'<th colspan="3">{_method(e.method)}</th>' for e in estimates)
-    heads = "<th>value</th><th>95 % interval</th><th>sd</th>" * len(estimates)
     first = estimates[0]
-    rows = [_row(q, [e.parameters[q.name] for e in estimates], result) for q in first.quantities]
-    rows += [
-        _row(q, [e.ddm_parameters[q.name] for e in estimates], result) for q in first.ddm_quantities
+    methods = [e.method for e in estimates]
+    groups = [
+        _group(
+            q, dict(zip(methods, [e.parameters[q.name] for e in estimates], strict=True)), result
+        )
+        for q in first.quantities
     ]
-    top = f'<tr><th></th><th class="unit">unit</th>{heads}<th class="unit">intervals</th></tr>'
+    groups += [
+        _group(
+            q,
+            dict(zip(methods, [e.ddm_parameters[q.name] for e in estimates], strict=True)),
+            result,
+        )
+        for q in first.ddm_quantities
+    ]
+    return _parameter_table(groups) + _errors(estimates)
+
+
+def _parameter_table(groups: Sequence[str]) -> str:
+    """A row for each method, so that a page of any width has room for all columns."""
+    heads = "<th>value</th><th>95 % interval</th><th>sd</th><th>rel. sd</th>"
     return (
-        f'<div class="scroll"><table><thead><tr><th></th><th></th>{groups}<th></th></tr>{top}'
-        f"</thead><tbody>{''.join(rows)}{_errors(estimates)}</tbody></table></div>"
+        '<div class="scroll"><table class="parameters"><thead><tr><th></th>'
+        f'<th class="method"></th>{heads}<th class="unit">intervals</th></tr></thead>'
+        f"{''.join(groups)}</table></div>"
     )
 
 
@@ -60,24 +81,17 @@ def _physical(result: Identification) -> str:
     shown = {m: p for m, p in every.items() if m.startswith("idm")} or every
     if not shown:
         return ""
-    groups = "".join(f'<th colspan="3">{_method(method)}</th>' for method in shown)
-    heads = "<th>value</th><th>95 % interval</th><th>sd</th>" * len(shown)
     first = next(iter(shown.values()))
-    rows = [
-        _row(
+    groups = [
+        _group(
             Quantity(name=name, unit=value.unit, expression=""),
-            [p.parameters[name] for p in shown.values()],
+            {method: p.parameters[name] for method, p in shown.items()},
             result,
         )
         for name, value in first.parameters.items()
     ]
-    top = f'<tr><th></th><th class="unit">unit</th>{heads}<th class="unit">intervals</th></tr>'
-    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in physical_notes(shown))
-    return (
-        '<h3>Physical parameters</h3><div class="scroll"><table><thead>'
-        f"<tr><th></th><th></th>{groups}<th></th></tr>{top}</thead>"
-        f"<tbody>{''.join(rows)}</tbody></table></div>{notes}"
-    )
+    notes = "".join(f'<p class="note">{prose_html(note)}</p>' for note in physical_notes(shown))
+    return f"<h3>Physical parameters</h3>{_parameter_table(groups)}{notes}"
 
 
 def _method(method: str) -> str:
@@ -85,38 +99,41 @@ def _method(method: str) -> str:
     return f'<span class="swatch-{kind}">●</span> {escape(method.upper())}'
 
 
-def _row(quantity: Quantity, values: Sequence[Value], result: Identification) -> str:
-    name = escape(quantity.name)
+def _group(quantity: Quantity, values: Mapping[str, Value], result: Identification) -> str:
+    """One parameter: its name and unit, and a row for each method."""
+    unit = escape(readable_unit(quantity.unit))
+    name = f'{escape(quantity.name)} <span class="unit">{unit}</span>'
     axis = result.axis
     described = {p.name: p.description for p in (*axis.declared.parameters, *axis.axis.parameters)}
     if about := described.get(quantity.name) or quantity.expression:
         name += f' <span class="note">{escape(about)}</span>'
-    places = max(map(_places, values))
-    cells = "".join(_cells(value, places) for value in values)
     truth = result.record.provenance.truth.get(quantity.name)
-    unit = escape(readable_unit(quantity.unit))
-    return (
-        f'<tr><th scope="row">{name}</th><td class="unit">{unit}</td>{cells}'
-        f'<td class="intervals">{_intervals(values, truth)}</td></tr>'
-    )
+    over = f' rowspan="{len(values)}"'
+    lead = f'<th scope="rowgroup"{over}>{name}</th>'
+    drawn = f'<td class="intervals"{over}>{_intervals(list(values.values()), truth)}</td>'
+    rows = [
+        f'<td class="method">{_method(method)}</td>{_cells(value)}'
+        for method, value in values.items()
+    ]
+    rows[0] = f"{lead}{rows[0]}{drawn}"
+    return f"<tbody>{''.join(f'<tr>{row}</tr>' for row in rows)}</tbody>"
 
 
-def _places(value: Value) -> int:
-    """Decimal places that show two digits of the deviation."""
-    if not 0 < value.deviation < math.inf:
-        return 4
-    return min(max(0, 1 - math.floor(math.log10(value.deviation))), 12)
-
-
-def _cells(value: Value, places: int) -> str:
+def _cells(value: Value) -> str:
     low, high = value.interval
-    relative = value.relative_deviation_percent
-    percent = f"{relative:.2f} %" if relative < _VAGUE else "-"
+    places = decimals(value.deviation)
     return (
         f'<td class="value">{_number(value.value, places)}{_corrected(value, places)}</td>'
-        f'<td class="range">{_number(low, places)} … {_number(high, places)}</td>'
-        f'<td class="range">{percent}</td>'
+        f'<td class="range between">{_number(low, places)} … {_number(high, places)}</td>'
+        f'<td class="range sd">{significant(value.deviation)}</td>'
+        f'<td class="range relative">{_relative(value)}</td>'
     )
+
+
+def _relative(value: Value) -> str:
+    """Of the value, in percent, to two digits however small it is."""
+    relative = value.relative_deviation_percent
+    return f"{significant(relative)} %" if relative < _VAGUE else "-"
 
 
 def _corrected(value: Value, places: int) -> str:
@@ -152,22 +169,23 @@ def _intervals(values: Sequence[Value], truth: float | None) -> str:
 
 
 def _errors(estimates: Sequence[Estimate]) -> str:
-    lines = {
-        "equation error": ("%", [f"{e.equation_error_percent:.3f}" for e in estimates]),
-        "simulation error": ("%", [_percent(e.simulation_error_percent) for e in estimates]),
-        "rows": ("", [str(len(e.y)) for e in estimates]),
-        "iterations": ("", [str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates]),
-    }
-    rows: list[str] = []
-    for name, (unit, cells) in lines.items():
-        shown = "".join(f"<td>{cell}</td><td></td><td></td>" for cell in cells)
-        group = "" if rows else ' class="first-of-group"'
-        rows.append(f'<tr{group}><td>{name}</td><td class="unit">{unit}</td>{shown}<td></td></tr>')
-    return "".join(rows)
+    """What is known of each estimate as a whole."""
+    heads = "<th>equation error</th><th>simulation error</th><th>rows</th><th>iterations</th>"
+    rows = "".join(
+        f'<tr><td class="method">{_method(e.method)}</td>'
+        f"<td>{_percent(e.equation_error_percent)}</td>"
+        f"<td>{_percent(e.simulation_error_percent)}</td><td>{len(e.y)}</td>"
+        f"<td>{len(e.iterates) - 1 if e.iterates else '-'}</td></tr>"
+        for e in estimates
+    )
+    return (
+        f'<div class="scroll"><table class="errors"><thead><tr><th></th>{heads}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
 
 
 def _percent(error: float | None) -> str:
-    return "-" if error is None else f"{error:.3f}"
+    return "-" if error is None else f"{significant(error, 3)} %"
 
 
 def _notes(result: Identification) -> str:
@@ -183,28 +201,24 @@ def _notes(result: Identification) -> str:
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
-    remarks: dict[str, list[str]] = {}
-    for estimate in result.estimates.values():
-        for remark in estimate.remarks:
-            remarks.setdefault(remark, []).append(estimate.method.upper())
-    notes += [f"{', '.join(of)}: {remark}." for remark, of in remarks.items()]
-    missing = {**result.skipped, **result.failed}
-    notes += [f"Without {method.upper()}: {reason}" for method, reason in missing.items()]
-    return "".join(f'<p class="note">{escape(note)}</p>' for note in notes)
+    notes += shared_remarks(list(result.estimates.values()))
+    notes += left_out_notes({**result.skipped, **result.failed})
+    return "".join(f'<p class="note">{prose_html(note)}</p>' for note in notes)
 
 
 def _validation(validation: Validation) -> str:
     heads = "".join(f"<th>{_method(v.method)}</th>" for v in validation)
     rows = "".join(
-        f'<tr><td>{name}</td><td class="unit">{unit}</td>'
-        + "".join(f"<td>{'-' if x is None else f'{x:.4g}'}</td>" for x in figures)
+        f'<tr><td>{name}</td><td class="unit">{escape(readable_unit(unit))}</td>'
+        + "".join(f"<td>{'-' if x is None else significant(x, 4)}</td>" for x in figures)
         + "</tr>"
         for (name, unit), figures in validation.errors.items()
     )
     told = record_lines(validation.record)
+    # Names that a file brings stay as they are.
     facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
-    facts += [f"{note}." for note in validation.notes]
-    notes = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
+    sentences = [*map(escape, facts), *map(prose_html, validation.notes)]
+    notes = "".join(f'<p class="note">{sentence}</p>' for sentence in sentences)
     return (
         "<h2>The estimates, frozen, on a second record</h2>"
         '<div class="scroll"><table><thead><tr><th></th><th class="unit">unit</th>'
@@ -213,4 +227,4 @@ def _validation(validation: Validation) -> str:
 
 
 def _number(value: float, places: int) -> str:
-    return f"{value:.{places}f}".replace("-", "\u2212")
+    return true_minus(f"{value:.{places}f}")

@@ -1,16 +1,20 @@
 """Where a result comes from: file, settings, versions and generated code."""
 
 import platform
+from datetime import datetime
 from html import escape
 from importlib.metadata import version
 
 from axisid import __version__
 from axisid.estimation import Identification
+from axisid.estimation.typeset import readable_unit
+
+from .prose import unbroken
 
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
 
 
-def provenance_html(result: Identification, command: str) -> str:
+def provenance_html(result: Identification, command: str, made: datetime | None = None) -> str:
     """A list of facts and the command that gives the same again.
 
     Parameters
@@ -18,20 +22,38 @@ def provenance_html(result: Identification, command: str) -> str:
     result : Identification
     command : str
         As it was given; empty where the result was made in Python.
+    made : datetime, optional
+        When; not told where it is not given, so that the same result gives the same page.
     """
+    listed = "".join(
+        f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
+        for name, text in _facts(result, made).items()
+        if text
+    )
+    again = (
+        f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" if command else ""
+    )
+    return f"<dl>{listed}</dl>{again}"
+
+
+def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
     source, f = result.record.provenance, result.prefilter
     start, end = f.dropped(result.record.period)
     columns = ", ".join(f"{role} = {name}" for role, name in source.columns.items())
     versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{package} {version(package)}" for package in _PACKAGES]
-    facts = {
+    record = result.record
+    return {
+        "made": "" if made is None else made.isoformat(" ", "seconds"),
         "axis": result.axis.axis.name,
-        "record": source.source,
+        "record": f"SIMULATED: {source.source}" if source.truth else source.source,
+        "truth": truth_text(result),
         "sha256 of the file": source.sha256,
         "columns": columns,
         "assumed": "; ".join(source.assumed),
         "repaired": "; ".join(repair.text for repair in source.repairs),
-        "samples": f"{len(result.record)} of {1e3 * result.record.period:.6g} ms",
+        "samples": f"{len(record)} of {1e3 * record.period:.6g} ms, "
+        f"{len(record) * record.period:.4g} s",
         "position filter": f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward",
         "decimation": "none"
         if f.decimate == 1
@@ -39,21 +61,38 @@ def provenance_html(result: Identification, command: str) -> str:
         "dropped": f"{start} samples at the start, {end} at the end",
         "near reversals": f"{f.silenced} samples left out" if f.silenced else "kept",
         "hold": str(f.hold),
+        "deviations": _covariances(result),
         "generated code": result.axis.signature,
         "simulated by": "native code"
         if result.axis.native.library() is not None
         else "the CasADi virtual machine",
         "versions": ", ".join(versions),
+        "platform": platform.platform(),
     }
-    listed = "".join(
-        f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
-        for name, text in facts.items()
-        if text
+
+
+def truth_text(result: Identification) -> str:
+    """The parameters that a simulated record was made with; empty for a measured one."""
+    axis, truth = result.axis, result.record.provenance.truth
+    declared = {p.name: p for p in (*axis.declared.parameters, *axis.axis.parameters)}
+    return ", ".join(
+        f"{p.name} = {truth[p.name]:g} {readable_unit(p.unit)}"
+        for p in declared.values()
+        if p.name in truth
     )
-    made = f"<p>The command that reproduces it:</p><pre>{escape(command)}</pre>" if command else ""
-    return f"<dl>{listed}</dl>{made}"
+
+
+def _covariances(result: Identification) -> str:
+    """How each method's deviations were found, lags among it."""
+    named: dict[str, list[str]] = {}
+    for estimate in result.estimates.values():
+        name = estimate.covariance_names[estimate.chosen]
+        named.setdefault(name, []).append(estimate.method.upper())
+    if len(named) == 1:
+        return next(iter(named))
+    return "; ".join(f"{', '.join(methods)}: {name}" for name, methods in named.items())
 
 
 def _value(name: str, text: str) -> str:
     exact = name in ("sha256 of the file", "generated code")
-    return f"<code>{escape(text)}</code>" if exact else escape(text)
+    return f"<code>{escape(text)}</code>" if exact else unbroken(text)

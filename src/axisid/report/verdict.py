@@ -6,6 +6,8 @@ from html import escape
 from axisid.estimation import Check
 from axisid.estimation.conclusion import by_weight, conclusion
 
+from .prose import prose_html
+
 _SIGNS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"}
 _CLASSES = {"pass": "pass", "note": "noted", "fail": "fail", "not evaluated": "missing"}
 _ORDER = ("fail", "note", "not evaluated", "pass")
@@ -29,16 +31,8 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
         f'<span class="{_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
         for c in reversed(ordered)
     )
-    items = "".join(
-        f"<li>{_sign(c)}<span><b>{escape(_upper(c.name))}.</b> {_prose(_sentence(c))}</span></li>"
-        for c in ordered
-        if c.status == "fail"
-    )
-    others = "".join(
-        f"<li>{_sign(c)}<span><b>{escape(_upper(c.name))}.</b> {_prose(_sentence(c))}</span></li>"
-        for c in ordered
-        if c.status in ("note", "not evaluated")
-    )
+    items = _items([c for c in ordered if c.status == "fail"])
+    others = _items([c for c in ordered if c.status in ("note", "not evaluated")])
     folded = (
         f'<details><summary>{_counted(checks)}</summary><ul class="checks">{others}</ul></details>'
         if others
@@ -46,13 +40,20 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
     )
     names = escape(", ".join(c.name for c in passed)) or "nothing"
     return (
-        f'<section class="verdict" id="verdict"><h2>{_prose(conclusion(checks))}</h2>'
+        f'<section class="verdict" id="verdict"><h2>{prose_html(conclusion(checks))}</h2>'
         f'<div class="tally" aria-hidden="true">{bars}</div>'
         f'<p class="passed"><span class="sign pass">✓</span>{names}</p>'
         f'<ul class="checks">{items}</ul>{folded}'
         f"<details><summary>Every check with its figure and threshold</summary>{_table(ordered)}"
         f'</details><p class="note">The checks are of {escape(judged.upper())}. A failed check is '
         "a reason to look, not a gate.</p></section>"
+    )
+
+
+def _items(checks: Sequence[Check]) -> str:
+    return "".join(
+        f"<li>{_sign(c)}<span><b>{escape(c.name.capitalize())}:</b> {_sentence(c)}</span></li>"
+        for c in checks
     )
 
 
@@ -97,14 +98,5 @@ def _p_value(value: float | None) -> str:
 
 
 def _sentence(check: Check) -> str:
-    lead = "Not evaluated: " if check.status == "not evaluated" else ""
-    text = check.meaning if lead else _upper(check.meaning)
-    return f"{lead}{text}" + ("" if text.endswith(".") else ".")
-
-
-def _prose(text: str) -> str:
-    return escape(text).replace(" +- ", " ± ")
-
-
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    lead = "not evaluated: " if check.status == "not evaluated" else ""
+    return prose_html(lead + check.meaning)

@@ -47,7 +47,23 @@
   });
   dark.addEventListener("change", show);
   const folded = [...document.querySelectorAll("details:not([open])")];
-  window.addEventListener("beforeprint", () => folded.forEach((each) => { each.open = true; }));
-  window.addEventListener("afterprint", () => folded.forEach((each) => { each.open = false; }));
+  // On paper what is folded stands open, behind everything else.
+  const homes = folded.map((each) => [each, document.createComment("")]);
+  const appendix = document.getElementById("appendix");
+  window.addEventListener("beforeprint", () => {
+    for (const [each, home] of homes) {
+      if (each.open) continue;
+      each.replaceWith(home);
+      each.open = true;
+      appendix.append(each);
+    }
+  });
+  window.addEventListener("afterprint", () => {
+    for (const [each, home] of homes) {
+      if (!home.isConnected) continue;
+      home.replaceWith(each);
+      each.open = false;
+    }
+  });
   show();
 })();

@@ -3,6 +3,7 @@
 /* One panel of a figure: its heading and legend, and its drawing. */
 
 const LEFT = 62, RIGHT = 14, TOP = 8, BOTTOM = 24; // pixels around a drawing
+const NAMED = 14; // pixels above it for the names of marks
 const MARKED = 40; // points up to which a line shows them
 
 function element(name, attributes = {}, parent = null, text = null) {
@@ -36,9 +37,12 @@ class Panel {
    */
   constructor(plot, data) {
     this.plot = plot;
-    this.levels = data.levels;
+    this.levels = logarithms(data.levels, data.log);
     this.log = data.log;
     this.weight = data.weight;
+    this.span = data.span && data.span.map((y) => (data.log ? Math.log10(y) : y));
+    this.named = plot.data.panels[0] === data && plot.data.marks.length ? NAMED : 0;
+    this.top = TOP + this.named;
     this.zoomed = null; // the range of y that was chosen, if one was
     this.series = data.series.map((s) => ({
       ...s,
@@ -57,6 +61,11 @@ class Panel {
     for (const series of this.series) {
       if (series.label || this.series.length === 1) this.buildKey(series, legend);
     }
+    if (plot.data.panels[0] === data && plot.data.shaded.length) {
+      const key = html("span", "key unnamed", legend);
+      html("span", "swatch shade", key);
+      html("span", "", key, plot.data.shade);
+    }
     this.svg = element("svg", { "aria-hidden": "true" }, box);
   }
 
@@ -64,7 +73,7 @@ class Panel {
   buildKey(series, legend) {
     const key = html("button", `key tone-${series.tone}`, legend);
     key.type = "button";
-    html("span", `swatch ${series.kind}${series.broad ? " broad" : ""}`, key);
+    html("span", `swatch ${series.kind}${series.broad ? " broad" : ""}${series.dashed ? " dashed" : ""}`, key);
     html("span", "", key, series.label);
     series.value = html("output", "value", key);
     if (!series.label) {
@@ -99,7 +108,7 @@ class Panel {
       }
     }
     const px = this.plot.px(at ?? x);
-    const line = { x1: px, x2: px, y1: TOP, y2: this.height, class: "cross" };
+    const line = { x1: px, x2: px, y1: this.top, y2: this.height, class: "cross" };
     this.cross.prepend(element("line", line));
     return at ?? x;
   }
@@ -110,28 +119,29 @@ class Panel {
   }
 
   /** Draw everything anew, `height` pixels high down to the axis. */
-  draw(height) {
-    const { plot } = this;
+  draw(tall) {
+    const { plot } = this, height = tall + this.named;
     const last = this === plot.panels[plot.panels.length - 1];
     const total = height + (last ? BOTTOM : 6);
     this.height = height;
-    const [low, high] = this.zoomed ?? this.range();
-    this.py = (y) => height - ((y - low) / (high - low)) * (height - TOP);
-    this.toY = (pixel) => low + ((height - clamp(pixel, TOP, height)) / (height - TOP)) * (high - low);
+    const [low, high] = this.zoomed ?? this.span ?? this.range();
+    this.py = (y) => height - ((y - low) / (high - low)) * (height - this.top);
+    this.toY = (pixel) => low + ((height - clamp(pixel, this.top, height)) / (height - this.top)) * (high - low);
     const svg = this.svg;
     svg.replaceChildren();
     svg.setAttribute("viewBox", `0 0 ${plot.width} ${total}`);
     svg.setAttribute("width", plot.width);
     svg.setAttribute("height", total);
     const id = `clip-${plot.data.name}-${plot.panels.indexOf(this)}`;
-    const frame = { x: LEFT, y: TOP - 4, width: plot.inner, height: height - TOP + 4 };
+    const frame = { x: LEFT, y: this.top - 4, width: plot.inner, height: height - this.top + 4 };
     element("rect", frame, element("clipPath", { id }, element("defs", {}, svg)));
     element("rect", { ...frame, class: "ground" }, svg);
     const inside = element("g", { "clip-path": `url(#${id})` }, svg);
     this.drawRanges(inside);
     this.drawAxes(svg, low, high, last);
     svg.append(inside);
-    for (const series of this.series) if (!series.hidden) this.drawSeries(series, inside);
+    const layers = [...this.series].sort((a, b) => b.broad - a.broad); // the broad ones lowest
+    for (const series of layers) if (!series.hidden) this.drawSeries(series, inside);
     this.drawLevels(inside);
     this.drawMarks(svg);
     this.cross = element("g", { class: "crosshair" }, svg);
@@ -174,7 +184,7 @@ class Panel {
     for (const [first, last] of this.plot.data.shaded) {
       const x = this.plot.px(first);
       const width = Math.max(this.plot.px(last) - x, 0);
-      const frame = { x, width, y: TOP - 4, height: this.height - TOP + 4, class: "shaded" };
+      const frame = { x, width, y: this.top - 4, height: this.height - this.top + 4, class: "shaded" };
       element("rect", frame, parent);
     }
   }
@@ -186,7 +196,7 @@ class Panel {
     this.power.textContent = power ? `× 10${raised(power)}` : "";
     ticks.forEach((tick, i) => {
       const y = this.py(tick);
-      if (y < TOP - 5 || y > this.height + 1) return;
+      if (y < this.top - 5 || y > this.height + 1) return;
       element("line", { x1: LEFT, x2: LEFT + this.plot.inner, y1: y, y2: y, class: "grid" }, svg);
       element("text", { x: LEFT - 8, y: y + 3.5, class: "tick y" }, svg, texts[i]);
     });
@@ -199,7 +209,7 @@ class Panel {
     places.forEach((tick, i) => {
       const x = this.plot.px(tick);
       if (x < LEFT - 1 || x > LEFT + this.plot.inner + 1) return;
-      element("line", { x1: x, x2: x, y1: TOP - 4, y2: this.height, class: "grid" }, svg);
+      element("line", { x1: x, x2: x, y1: this.top - 4, y2: this.height, class: "grid" }, svg);
       if (last) element("text", { x, y: this.height + 16, class: "tick x" }, svg, names[i]);
     });
     if (last && shift) {
@@ -242,6 +252,13 @@ class Panel {
         path += `M${x} ${this.py(series.low[i]).toFixed(1)}V${this.py(series.high[i]).toFixed(1)}`;
       }
       element("path", { d: path, class: `whiskers ${look}` }, parent);
+      return;
+    }
+    if (series.dashed) {
+      for (const bound of [series.low, series.high]) {
+        const d = this.curve(series.x, bound, first, last);
+        element("path", { d, class: `bound ${look}` }, parent);
+      }
       return;
     }
     const there = [], back = [];
@@ -307,16 +324,23 @@ class Panel {
     }
   }
 
+  /** To which side of its line a name stands: two of them apart, none beyond the edges. */
+  anchor(place, x) {
+    const { inner, data } = this.plot;
+    if (x < LEFT + 0.1 * inner) return "start";
+    if (x > LEFT + 0.9 * inner) return "end";
+    if (data.marks.length !== 2) return "middle";
+    return place === Math.min(...data.marks.map(([at]) => at)) ? "end" : "start";
+  }
+
   drawMarks(svg) {
     for (const [place, name] of this.plot.data.marks) {
       const x = this.plot.px(this.plot.data.log ? Math.log10(place) : place);
       if (x < LEFT || x > LEFT + this.plot.inner) continue;
-      element("line", { x1: x, x2: x, y1: TOP - 4, y2: this.height, class: "level" }, svg);
-      if (this === this.plot.panels[0]) {
-        const right = x > LEFT + 0.8 * this.plot.inner;
-        const anchor = right ? { x: x - 5, "text-anchor": "end" } : { x: x + 5 };
-        element("text", { ...anchor, y: TOP + 7, class: "mark" }, svg, name);
-      }
+      element("line", { x1: x, x2: x, y1: this.top - 4, y2: this.height, class: "level" }, svg);
+      if (!this.named) continue;
+      const frame = { x, y: this.top - 8, "text-anchor": this.anchor(place, x) };
+      element("text", { ...frame, class: "mark" }, svg, name);
     }
   }
 }

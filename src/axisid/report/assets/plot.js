@@ -7,7 +7,7 @@
    that follows is linear. */
 
 const PANEL_HEIGHT = 132, LEAST_HEIGHT = 210;
-const PRINTED_WIDTH = 680, PRINTED_HALF = 328, PRINTED_LOWER = 0.6;
+const PRINTED_WIDTH = 680, PRINTED_HALF = 328, PRINTED_LOWER = 0.4;
 const SMALLEST_ZOOM = 1e-5; // of the whole range
 const STEP = 1.4; // of one notch of the wheel, one key
 const BOX = 6; // pixels from which a drag is a box
@@ -176,8 +176,8 @@ class Plot {
     const place = {
       x: wide ? Math.min(x, drag.x) : LEFT,
       width: wide ? Math.abs(x - drag.x) : this.inner,
-      y: tall ? Math.min(y, drag.y) : TOP,
-      height: tall ? Math.abs(y - drag.y) : panel.height - TOP,
+      y: tall ? Math.min(y, drag.y) : panel.top,
+      height: tall ? Math.abs(y - drag.y) : panel.height - panel.top,
     };
     drag.box.setAttribute("visibility", wide || tall ? "visible" : "hidden");
     for (const [key, value] of Object.entries(place)) drag.box.setAttribute(key, value);

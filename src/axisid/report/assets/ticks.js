@@ -2,6 +2,7 @@
 
 /* Numbers of the figures: where ticks stand, how they are written, how values are read out. */
 
+const FEWEST = 3; // ticks of an axis
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
 /** Index of the first value that is not below `x`, in an ascending array. */
@@ -14,32 +15,42 @@ function lowerBound(values, x) {
   return low;
 }
 
-/** Round values at 1, 2 or 5 times a power of ten within a range. */
+/** Round values at 1, 2 or 5 times a power of ten within a range: three or more of them. */
 function linearTicks(low, high, count, whole) {
-  const raw = (high - low) / Math.max(count, 1);
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const multiple = [1, 2, 5, 10].find((m) => m * power >= raw * 0.999);
-  const step = whole ? Math.max(1, Math.round(multiple * power)) : multiple * power;
-  const ticks = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) {
-    ticks.push(i * step);
+  for (let wanted = Math.max(count, FEWEST); ; wanted++) {
+    const raw = (high - low) / wanted;
+    const power = 10 ** Math.floor(Math.log10(raw));
+    const multiple = [1, 2, 5, 10].find((m) => m * power >= raw * 0.999);
+    const step = whole ? Math.max(1, Math.round(multiple * power)) : multiple * power;
+    const ticks = [];
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) {
+      ticks.push(i * step);
+    }
+    if (ticks.length >= FEWEST || (whole && step === 1) || !(raw > 0)) return ticks;
   }
-  return ticks;
 }
 
-/** Ticks of a logarithmic range, as logarithms: decades, or 1, 2 and 5 where there are few. */
+/** Ticks of a logarithmic range, as logarithms: decades, or more of each where those are few. */
 function logTicks(low, high, count) {
-  const ticks = [];
-  const every = Math.max(1, Math.ceil((high - low) / Math.max(count, 1)));
-  const multiples = high - low < 3 ? [1, 2, 5] : [1];
-  for (let e = Math.floor(low); e <= Math.ceil(high); e++) {
-    if (e % every) continue;
-    for (const m of multiples) {
-      const tick = e + Math.log10(m);
-      if (tick >= low - 1e-9 && tick <= high + 1e-9) ticks.push(tick);
+  const inside = (every, multiples) => {
+    const ticks = [];
+    for (let e = every * Math.floor(low / every); e <= high; e += every) {
+      for (const m of multiples) {
+        const tick = e + Math.log10(m);
+        if (tick >= low - 1e-9 && tick <= high + 1e-9) ticks.push(tick);
+      }
     }
+    return ticks;
+  };
+  for (let every = Math.max(1, Math.ceil((high - low) / count)); every >= 1; every--) {
+    const ticks = inside(every, [1]);
+    if (ticks.length >= FEWEST) return ticks;
   }
-  return ticks.length > 1 ? ticks : [low, high];
+  for (const multiples of [[1, 2, 5], [1, 1.5, 2, 3, 5, 7]]) {
+    const ticks = inside(1, multiples);
+    if (ticks.length >= FEWEST) return ticks;
+  }
+  return linearTicks(10 ** low, 10 ** high, FEWEST).filter((t) => t > 0).map(Math.log10);
 }
 
 const SUPERSCRIPT = "⁰¹²³⁴⁵⁶⁷⁸⁹";
@@ -60,16 +71,20 @@ function tickTexts(ticks) {
 
 function logText(tick) {
   const value = 10 ** tick;
-  const exponent = Math.round(tick);
-  const decade = Math.abs(tick - exponent) < 1e-9;
-  if (value >= 0.01 && value < 1e5) return String(Number(value.toPrecision(3)));
-  return decade ? `10${raised(exponent)}` : minus(value.toExponential(0));
+  if (value >= 0.01 && value < 1e5) return String(Number(value.toPrecision(6)));
+  return powered(value, 6).replace(/^1 × /, "");
+}
+
+/** A number with a power of ten, to so many digits at most. */
+function powered(value, digits) {
+  const [factor, exponent] = value.toExponential(digits - 1).split("e");
+  return `${minus(String(Number(factor)))} × 10${raised(Number(exponent))}`;
 }
 
 /** A number as it is read out. */
 function readout(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size && (size < 1e-3 || size >= 1e5)) return minus(value.toExponential(3));
+  if (size && (size < 1e-3 || size >= 1e5)) return powered(value, 4);
   return minus(String(Number(value.toPrecision(5))));
 }
