@@ -80,11 +80,14 @@ class Validation:
         Of the position.
     methods : tuple of MethodValidation
         In the order of the result's estimates; the object iterates over them.
+    same_record : bool
+        Whether it is the record that the estimates were made from.
     """
 
     record: Record
     unit: str
     methods: tuple[MethodValidation, ...]
+    same_record: bool = False
 
     def __iter__(self) -> Iterator[MethodValidation]:
         return iter(self.methods)
@@ -119,7 +122,17 @@ class Validation:
         """What is missing and why, and which estimates do not hold."""
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
         notes = [f"no simulation: {reason}" for reason in reasons]
-        if lost := [v.method for v in self if not v.holds]:
+        if self.same_record:
+            notes.append(
+                "this is the record that the estimates were made from, so it says nothing new; "
+                "validate on another one"
+            )
+        elif not (lost := [v.method for v in self if not v.holds]):
+            notes.append(
+                f"the estimates hold: no equation error is beyond {_TWICE:g} times the one on their "
+                "own record"
+            )
+        else:
             notes.append(
                 f"{', '.join(lost)}: does not hold on this record (more than {_TWICE:g} times the "
                 "error on its own); check that it is the same axis, its units and its signs"
@@ -176,7 +189,13 @@ def validate(result: Identification, record: Record) -> Validation:
             _validation(result.axis, record, signals, prefilter, estimate)
             for estimate in result.estimates.values()
         )
-    return Validation(record=record, unit=result.axis.axis.coordinate.unit, methods=methods)
+    own, other = result.record.provenance.sha256, record.provenance.sha256
+    return Validation(
+        record=record,
+        unit=result.axis.axis.coordinate.unit,
+        methods=methods,
+        same_record=record is result.record or bool(own) and own == other,
+    )
 
 
 def _validation(

@@ -255,10 +255,10 @@ def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Brows
     assert set(before.values()) == {0}
     fresh.evaluate("window.dispatchEvent(new Event('beforeprint'))")
     printed = fresh.evaluate(order)
-    assert printed[-1] == ["appendix", 2]
+    assert printed[-1] == ["appendix", 3]
     fresh.evaluate("window.dispatchEvent(new Event('afterprint'))")
     assert dict(fresh.evaluate(order)) == before
-    assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 1
+    assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 2
 
 
 def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:

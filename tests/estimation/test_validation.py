@@ -82,6 +82,10 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     assert repr(held).startswith("validation on twin of emps2015")
     page = report_html(result, validation=held)
     assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page
+    assert "the estimates hold: no equation error is beyond 2 times" in text
+    same = validate(result, result.record)
+    assert same.same_record
+    assert "the record that the estimates were made from" in str(same)
     other = validate(result, twin_record(load_axis("emps")))
     assert "idm-ls, idm-iv: does not hold on this record" in str(other)
     assert "does not hold on this record" in report_html(result, validation=other)

@@ -123,7 +123,7 @@ def _cells(value: Value) -> str:
     low, high = value.interval
     places = decimals(value.deviation)
     return (
-        f'<td class="value">{_number(value.value, places)}{_corrected(value, places)}</td>'
+        f'<td class="value">{_number(value.corrected, places)}{_uncorrected(value, places)}</td>'
         f'<td class="range between">{_number(low, places)} … {_number(high, places)}</td>'
         f'<td class="range sd">{significant(value.deviation)}</td>'
         f'<td class="range relative">{_relative(value)}</td>'
@@ -136,10 +136,10 @@ def _relative(value: Value) -> str:
     return f"{significant(relative)} %" if relative < _VAGUE else "-"
 
 
-def _corrected(value: Value, places: int) -> str:
-    """The centre of the interval, where it is another number than the value."""
+def _uncorrected(value: Value, places: int) -> str:
+    """The estimator's own value, where it is another number than the centre of the interval."""
     centre, shown = _number(value.corrected, places), _number(value.value, places)
-    return "" if centre == shown else f'<span class="note">{centre} corrected</span>'
+    return "" if centre == shown else f'<span class="note">{shown} as fitted</span>'
 
 
 def _intervals(values: Sequence[Value], truth: float | None) -> str:
@@ -196,8 +196,8 @@ def _notes(result: Identification) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Corrected, and the centre of the interval: the value less the prefilter's own bias, "
-            "found on the loop simulated with the estimate."
+            "Values are without the prefilter's own bias, which is found on the loop simulated with "
+            "the estimate; below them the value as fitted, where it is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
