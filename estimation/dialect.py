@@ -8,8 +8,9 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 
-from .column_units import known_unit, split_label
+from .column_units import is_unit, split_labels
 from .errors import DataError
+from .table import numbered
 
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
@@ -109,7 +110,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
     separator, comma, width, first = _best(source, sample)
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
-    names, unit_row = _named(header, units, width)
+    names, unit_row = _named(header, units)
     _check_names(source, names)
     _check_thousands(source, sample, first, separator, comma=comma)
     notes = [f"separator {_NAMED[separator]}, decimal {'comma' if comma else 'point'}"]
@@ -239,20 +240,15 @@ def _header(
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether most filled cells are units; names such as `m` and `t` alone are not."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
-    known = [c for c in filled if known_unit(c) is not None and not is_number(c)]
+    known = [c for c in filled if is_unit(c) and not is_number(c)]
     return bool(filled) and 2 * len(known) >= len(filled)
 
 
-def _named(header: list[str], units: list[str], width: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns; a unit in the header goes before none in its own row."""
-    names, found = [], []
-    for label, unit in zip(header, units, strict=True):
-        name, own = split_label(label)
-        names.append(name)
-        found.append(unit.strip("[]()- ") or own)
-    if len(set(names)) < width:  # names that differ by their units only stay as they are written
-        names = header
-    return names, found
+def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
+    """Names and units of the columns; a unit in the row of units goes before the header's."""
+    split = split_labels(header)
+    found = [unit.strip("[]()- ") or own for unit, (_, own) in zip(units, split, strict=True)]
+    return numbered([name for name, _ in split]), found
 
 
 def _check_names(source: str, names: list[str]) -> None:
@@ -261,9 +257,6 @@ def _check_names(source: str, names: list[str]) -> None:
             f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
             "the columns above it."
         )
-    doubled = sorted({name for name in names if name and names.count(name) > 1})
-    if doubled:
-        raise DataError(f"{source}: column {', '.join(doubled)} occurs twice; rename one.")
 
 
 def _check_thousands(

@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.modeling import AxisidError, UsageError
 
-from .column_units import split_label
+from .column_units import split_labels
 from .errors import DataError
 from .table import Column, Table, at_hand, library, told, unlike, vector_columns
 
@@ -99,11 +99,11 @@ def arrow_columns(
     origins = {} if origins is None else origins
     columns: dict[str, Column] = {}
     notes: list[str] = []
-    for field in table.schema:
+    split = split_labels(table.schema.names)
+    for field, (name, written) in zip(table.schema, split, strict=True):
         values = table.column(field.name).to_numpy()
-        name, unit = split_label(field.name)
         metadata = field.metadata or {}
-        unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
+        unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), written)
         columns |= _column(name, field.name, values, unit, notes, origins)
     return columns, tuple(notes)
 
@@ -144,8 +144,7 @@ def read_frame(frame: object) -> Table:
         arrays = {str(name): _array(str(name), values) for name, values in frame.items()}
     else:
         arrays = _frame_arrays(frame)
-    for label, values in arrays.items():
-        name, unit = split_label(label)
+    for (label, values), (name, unit) in zip(arrays.items(), split_labels([*arrays]), strict=True):
         columns |= _column(name, label, values, unit, notes, {})
     return Table(source=f"a {type(frame).__name__}", columns=columns, notes=tuple(notes))
 

@@ -14,7 +14,7 @@ import numpy as np
 from .arrays import Array
 from .dialect import Line, is_number
 from .errors import DataError
-from .table import Column, Table, at_hand, unlike
+from .table import Column, Table, at_hand, numbered
 
 _SAMPLE_TIME = "SampleTime[ms]"
 _HEAD = 80  # lines in which the heads are looked for
@@ -65,7 +65,6 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     heads = [line.rstrip("\r\n").split(separator) for _, line in lines[:first]]
     rows = [line for line in lines[first:] if line[1].strip() != "EOF"]
     channels = _channels(source, heads)
-    unlike([c.name for c in channels], source)
     comma = any("," in line for _, line in rows[:200]) and separator != ","
     times = {c.time for c in channels}
     width = 1 + max(c.value for c in channels)
@@ -77,7 +76,10 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
         for c in channels
         if c.scaled
     ]
-    columns = {c.name: _column(c, values, clocks[c.time]) for c in channels}
+    names = numbered([c.name for c in channels])
+    columns = {
+        name: _column(c, values, clocks[c.time]) for name, c in zip(names, channels, strict=True)
+    }
     return Table(source=source, columns=columns, notes=tuple(notes))
 
 
@@ -175,5 +177,5 @@ def _column(channel: _Channel, values: list[Array], clock: Array) -> Column:
     samples = values[channel.value]
     there = np.isfinite(samples) & np.isfinite(clock)
     if there.all():
-        return at_hand(samples, unit=channel.unit, clock=clock)
-    return at_hand(samples[there], unit=channel.unit, clock=clock[there])
+        return at_hand(samples, unit=channel.unit, clock=clock, label=channel.name)
+    return at_hand(samples[there], unit=channel.unit, clock=clock[there], label=channel.name)

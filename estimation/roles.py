@@ -1,6 +1,7 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
 from dataclasses import replace
+from difflib import get_close_matches
 
 from axisid.modeling import ROLES, Axis, UsageError
 
@@ -9,6 +10,8 @@ from .errors import DataError
 from .table import Samples, Table
 
 _NEEDED = ("position",)
+_COMPARED = 1000  # columns that a name is compared with
+_NEARLY = 0.8  # how alike names are of which one may be meant for the other
 
 
 class Chosen:
@@ -38,6 +41,7 @@ class Chosen:
                 silent[role] = name
             self.names[role] = name
             self.samples[role] = replace(samples, values=values)
+            notes += [f"{name}: {column.note}"] if column.note else []
             notes += [note] if note else []
         taken = taken_as_si(silent, axis)
         self.notes = (*table.notes, *notes, *([taken] if taken else []))
@@ -51,7 +55,8 @@ def _choose(
         if role not in ROLES:
             raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
     declared = dict(axis.columns) if axis is not None else {}
-    chosen = {}
+    chosen: dict[str, tuple[str, str, bool]] = {}
+    missing: dict[str, str] = {}
     for role in ROLES:
         wanted = asked.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
@@ -62,13 +67,50 @@ def _choose(
         if name is not None:
             chosen[role] = (name, unit.strip(), role in asked)
         elif role not in optional and (role in asked or role in declared or role in _NEEDED):
-            raise DataError(
-                f"{table.source}: there is no column {wanted!r} for the {role}; found "
-                f"{table.listed()}. "
-                + (table.missing or f"Name the column with --columns {role}=NAME.")
-            )
+            missing[role] = wanted
+    if missing:
+        raise DataError(_lacking(table, chosen, missing, declared=bool(declared)))
     _check_apart(table, chosen)
     return chosen
+
+
+def _lacking(
+    table: Table,
+    chosen: dict[str, tuple[str, str, bool]],
+    missing: dict[str, str],
+    *,
+    declared: bool,
+) -> str:
+    """What is said of all columns that are not found, with those that may be meant.
+
+    Where the axis has not `declared` its columns, those of the other roles count as missing too.
+    """
+    wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
+    others = [role for role in ROLES if role not in chosen and role not in missing]
+    others = [] if declared or not set(_NEEDED) & set(missing) else others
+    also = f", nor one named {' or '.join(others)}" if others else ""
+    several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
+    close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))
+    hint = ""
+    if several:
+        hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
+    elif close:
+        hint = f" Did you mean {' or '.join(map(repr, close))}?"
+    named = ",".join(f"{role}=NAME" for role in (*missing, *others))
+    columns = "columns" if "," in named else "column"
+    advice = table.missing or f"Name the {columns} with --columns {named}."
+    return (
+        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} {advice}"
+    )
+
+
+def _near(table: Table, wanted: str) -> list[str]:
+    """Columns whose names are nearly the one that is wanted."""
+    names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
+    plain = wanted.casefold()
+    close = get_close_matches(plain, names, n=2, cutoff=_NEARLY)
+    close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
+    return [names[name] for name in close]
 
 
 def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:

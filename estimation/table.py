@@ -1,6 +1,7 @@
 """What a file holds before any column has a role: names, units as written, and what was assumed."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -41,11 +42,14 @@ class Column:
         As the file writes it; empty where it writes none.
     label : str
         Name and unit as they stand in the file, where the name was cut out of it.
+    note : str
+        What was assumed of this column, told where it is used.
     """
 
     read: Callable[[], Samples]
     unit: str = ""
     label: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,11 +77,15 @@ class Table:
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last part of one dotted name alone."""
-        if name in self.columns:
-            return name
-        alike = [own for own, column in self.columns.items() if column.label == name]
-        alike = alike or [own for own in self.columns if own.rpartition(".")[2] == name]
+        alike = self.alike(name)
         return alike[0] if len(alike) == 1 else None
+
+    def alike(self, name: str) -> list[str]:
+        """The columns that a name may stand for."""
+        if name in self.columns:
+            return [name]
+        labelled = [own for own, column in self.columns.items() if column.label == name]
+        return labelled or [own for own in self.columns if own.rpartition(".")[2] == name]
 
     def listed(self) -> str:
         """Names of the columns, for messages."""
@@ -87,11 +95,11 @@ class Table:
 
 
 def at_hand(
-    values: Array, *, unit: str = "", label: str = "", clock: Array | None = None
+    values: Array, *, unit: str = "", label: str = "", clock: Array | None = None, note: str = ""
 ) -> Column:
     """A column whose values are already in memory."""
     samples = Samples(values=values, clock=clock)
-    return Column(read=lambda: samples, unit=unit, label=label)
+    return Column(read=lambda: samples, unit=unit, label=label, note=note)
 
 
 def vector_columns(name: str, values: object, unit: str = "") -> dict[str, Column]:
@@ -108,6 +116,24 @@ def vector_columns(name: str, values: object, unit: str = "") -> dict[str, Colum
         f"{name}.{k}": at_hand(column.astype(np.float64), unit=unit)
         for k, column in enumerate(array.T, 1)
     }
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Names of columns, those that occur more than once numbered from 1: ``Time.1``, ``Time.2``.
+
+    The name alone then stands for none of them, and is refused where it is asked for.
+    """
+    times, seen = Counter(names), Counter[str]()
+    taken, apart = set(names), []
+    for name in names:
+        if name and times[name] > 1:
+            seen[name] += 1
+            while f"{name}.{seen[name]}" in taken:
+                seen[name] += 1
+            apart.append(f"{name}.{seen[name]}")
+        else:
+            apart.append(name)
+    return apart
 
 
 def unlike(names: Iterable[str], what: str) -> None:

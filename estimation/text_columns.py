@@ -2,6 +2,7 @@
 
 import csv
 import re
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -71,9 +72,7 @@ def _plain(line: str, dialect: Dialect) -> list[str]:
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
     """Columns by name, with their units; one without a name is left out."""
     return {
-        name: Column(
-            read=columns[k].read, unit=columns[k].unit or dialect.units[k], label=dialect.labels[k]
-        )
+        name: replace(columns[k], unit=columns[k].unit or dialect.units[k], label=dialect.labels[k])
         for k, name in enumerate(dialect.names)
         if name
     }

@@ -77,7 +77,7 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
         ("", "has 0 filled lines"),
         ("time,position\n", "has 1 filled lines"),
         ("0.0,1.0\n0.1,2.0\n", "first row holds numbers"),
-        ("time,position,position\n0,1,2\n", "position occurs twice"),
+        ("time,position,position\n0,1,2\n", "several columns: position.1, position.2"),
         ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
         ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),
         ("time,position\n0,1\n1,\n", "position is nan in data row 2"),
@@ -97,10 +97,35 @@ def test_bad_text_is_explained(tmp_path: Path, content: str, message: str) -> No
 
 def test_missing_column_lists_what_was_found(tmp_path: Path) -> None:
     file = write(tmp_path, text(header="t,pos,ref,volts"))
-    with pytest.raises(DataError, match="no column 'qm' for the position; found t, pos, ref"):
-        read_record(file, load_axis("emps"))
     with pytest.raises(DataError, match="no column 'angle' for the position"):
         read_record(file, columns={"position": "angle"})
+
+
+def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="t,pos,ref,volts"))
+    declared = (
+        "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control; found"
+    )
+    with pytest.raises(DataError, match=f"{declared} t, pos, ref, volts. .*position=NAME,ref"):
+        read_record(file, load_axis("emps"))
+    with pytest.raises(DataError, match=r"'position'.*nor one named time or reference or control"):
+        read_record(file)
+
+
+@pytest.mark.parametrize("wanted", ["ISTPOSITION", "Istpositon", "istposition"])
+def test_column_of_nearly_the_name_is_proposed(tmp_path: Path, wanted: str) -> None:
+    file = write(tmp_path, text(header="time,Istposition,reference,control"))
+    with pytest.raises(DataError, match="Did you mean 'Istposition'"):
+        read_record(file, columns={"position": wanted})
+
+
+def test_names_that_occur_twice_matter_only_where_they_are_asked_for(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="time,position,x,x"))
+    assert len(read_record(file)) == len(ROWS)
+    with pytest.raises(DataError, match=r"'x' for the control.*several columns: x\.1, x\.2"):
+        read_record(file, columns={"control": "x"})
+    record = read_record(file, columns={"reference": "x.1", "control": "x.2"})
+    assert np.array_equal(record.control, np.array(ROWS)[:, 3])
 
 
 def test_unknown_role_is_a_usage_error(tmp_path: Path) -> None:
