@@ -15,9 +15,10 @@ from .table import numbered
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
 _SAMPLE = 400  # lines looked at
+_MOST_COLUMNS = 10_000
 _MOST = 0.9  # of the rows that the best reading makes a table of
 _COMMENTS = ("#", "%", "//")
-_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks"}
+_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 Line = tuple[int, str]
@@ -55,6 +56,12 @@ class Dialect:
         if len(cells) == len(self.names) + 1 and not cells[-1]:
             cells.pop()
         return cells
+
+
+def how_written(separator: str | None, *, comma: bool) -> str:
+    """Separator and decimal mark, for the user."""
+    named = _NAMED.get(separator, repr(separator))
+    return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
@@ -107,13 +114,18 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         raise DataError(
             f"{source}: a header row and samples are expected; it has {len(sample)} filled lines."
         )
+    _check_width(source, sample)
     separator, comma, width, first = _best(source, sample)
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
     names, unit_row = _named(header, units)
     _check_names(source, names)
-    _check_thousands(source, sample, first, separator, comma=comma)
-    notes = [f"separator {_NAMED[separator]}, decimal {'comma' if comma else 'point'}"]
+    body = [line for i, line in sample if i >= first]
+    if not comma and separator != ",":
+        body = _until_decided(lines, body, separator)
+        comma = not _marked(body, separator, ".") and bool(_marked(body, separator, ","))
+    _check_thousands(source, body, separator, comma=comma)
+    notes = [how_written(separator, comma=comma)]
     notes += [note] if note else []
     return Dialect(
         separator=separator,
@@ -251,6 +263,17 @@ def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
     return numbered([name for name, _ in split]), found
 
 
+def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
+    """Refuse lines of very many cells, which take minutes to look at and are no samples."""
+    longest = max((line for _, line in sample), key=len)
+    cells = max(len(longest.split(separator)) for separator in _SEPARATORS)
+    if cells > _MOST_COLUMNS:
+        raise DataError(
+            f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
+            "sample in a row. Transpose it if it has one column for each sample."
+        )
+
+
 def _check_names(source: str, names: list[str]) -> None:
     if all(is_number(name) for name in names):
         raise DataError(
@@ -259,19 +282,29 @@ def _check_names(source: str, names: list[str]) -> None:
         )
 
 
-def _check_thousands(
-    source: str,
-    sample: list[tuple[int, str]],
-    first: int,
-    separator: str | None,
-    *,
-    comma: bool,
-) -> None:
+def _until_decided(lines: list[Line], body: list[str], separator: str | None) -> list[str]:
+    """Rows of the sample, with later ones where no number of it has a decimal mark.
+
+    An axis at rest writes plain zeros before its first decimals.
+    """
+    if _marked(body, separator, ".") or _marked(body, separator, ","):
+        return body
+    for k, (_, line) in enumerate(lines[_SAMPLE:], _SAMPLE):
+        if ("." in line or "," in line) and any(_marked([line], separator, m) for m in ".,"):
+            return [later for _, later in lines[k : k + _SAMPLE] if not is_comment(later)]
+    return body
+
+
+def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
+    """Cells that are numbers with a decimal mark."""
+    marked = (line.replace('"', "") for line in body if mark in line)
+    cells = (cell.strip() for line in marked for cell in line.split(separator))
+    return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]
+
+
+def _check_thousands(source: str, body: list[str], separator: str | None, *, comma: bool) -> None:
     """Refuse commas that may as well group thousands as begin decimals."""
-    if not comma:
-        return
-    cells = [c for i, line in sample if i >= first for c in split_cells(line, separator)]
-    marked = [cell for cell in cells if "," in cell]
+    marked = _marked(body, separator, ",") if comma else []
     if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
         raise DataError(
             f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "

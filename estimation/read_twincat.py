@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array
-from .dialect import Line, is_number
+from .dialect import Line, how_written, is_number
 from .errors import DataError
 from .table import Column, Table, at_hand, numbered
 
@@ -70,7 +70,7 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     width = 1 + max(c.value for c in channels)
     values = _values(source, rows, separator, width, times, comma=comma)
     clocks = {k: values[k] * _MILLISECOND for k in times}
-    notes = [f"TwinCAT Scope export, decimal {'comma' if comma else 'point'}"]
+    notes = [f"TwinCAT Scope export, {how_written(separator, comma=comma)}"]
     notes += [
         f"{c.name}: scale factor and offset of the Scope are taken to be applied"
         for c in channels

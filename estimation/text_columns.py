@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -20,6 +21,11 @@ _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
 Origins = dict[int, np.datetime64]
 
 
+def without_comments(rows: Iterable[Line]) -> list[Line]:
+    """Rows without the lines that are for the reader's eye."""
+    return [row for row in rows if not is_comment(row[1])]
+
+
 def text_columns(
     source: str, rows: list[Line], dialect: Dialect, origins: Origins | None = None
 ) -> dict[str, Column]:
@@ -33,7 +39,7 @@ def text_columns(
     source : str
         File name, for messages.
     rows : list of (int, str)
-        Line numbers and texts, without the header.
+        Line numbers and texts, without the header and without comments.
     dialect : Dialect
     origins : dict of int to datetime64, optional
         The first time stamp of each column, from one block of rows to the next.
@@ -111,14 +117,12 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 def _parse_slowly(
     source: str, rows: list[Line], dialect: Dialect, origins: Origins
 ) -> dict[str, Column]:
-    """Cell by cell; comments are passed over."""
+    """Cell by cell."""
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
     stumbles: dict[int, tuple[int, int]] = {}
     texts: list[list[str]] = []
     for number, line in rows:
-        if is_comment(line):
-            continue
         try:
             cells = dialect.cells(line)
         except csv.Error as error:

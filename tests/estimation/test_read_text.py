@@ -85,6 +85,33 @@ def test_last_separator_comments_and_columns_of_text_do_not_matter(tmp_path: Pat
         read_record(file, columns={"control": "state"})
 
 
+def test_comment_of_as_many_cells_as_a_row_is_no_sample(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"run;{t};{float(q)!r}" for t, q in zip(TIME, POSITION, strict=True)]
+    rows.insert(5, "# marker;0.9995;77")
+    file.write_text("\n".join(["state;time;position", *rows]))
+    assert np.array_equal(read_record(file).position, POSITION)
+
+
+def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};0;0" for k in range(600)]
+    rows += [f"{600 + k};0,5;{'0,25' if k % 2 else '1'}" for k in range(100)]
+    file.write_text("\n".join(["time;position;control", *rows]))
+    record = read_record(file)
+    assert record.position[-1] == 0.5
+    assert "separator semicolon, decimal comma" in record.provenance.assumed
+    file.write_text("\n".join(["time;position;control", *rows[:600], "600;1,234;0", "601;2,345;1"]))
+    with pytest.raises(DataError, match="'1,234' may be read with a decimal comma or"):
+        read_record(file)
+
+
+def test_line_of_very_many_cells_is_refused_at_once() -> None:
+    content = "\n".join(";".join(map(str, range(20_000))) for _ in range(4)).encode()
+    with pytest.raises(DataError, match=r"a line has 20000 cells.*Transpose it"):
+        read_text("log.csv", content)
+
+
 def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     start = np.datetime64("2026-03-28T23:59:59.250")

@@ -96,7 +96,16 @@ def test_time_values_and_units_are_those_of_the_export(
     assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
     assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
     assert "position: mm -> m" in record.provenance.assumed
-    assert any("TwinCAT Scope" in note for note in record.provenance.assumed)
+    named = "tab" if separator == "\t" else "semicolon"
+    (note,) = (note for note in record.provenance.assumed if "TwinCAT Scope" in note)
+    assert note.endswith(f"separator {named}, decimal {'comma' if comma else 'point'}")
+
+
+def test_encoding_of_an_export_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(export(CHANNELS), encoding="utf-16")
+    record = read_record(file, columns=COLUMNS)
+    assert "encoding utf-16" in record.provenance.assumed
 
 
 def test_channels_of_other_rates_are_resampled_on_request_only(tmp_path: Path) -> None:
