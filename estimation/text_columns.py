@@ -1,7 +1,6 @@
 """Rows of text as columns: numbers by NumPy's parser, what it stumbles over cell by cell."""
 
 import csv
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
@@ -12,13 +11,10 @@ from .arrays import Array
 from .dialect import Dialect, Line, is_comment, is_number
 from .errors import DataError
 from .table import Column, Samples, at_hand
+from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
 
-_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)")
-_TIME_ONLY = re.compile(r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?")
-_STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
-
-
-Origins = dict[int, np.datetime64]
+#: What the time stamps of each column have shown so far.
+Origins = dict[int, Seen]
 
 
 def without_comments(rows: Iterable[Line]) -> list[Line]:
@@ -41,8 +37,8 @@ def text_columns(
     rows : list of (int, str)
         Line numbers and texts, without the header and without comments.
     dialect : Dialect
-    origins : dict of int to datetime64, optional
-        The first time stamp of each column, from one block of rows to the next.
+    origins : dict of int to Seen, optional
+        What the time stamps of each column have shown, from one block of rows to the next.
 
     Raises
     ------
@@ -54,10 +50,11 @@ def text_columns(
     if values is None:
         return _parse_slowly(source, rows, dialect, {} if origins is None else origins)
     origins = {} if origins is None else origins
+    numbers = [number for number, _ in rows]
     columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
         cells = [_plain(line, dialect)[k] for _, line in rows]
-        columns[k] = _of_text(source, dialect, k, rows[0][0], cells, origins)
+        columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
     return _named(dialect, columns)
 
 
@@ -120,7 +117,7 @@ def _parse_slowly(
     """Cell by cell."""
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
-    stumbles: dict[int, tuple[int, int]] = {}
+    stumbles: dict[int, int] = {}
     texts: list[list[str]] = []
     for number, line in rows:
         try:
@@ -136,16 +133,16 @@ def _parse_slowly(
             if is_number(cell, comma=dialect.comma):
                 values[len(texts), k] = float(cell.replace(",", ".") if dialect.comma else cell)
             elif cell:
-                stumbles.setdefault(k, (number, len(texts)))
+                stumbles.setdefault(k, len(texts))
         texts.append(cells)
+    numbers = [number for number, _ in rows]
     columns = {}
     for k in range(width):
         if k in stumbles:
-            number, row = stumbles[k]
             cells = [text[k] for text in texts]
-            columns[k] = _of_text(source, dialect, k, number, cells, origins, row)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, stumbles[k])
         else:
-            columns[k] = at_hand(values[: len(texts), k])
+            columns[k] = at_hand(values[:, k])
     return _named(dialect, columns)
 
 
@@ -153,40 +150,33 @@ def _of_text(
     source: str,
     dialect: Dialect,
     k: int,
-    number: int,
+    numbers: list[int],
     cells: list[str],
     origins: Origins,
     row: int = 0,
 ) -> Column:
-    """A column with text in it: time stamps, or one that refuses to be read."""
-    cells_iso = [_iso(cell) for cell in cells]
-    if all(_STAMP.fullmatch(cell) for cell in cells_iso):
-        plain = [cell.rstrip("Z").replace(",", ".") for cell in cells_iso]
+    """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
+    why = ""
+    if is_stamp(cells[row]):
         try:
-            stamps = np.array(plain, dtype="datetime64[ns]")
-        except ValueError:  # no such day
-            pass
+            seconds, note = stamp_seconds(cells, origins.setdefault(k, Seen()))
+        except NoStampsError as error:
+            row, why = error.row or row, error.why
         else:
-            origin = origins.setdefault(k, stamps[0])
-            return at_hand((stamps - origin) / np.timedelta64(1, "s"), unit="s")
-    return Column(read=partial(_refuse, source, dialect, dialect.names[k], number, cells[row]))
+            return at_hand(seconds, unit="s", note=note)
+    name = dialect.names[k]
+    return Column(read=partial(_refuse, source, dialect, name, numbers[row], cells[row], why))
 
 
-def _iso(cell: str) -> str:
-    """A time stamp as ISO 8601 writes it, from ``3.2.2026 12:00:00,250`` or ``12:00:00.250``."""
-    if found := _DAY_FIRST.fullmatch(cell):
-        day, month, year, rest = found.groups()
-        return f"{year}-{month:0>2}-{day:0>2} {rest}"
-    if not _TIME_ONLY.fullmatch(cell):
-        return cell
-    hours, _, rest = cell.partition(":")
-    return f"1970-01-01 {hours:0>2}:{rest}"
-
-
-def _refuse(source: str, dialect: Dialect, name: str, number: int, cell: str) -> Samples:
+def _refuse(source: str, dialect: Dialect, name: str, number: int, cell: str, why: str) -> Samples:
+    if why:
+        raise DataError(
+            f"{source}, line {number}: {cell!r} in column {name!r} is no time stamp that can be "
+            f"read: {why}. Export the log with stamps such as 2026-02-01 12:00:00.250."
+        )
     mark = "comma" if dialect.comma else "point"
     raise DataError(
         f"{source}, line {number}: {cell!r} in column {name!r} is not a number (decimal "
         f"{mark}), nor a time stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or "
-        "12:00:00. Mend the cell, remove the line, or choose another column."
+        "12:00:00.250. Mend the cell, remove the line, or choose another column."
     )

@@ -72,6 +72,8 @@ def test_letter_that_tells_the_encoding_may_come_late(tmp_path: Path) -> None:
 
 def test_time_stamps_count_from_the_first_of_all_blocks(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
-    rows = [f"12:00:0{row}" for row in rows_of_text()]
+    rows = [f"2026-02-01 12:00:0{row}" for row in rows_of_text()]
     file.write_text("\n".join(["t;q", *rows]))
     agree(file, COLUMNS)
+    told = LogBlocks(file=file, columns=COLUMNS).provenance().assumed
+    assert "t: time stamps counted from the first" in told

@@ -121,8 +121,14 @@ def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
     record = read_record(file)
     assert record.time == pytest.approx(TIME, abs=1e-12)
     assert np.array_equal(record.position, POSITION)
+    assert "time: time stamps counted from the first" in record.provenance.assumed
+    (tmp_path / "text.csv").write_text("\n".join(["time;position", *rows, "noon;0"]))
+    with pytest.raises(DataError, match="line 14: 'noon' in column 'time' is not a number"):
+        read_record(tmp_path / "text.csv")
     file.write_text("\n".join(["time;position", *rows]).replace("2026-03-28", "2026-02-30"))
-    with pytest.raises(DataError, match=r"line 2: '2026-02-30 23:59:59\.250' in column 'time'"):
+    with pytest.raises(
+        DataError, match=r"line 2: '2026-02-30 23:59:59\.250' in column 'time'.*such day"
+    ):
         read_record(file)
 
 
