@@ -63,8 +63,16 @@ class Seen:
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a time stamp; hours and minutes alone need a date or a half of the day."""
+    return _groups(cell) is not None
+
+
+def _groups(cell: str) -> tuple[str, ...] | None:
+    """Date, hour, minute, second, fraction, half of the day and zone; None for no stamp."""
     found = _STAMP.fullmatch(cell)
-    return found is not None and bool(found["second"] or found["date"] or found["half"])
+    if found is None:
+        return None
+    parts = found.groups("")
+    return parts if parts[0] or parts[3] or parts[5] else None
 
 
 def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
@@ -80,11 +88,10 @@ def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
         A cell is no time stamp, there is no such time, or the order of day and month is open.
     """
     there = np.array([bool(cell) for cell in cells])
-    wrong = next((k for k, cell in enumerate(cells) if cell and not is_stamp(cell)), None)
-    if wrong is not None:
-        raise NoStampsError(wrong)
-    found = [match.groups("") for cell in cells if (match := _STAMP.fullmatch(cell))]
-    dates, *times, zones = zip(*found, strict=True)
+    found = [_groups(cell) for cell in cells if cell]
+    if None in found:
+        raise NoStampsError(int(np.flatnonzero(there)[found.index(None)]))
+    dates, *times, zones = zip(*(parts for parts in found if parts), strict=True)
     for part in (dates, times[-1], zones):
         if "" in part and any(part):
             raise NoStampsError(0, "its stamps are of several kinds")
@@ -119,9 +126,9 @@ def _since_midnight(
     halves: Sequence[str],
 ) -> _Whole:
     """Nanoseconds since midnight."""
-    hour, minute = np.array(hours, dtype=np.int64), np.array(minutes, dtype=np.int64)
-    second = np.array([s or "0" for s in seconds], dtype=np.int64)
-    fraction = np.array([f.ljust(9, "0") for f in fractions], dtype=np.int64)
+    hour, minute = _mapped(hours, int), _mapped(minutes, int)
+    second = _mapped(seconds, lambda text: int(text or "0"))
+    fraction = _mapped(fractions, lambda text: int(text.ljust(9, "0")))
     outside = (minute > 59) | (second > 59) | (hour > 23)
     if halves[0]:
         outside |= (hour < 1) | (hour > 12)
