@@ -10,6 +10,7 @@ from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
 from .errors import DataError
+from .file_kinds import check_kind, check_regular
 from .provenance import Provenance
 from .read_columnar import parquet_blocks
 from .read_text import text_blocks
@@ -53,8 +54,8 @@ class LogBlocks:
                 f"{self.file} cannot be read in blocks; give delimited text "
                 f"({', '.join(_TEXT)}) or Parquet, or leave --stream out."
             )
-        if not self.file.is_file():
-            raise DataError(f"{self.file} cannot be read: there is no such file. Check the path.")
+        check_regular(self.file, folder=False)
+        check_kind(self.file)
         reader = text_blocks if ending in _TEXT else parquet_blocks
         for table in reader(self.file, self.rows):
             yield Chosen(table, self.axis, dict(self.columns))

@@ -10,6 +10,7 @@ from axisid.modeling import Axis
 
 from .clocks import timed, together
 from .errors import DataError
+from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .provenance import Provenance, Repair
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
@@ -48,8 +49,8 @@ def read_record(
     ----------
     log : str, Path, dataframe or mapping
         A file: ``.mat``, ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag`` (or the folder of a
-        ROS 2 bag), and delimited text by any other ending. Or a dataframe, or a mapping of column
-        names to arrays.
+        ROS 2 bag), and delimited text by any other ending, also compressed (``.csv.gz``).
+        Or a dataframe, or a mapping of column names to arrays.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
     columns : mapping of str to str, optional
@@ -84,19 +85,33 @@ def read_table(log: str | Path | object) -> Table:
     if not isinstance(log, (str, Path)):
         return read_frame(log)
     file = Path(log)
+    check_regular(file, folder=True)
     reader = _FROM_DISK.get(file.suffix.lower())
     try:
+        check_kind(file)
         if (file / _BAG).is_file():
             reader = read_bag
-        if reader is not None and file.exists():
+        if reader is not None:
             table = reader(file)
             return replace(table, source=str(file), sha256=file_digest(file))
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    parser = _IN_MEMORY.get(file.suffix.lower())
-    table = read_text(str(file), content) if parser is None else parser(file, content)
+    table = _parsed(file, content)
     return replace(table, sha256=hashlib.sha256(content).hexdigest())
+
+
+def _parsed(file: Path, content: bytes) -> Table:
+    """The table of a file's content, unpacked where it is compressed."""
+    ending = file.suffix.lower()
+    if ending == GZIP:
+        content, ending = unpacked(file, content), Path(file.stem).suffix.lower()
+        if ending in _FROM_DISK:
+            raise DataError(f"{file} is read from a file of its own; unpack it first.")
+    parser = _IN_MEMORY.get(ending)
+    table = read_text(str(file), content) if parser is None else parser(file, content)
+    notes = ("unpacked by gzip",) if file.suffix.lower() == GZIP else ()
+    return replace(table, notes=(*notes, *table.notes))
 
 
 def file_digest(file: Path) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 #: Endings by which an argument is known to be a log.
 LOG_ENDINGS = (
-    *(".csv", ".tsv", ".txt", ".mat", ".parquet", ".pq", ".npz"),
+    *(".csv", ".tsv", ".txt", ".lvm", ".gz", ".mat", ".parquet", ".pq", ".npz"),
     *(".mf4", ".mdf", ".tdms", ".bag", ".db3", ".mcap"),
 )
 

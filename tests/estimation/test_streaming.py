@@ -157,7 +157,7 @@ def test_what_cannot_be_streamed_is_refused(
 ) -> None:
     with pytest.raises(UsageError, match="cannot be read in blocks"):
         list(LogBlocks(file=tmp_path / "log.mat"))
-    with pytest.raises(DataError, match="there is no such file"):
+    with pytest.raises(DataError, match="No such file"):
         list(LogBlocks(file=tmp_path / "log.csv"))
     with pytest.raises(DataError, match="the record has 100 samples"):
         identify_stream(emps2015, [{r: v[:100] for r, v in in_blocks(twin, 500)[0].items()}])
