@@ -9,9 +9,11 @@ from pathlib import Path
 
 from .dialect import sniff
 from .errors import DataError
+from .provenance import Repair
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
+from .text_tail import without_tail
 
 _NUL_SHARE = 0.3
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
@@ -20,7 +22,7 @@ _HEAD_LINES = 500  # more than what tells the dialect
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
-def read_text(source: str, content: bytes) -> Table:
+def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     """Read a text file: delimited text, or what TwinCAT Scope exports.
 
     Parameters
@@ -28,6 +30,8 @@ def read_text(source: str, content: bytes) -> Table:
     source : str
         File name, for messages.
     content : bytes
+    drop_tail : bool
+        Whether lines at the end that are no rows may be left out.
 
     Raises
     ------
@@ -41,9 +45,14 @@ def read_text(source: str, content: bytes) -> Table:
         table = read_twincat(source, lines)
         return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
     dialect = sniff(source, lines)
-    columns = text_columns(source, without_comments(lines[dialect.first :]), dialect)
+    body = without_comments(lines[dialect.first :])
+    repairs: tuple[Repair, ...] = ()
+    if drop_tail:
+        body, repair = without_tail(body, dialect)
+        repairs = (repair,)
+    columns = text_columns(source, body, dialect)
     notes = dialect.notes + _encoding_note(encoding)
-    return Table(source=source, columns=columns, notes=notes)
+    return Table(source=source, columns=columns, notes=notes, repairs=repairs)
 
 
 def text_blocks(file: Path, rows: int) -> Iterator[Table]:

@@ -75,13 +75,14 @@ def read_record(
         A role does not exist, or a unit is not the role's.
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
-    table = read_table(log)
+    repairs = repairs or Repairs()
+    table = read_table(log, drop_tail=repairs.tail is not None)
     found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
-    return _record(table, found, declared, sample_period, repairs or Repairs())
+    return _record(table, found, declared, sample_period, repairs)
 
 
-def read_table(log: str | Path | object) -> Table:
-    """Read all columns of a log, whatever its format; see `read_record`."""
+def read_table(log: str | Path | object, *, drop_tail: bool = False) -> Table:
+    """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
     if not isinstance(log, (str, Path)):
         return read_frame(log)
     file = Path(log)
@@ -97,11 +98,11 @@ def read_table(log: str | Path | object) -> Table:
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    table = _parsed(file, content)
+    table = _parsed(file, content, drop_tail=drop_tail)
     return replace(table, sha256=hashlib.sha256(content).hexdigest())
 
 
-def _parsed(file: Path, content: bytes) -> Table:
+def _parsed(file: Path, content: bytes, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
     ending = file.suffix.lower()
     if ending == GZIP:
@@ -109,7 +110,10 @@ def _parsed(file: Path, content: bytes) -> Table:
         if ending in _FROM_DISK:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
     parser = _IN_MEMORY.get(ending)
-    table = read_text(str(file), content) if parser is None else parser(file, content)
+    if parser is None:
+        table = read_text(str(file), content, drop_tail=drop_tail)
+    else:
+        table = parser(file, content)
     notes = ("unpacked by gzip",) if file.suffix.lower() == GZIP else ()
     return replace(table, notes=(*notes, *table.notes))
 
@@ -136,7 +140,7 @@ def _record(
     samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(found.samples, samples)
     samples, masks, made = _mended(table.source, samples, axis, repairs)
-    made += empty
+    made = [*table.repairs, *made, *empty]
     split = repairs.gaps is not None
     segments: tuple[Span, ...] = ()
     period = sample_period

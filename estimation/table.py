@@ -10,6 +10,7 @@ import numpy as np
 
 from .arrays import Array
 from .errors import DataError
+from .provenance import Repair
 
 _LISTED = 40
 
@@ -63,6 +64,8 @@ class Table:
     columns : mapping of str to Column
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
+    repairs : tuple of Repair
+        What was done to the file on request, before its columns were read.
     sha256 : str
         Of the file; empty if there is none.
     missing : str
@@ -72,6 +75,7 @@ class Table:
     source: str
     columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
+    repairs: tuple[Repair, ...] = ()
     sha256: str = ""
     missing: str = field(default="", repr=False)
 

@@ -11,6 +11,7 @@ from .arrays import Array
 from .dialect import Dialect, Line, is_comment, is_number
 from .errors import DataError
 from .table import Column, Samples, at_hand
+from .text_tail import complete_rows
 from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
 
 #: What the time stamps of each column have shown so far.
@@ -48,7 +49,7 @@ def text_columns(
     numeric = _numeric(dialect, rows[0][1])
     values = _parse([line for _, line in rows], dialect, numeric)
     if values is None:
-        return _parse_slowly(source, rows, dialect, {} if origins is None else origins)
+        return _parse_slowly(source, rows, dialect, origins)
     origins = {} if origins is None else origins
     numbers = [number for number, _ in rows]
     columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
@@ -112,9 +113,10 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _parse_slowly(
-    source: str, rows: list[Line], dialect: Dialect, origins: Origins
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
 ) -> dict[str, Column]:
     """Cell by cell."""
+    whole, origins = origins is None, {} if origins is None else origins
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
     stumbles: dict[int, int] = {}
@@ -125,9 +127,10 @@ def _parse_slowly(
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
+            advice = f"Remove or mend the line{_or_tail(rows, number, dialect, whole=whole)}."
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). Remove or mend the line."
+                f"columns ({', '.join(dialect.names)}). {advice}"
             )
         for k, cell in enumerate(cells):
             if is_number(cell, comma=dialect.comma):
@@ -139,8 +142,9 @@ def _parse_slowly(
     columns = {}
     for k in range(width):
         if k in stumbles:
-            cells = [text[k] for text in texts]
-            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, stumbles[k])
+            cells, row = [text[k] for text in texts], stumbles[k]
+            advice = _or_tail(rows, numbers[row], dialect, whole=whole)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
         else:
             columns[k] = at_hand(values[:, k])
     return _named(dialect, columns)
@@ -154,6 +158,7 @@ def _of_text(
     cells: list[str],
     origins: Origins,
     row: int = 0,
+    advice: str = "",
 ) -> Column:
     """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
     why = ""
@@ -164,19 +169,25 @@ def _of_text(
             row, why = error.row or row, error.why
         else:
             return at_hand(seconds, unit="s", note=note)
-    name = dialect.names[k]
-    return Column(read=partial(_refuse, source, dialect, name, numbers[row], cells[row], why))
+    where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
 
 
-def _refuse(source: str, dialect: Dialect, name: str, number: int, cell: str, why: str) -> Samples:
+def _or_tail(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> str:
+    """More to do about a line that is one of the last, in a log that is read whole."""
+    count = complete_rows(rows, dialect) if whole else len(rows)
+    ends = count < len(rows) and number >= rows[count][0]
+    return ", or leave the end of the log out with --tail drop" if ends else ""
+
+
+def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
     if why:
         raise DataError(
-            f"{source}, line {number}: {cell!r} in column {name!r} is no time stamp that can be "
-            f"read: {why}. Export the log with stamps such as 2026-02-01 12:00:00.250."
+            f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
+            "2026-02-01 12:00:00.250."
         )
-    mark = "comma" if dialect.comma else "point"
     raise DataError(
-        f"{source}, line {number}: {cell!r} in column {name!r} is not a number (decimal "
-        f"{mark}), nor a time stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or "
-        "12:00:00.250. Mend the cell, remove the line, or choose another column."
+        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
+        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
+        f"line, or choose another column{advice}."
     )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from axisid import DataError, read_record
+from axisid import DataError, Repairs, read_record
 from axisid.estimation.dialect import Dialect
 from axisid.estimation.read_text import read_text
 
@@ -280,3 +280,43 @@ def test_time_stamps_of_several_ways_count_from_the_first(stamp: str, comma: boo
     content = "\n".join(["time;position;control", *rows]).encode()
     table = read_text("log.csv", content)
     assert table.columns["time"].read().values == pytest.approx(0.25 * np.arange(40))
+
+
+ROWS = [f"{k};{k % 7},5;run" for k in range(100)]
+
+
+@pytest.mark.parametrize(
+    ("end", "first"),
+    [
+        (["100;0,"], "'100;0,'"),
+        (["ENDE"], "'ENDE'"),
+        (["ENDE;;"], "'ENDE;;'"),
+        (["", "Rows;100", "x;y;z"], "'Rows;100'"),
+    ],
+)
+def test_end_that_is_no_row_is_left_out_on_request_only(
+    tmp_path: Path, end: list[str], first: str
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, *end]))
+    with pytest.raises(
+        DataError, match=r"line 10[23]: .*or leave the end of the log out with --ta"
+    ):
+        read_record(file)
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    (repair,) = record.provenance.repairs
+    lines = [line for line in end if line]
+    assert (repair.kind, repair.count) == ("tail", len(lines))
+    assert repair.text.endswith(first)
+
+
+def test_tail_is_the_end_and_no_longer_than_that(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS]))
+    (repair,) = read_record(file, repairs=Repairs(tail="drop")).provenance.repairs
+    assert repair.count == 0
+    for spoilt in (["7;8", *ROWS], ["7;8"] * 60):
+        file.write_text("\n".join(["time;position;state", *ROWS, *spoilt]))
+        with pytest.raises(DataError, match=r"line 102: 2 cells .* Remove or mend the line\.$"):
+            read_record(file, repairs=Repairs(tail="drop"))
