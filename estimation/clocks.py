@@ -1,14 +1,16 @@
 """The times of the roles' columns: one time column, each column's own, or an even count."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .arrays import Array
 from .errors import DataError
-from .repairs import Mask
+from .repairs import Mask, Span
 from .table import Samples, Table
+
+_EVEN = 0.02  # range of the steps, in periods, below which nothing is said
 
 
 def together(
@@ -20,6 +22,16 @@ def together(
     for mask in masks.values():
         masked |= mask
     return clock, {role: s.values for role, s in samples.items()}, masked
+
+
+def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are."""
+    cuts = [stop - 1 for _, stop in segments[:-1]]
+    steps = np.delete(np.diff(time), cuts)
+    if not steps.size or np.ptp(steps) <= _EVEN * abs(np.median(steps)):
+        return ()
+    least, most, mean = (f"{1e3 * x:.6g}" for x in (steps.min(), steps.max(), steps.mean()))
+    return (f"time steps of {least} to {most} ms taken as even, {mean} ms each",)
 
 
 def timed(

@@ -8,7 +8,7 @@ from pathlib import Path
 from axisid.codegen import GeneratedAxis
 from axisid.modeling import Axis
 
-from .clocks import timed, together
+from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .provenance import Provenance, Repair
@@ -166,7 +166,7 @@ def _record(
             source=Path(table.source).name,
             sha256=table.sha256,
             columns=found.names,
-            assumed=found.notes,
+            assumed=found.notes + jitter_told(time, segments),
             repairs=tuple(made),
         ),
     )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from axisid import DataError, UsageError, load_axis, read_record
+from axisid import DataError, Repairs, UsageError, load_axis, read_record
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
 
@@ -205,3 +205,27 @@ def test_masked_column_of_a_mapping_is_refused() -> None:
     masked = np.ma.masked_array(np.arange(9.0), np.arange(9) > 5)
     with pytest.raises(UsageError, match="'position' is masked"):
         read_record({"position": masked}, sample_period=1e-3)
+
+
+@pytest.mark.parametrize(("jitter", "told"), [(0.0, False), (0.005, False), (0.1, True)])
+def test_jitter_that_is_taken_as_even_is_told(
+    rng: np.random.Generator, jitter: float, told: bool
+) -> None:
+    time = 1e-3 * (np.arange(2000) + jitter * rng.uniform(-1, 1, 2000))
+    record = read_record({"time": time, "position": np.sin(time)})
+    notes = [note for note in record.provenance.assumed if "taken as even, " in note]
+    assert bool(notes) == told
+    parts = {"time": np.delete(time, slice(900, 1000)), "position": np.sin(np.arange(1900))}
+    split = read_record(parts, repairs=Repairs(gaps="split"))
+    assert any("taken as even, " in note for note in split.provenance.assumed) == told
+
+
+def test_strong_jitter_is_to_be_resampled_and_gaps_to_be_cut(rng: np.random.Generator) -> None:
+    time = 1e-3 * (np.arange(2000) + 0.4 * rng.uniform(-1, 1, 2000))
+    with pytest.raises(DataError, match=r"That is jitter, no gaps: resample the log evenly"):
+        read_record({"time": time, "position": np.sin(time)})
+    time = np.delete(1e-3 * np.arange(2000), slice(900, 1000))
+    with pytest.raises(
+        DataError, match=r"1 of 1899 steps differ.*Cut the log there \(--gaps split\)"
+    ):
+        read_record({"time": time, "position": np.sin(time)})
