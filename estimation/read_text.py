@@ -10,6 +10,7 @@ from pathlib import Path
 from .dialect import sniff
 from .errors import DataError
 from .provenance import Repair
+from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
@@ -23,7 +24,7 @@ _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
 def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
-    """Read a text file: delimited text, or what TwinCAT Scope exports.
+    """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
 
     Parameters
     ----------
@@ -44,6 +45,10 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     if is_twincat(lines):
         table = read_twincat(source, lines)
         return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
+    notes = _encoding_note(encoding)
+    if is_labview(lines):
+        lines, told = plain_lines(source, lines)
+        notes = (*told, *notes)
     dialect = sniff(source, lines)
     body = without_comments(lines[dialect.first :])
     repairs: tuple[Repair, ...] = ()
@@ -51,8 +56,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         body, repair = without_tail(body, dialect)
         repairs = (repair,)
     columns = text_columns(source, body, dialect)
-    notes = dialect.notes + _encoding_note(encoding)
-    return Table(source=source, columns=columns, notes=notes, repairs=repairs)
+    return Table(source=source, columns=columns, notes=dialect.notes + notes, repairs=repairs)
 
 
 def text_blocks(file: Path, rows: int) -> Iterator[Table]:
@@ -61,7 +65,7 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
     Raises
     ------
     DataError
-        It is no text, no table, or an export of TwinCAT Scope, which is read whole.
+        It is no text, no table, or of TwinCAT Scope or LabVIEW, whose files are read whole.
     """
     source = str(file)
     with file.open("rb") as raw:
@@ -70,8 +74,9 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
         try:
             numbered = ((n, line) for n, line in enumerate(stream, 1) if line.strip())
             head = list(islice(numbered, max(_HEAD_LINES, rows)))
-            if is_twincat(head):
-                raise DataError(f"{source} is an export of TwinCAT Scope; leave --stream out.")
+            if is_twincat(head) or is_labview(head):
+                written = "an export of TwinCAT Scope" if is_twincat(head) else "a LabVIEW file"
+                raise DataError(f"{source} is {written}, which is read whole; leave --stream out.")
             dialect = sniff(source, head)
             notes = dialect.notes + _encoding_note(encoding)
             lines = chain(head[dialect.first :], numbered)
