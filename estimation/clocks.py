@@ -28,10 +28,15 @@ def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     cuts = [stop - 1 for _, stop in segments[:-1]]
     steps = np.delete(np.diff(time), cuts)
-    if not steps.size or np.ptp(steps) <= _EVEN * abs(np.median(steps)):
+    return steps_told(steps.min(), steps.max(), steps.mean()) if steps.size else ()
+
+
+def steps_told(least: float, most: float, mean: float) -> tuple[str, ...]:
+    """The same of the least, the largest and the mean step, s."""
+    if most - least <= _EVEN * abs(mean):
         return ()
-    least, most, mean = (f"{1e3 * x:.6g}" for x in (steps.min(), steps.max(), steps.mean()))
-    return (f"time steps of {least} to {most} ms taken as even, {mean} ms each",)
+    steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
+    return (f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each",)
 
 
 def timed(

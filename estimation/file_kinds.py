@@ -84,7 +84,7 @@ def check_kind(file: Path) -> None:
     found = _kind(file, head, ending)
     if found is not None:
         kind, advice = found
-        raise DataError(f"{file} is {kind} by its content, not what its ending says; {advice}.")
+        raise DataError(f"{file} is {kind} by its content; {advice}.")
 
 
 def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
@@ -97,7 +97,7 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
     if head.startswith(_GZIP_START):
         return None if ending == GZIP else ("compressed by gzip", f"{_ASK}.gz, as in .csv.gz")
     if ending == GZIP:
-        return "not compressed by gzip", "give it the ending of what it is"
+        return "not compressed by gzip", f"{_ASK}of what it is"
     if ending in _BINARY:
         return ("text", f"{_ASK}.csv") if _is_text(head) else None
     return _marked_up(head)
@@ -125,7 +125,7 @@ def _marked_up(head: bytes) -> tuple[str, str] | None:
         return "an XML document", "export the log as CSV"
     if re.match(rb'\{\s*"|\[\s*[\[{]', begin):
         if b'"axisid.' in head:
-            return "a result of axisid, in JSON,", "give the log that it was found from"
+            return "a result of axisid in JSON", "give the log that it was found from"
         return "a JSON document", "export the log as CSV"
     return None
 

@@ -45,7 +45,7 @@ def test_kind_of_a_file_is_told_by_its_content(
 def test_result_is_no_log(tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps({"schema": "axisid.identification/1", "axis": "emps"}, indent=2))
-    with pytest.raises(DataError, match=r"a result of axisid, in JSON.*the log that it was found"):
+    with pytest.raises(DataError, match=r"a result of axisid in JSON.*the log that it was found"):
         read_record(file)
 
 
