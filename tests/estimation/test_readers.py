@@ -236,6 +236,13 @@ def test_log_without_the_control_that_the_axis_names_does_with_a_force() -> None
         )
 
 
+def test_all_columns_without_numbers_are_told_at_once() -> None:
+    log = {"time": np.arange(3.0), "position": ["a", "b", "c"], "control": [1j, 2j, 3j]}
+    told = r"'position' for the position holds text, the column 'control' for the control holds"
+    with pytest.raises(DataError, match=rf"{told} complex.*position=NAME,control=NAME"):
+        read_record(log)
+
+
 def test_name_in_other_letters_is_suggested() -> None:
     log = {"Time": np.arange(50.0), "Position": np.sin(np.arange(50))}
     with pytest.raises(DataError, match="Did you mean 'Position'"):
