@@ -1,5 +1,6 @@
 """Logs larger than memory: the roles' columns block by block, as often as they are asked for."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,7 +10,9 @@ import numpy as np
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
+from .clocks import steps_told
 from .errors import DataError
+from .file_kinds import check_kind, check_regular
 from .provenance import Provenance
 from .read_columnar import parquet_blocks
 from .read_text import text_blocks
@@ -55,8 +58,8 @@ class LogBlocks:
                 f"{self.file} cannot be read in blocks; give delimited text "
                 f"({', '.join(_TEXT)}) or Parquet, or leave --stream out."
             )
-        if not self.file.is_file():
-            raise DataError(f"{self.file} cannot be read: there is no such file. Check the path.")
+        check_regular(self.file, folder=False)
+        check_kind(self.file)
         reader = text_blocks if ending in _TEXT else parquet_blocks
         for table in reader(self.file, self.rows):
             yield Chosen(table, self.axis, dict(self.columns))
@@ -83,10 +86,13 @@ class Extent:
     samples : int
     period : float
         s
+    notes : tuple of str
+        What is assumed of its times.
     """
 
     samples: int
     period: float
+    notes: tuple[str, ...] = ()
 
 
 def extent(
@@ -125,6 +131,7 @@ class _Even:
     def __init__(self, source: str, axis: Axis | None) -> None:
         self.source, self.axis, self.samples, self.timed = source, axis, 0, True
         self.first = self.last = self.typical = 0.0
+        self.least, self.most = math.inf, 0.0
 
     def add(self, block: Mapping[str, Array]) -> None:
         """Take the next block."""
@@ -159,6 +166,9 @@ class _Even:
                 "to be repaired is read whole: leave --stream out."
             )
         self.last = float(time[-1])
+        steps = steps[1:] if not self.samples else steps
+        self.least = min(self.least, float(steps.min(initial=math.inf)))
+        self.most = max(self.most, float(steps.max(initial=0.0)))
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
@@ -175,4 +185,5 @@ class _Even:
                 f"{self.source}: the sampling period is given as {period:g} s, but the time column "
                 f"steps by {mean:g} s. Correct one of them (time is in seconds)."
             )
-        return Extent(samples=self.samples, period=mean if period is None else period)
+        notes = steps_told(self.least, self.most, mean) if self.timed else ()
+        return Extent(samples=self.samples, period=mean if period is None else period, notes=notes)

@@ -1,14 +1,16 @@
 """The times of the roles' columns: one time column, each column's own, or an even count."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .arrays import Array
 from .errors import DataError
-from .repairs import Mask
+from .repairs import Mask, Span
 from .table import Samples, Table
+
+_EVEN = 0.02  # range of the steps, in periods, below which nothing is said
 
 
 def together(
@@ -20,6 +22,21 @@ def together(
     for mask in masks.values():
         masked |= mask
     return clock, {role: s.values for role, s in samples.items()}, masked
+
+
+def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are."""
+    cuts = [stop - 1 for _, stop in segments[:-1]]
+    steps = np.delete(np.diff(time), cuts)
+    return steps_told(steps.min(), steps.max(), steps.mean()) if steps.size else ()
+
+
+def steps_told(least: float, most: float, mean: float) -> tuple[str, ...]:
+    """The same of the least, the largest and the mean step, s."""
+    if most - least <= _EVEN * abs(mean):
+        return ()
+    steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
+    return (f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each",)
 
 
 def timed(

@@ -16,6 +16,7 @@ from axisid.modeling.units import Unit, parse_unit
 
 from .arrays import Array
 from .errors import DataError
+from .table import numbered
 
 _TURN = 2 * math.pi
 _DEGREE = math.pi / 180
@@ -48,7 +49,16 @@ _SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " "}
 _NAMES = {
     "meter": "m",
     "metre": "m",
+    "meters": "m",
+    "metres": "m",
     "millimeter": "mm",
+    "millimeters": "mm",
+    "millimetre": "mm",
+    "millimetres": "mm",
+    "micrometer": "um",
+    "micrometre": "um",
+    "micron": "um",
+    "microns": "um",
     "degree": "deg",
     "degrees": "deg",
     "radian": "rad",
@@ -57,8 +67,13 @@ _NAMES = {
     "seconds": "s",
     "milliseconds": "ms",
     "volt": "V",
+    "volts": "V",
+    "amp": "A",
+    "amps": "A",
     "ampere": "A",
+    "amperes": "A",
     "newton": "N",
+    "newtons": "N",
     "N m": "Nm",
     "mN m": "mNm",
     "N cm": "Ncm",
@@ -67,6 +82,12 @@ _NAMES = {
     "r/min": "rpm",
     "U/min": "rpm",
 }
+#: What encoders count; no unit until it is scaled.
+_COUNTS = frozenset(
+    "count counts ct cts digit digits inc incr increment increments ink inkremente lsb pulse "
+    "pulses step steps tick ticks".split()
+)
+_NO_UNIT = frozenset(("-", "--", "none"))
 
 
 def known_unit(text: str) -> tuple[float, Unit] | None:
@@ -76,7 +97,7 @@ def known_unit(text: str) -> tuple[float, Unit] | None:
         plain = plain.replace(letter, other)
     if "**" not in plain:
         plain = plain.replace("*", " ")
-    plain = _NAMES.get(plain, plain)
+    plain = _NAMES.get(plain, _NAMES.get(plain.lower(), plain))
     if plain in _FACTORS:
         factor, coherent = _FACTORS[plain]
         return factor, parse_unit(coherent)
@@ -86,27 +107,44 @@ def known_unit(text: str) -> tuple[float, Unit] | None:
         return None
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is surely a unit: one that is known, or what encoders count."""
+    return known_unit(text) is not None or text.strip().lower() in _COUNTS
+
+
+_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))")
+
+
 def split_label(label: str) -> tuple[str, str]:
-    """Name and unit of a header such as ``position [mm]`` or ``vel (rad/s)``; no unit, no cut."""
-    match = re.fullmatch(r"(.+?)\s*(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))", label)
+    """Name and unit of a header such as ``position [mm]`` or ``vel (rad/s)``; no unit, no cut.
+
+    What stands in square brackets is a unit, known or not, unless it is a number (``q[1]``).
+    In parentheses or after a slash it is one if it is known, or if encoders count in it.
+    """
+    match = _UNIT.fullmatch(label)
     if match is None:
         return label, ""
-    unit = (match[2] or match[3] or match[4]).strip()
-    # `q[1]` is an index and `a/s` may be a path: only what is surely a unit is cut off.
-    sure = known_unit(unit) is not None and not unit.isdecimal()
-    if match[4] and not re.search(r"\s/", label):
+    name, blank, square, round_, below = match.groups()
+    unit = (square or round_ or below).strip()
+    sure = (square is not None or is_unit(unit)) and not unit.isdecimal()
+    if below is not None and not blank:  # `axis/s` may be a path
         sure = False
-    return (match[1], unit) if sure else (label, "")
+    if not sure:
+        return label, ""
+    return name, "" if unit.lower() in _NO_UNIT else unit
 
 
 def split_labels(labels: Sequence[str]) -> list[tuple[str, str]]:
-    """Name and unit of each header; names that differ by the unit only stay as they are written."""
-    cut = [split_label(label) for label in labels]
-    often = Counter(name for name, _ in cut)
-    return [
-        (name if often[name] == 1 else label, unit)
-        for label, (name, unit) in zip(labels, cut, strict=True)
+    """Names and units of all headers, each name once.
+
+    Names that differ by their units only stay as written, those that occur twice are numbered.
+    """
+    split = [split_label(label) for label in labels]
+    times = Counter(name for name, _ in split)
+    names = [
+        name if times[name] == 1 else label for label, (name, _) in zip(labels, split, strict=True)
     ]
+    return [(name, unit) for name, (_, unit) in zip(numbered(names), split, strict=True)]
 
 
 def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:
@@ -148,10 +186,11 @@ def to_si(
     wanted = expected_units(role, axis)
     found = known_unit(unit)
     if found is None:
+        counts = "encoder counts: scale them first. Else " if unit.lower() in _COUNTS else ""
         raise wrong(
-            f"{source}: the {role} has the unit {unit!r}, which is not known; give the unit that "
-            f"it is in with --columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, ...), or "
-            f"{role}=NAME:{(wanted or ('V',))[0]} where it is SI."
+            f"{source}: the {role} has the unit {unit!r}, which is not known; {counts}give the "
+            f"unit that it is in with --columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, "
+            f"...), or {role}=NAME:{(wanted or ('V',))[0]} where it is SI."
         )
     factor, coherent = found
     if wanted and not any(_measures(coherent, unit_) for unit_ in wanted):
@@ -172,13 +211,17 @@ def _measures(unit: Unit, wanted: str) -> bool:
 
 
 def taken_as_si(roles: Mapping[str, str], axis: Axis | None) -> str:
-    """What is said of columns whose unit nobody gave."""
+    """What is said of columns, by role, whose unit nobody gave."""
     if not roles:
         return ""
     named = []
-    for role in roles:
+    for role, name in roles.items():
         wanted = expected_units(role, axis)
-        named.append(f"{role} {' or '.join(wanted) if wanted else 'as the drive has it'}")
+        unit = " or ".join(wanted) if wanted else "as the drive has it"
+        unknown = _UNIT.fullmatch(name)
+        passed = unknown[4] if unknown is not None else None
+        told = passed and not passed.isdecimal()
+        named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if told else ""))
     return f"no unit given, so SI: {', '.join(named)}"
 
 

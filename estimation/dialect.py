@@ -8,15 +8,16 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 
-from .column_units import known_unit, split_label
+from .column_units import is_unit, split_labels
 from .errors import DataError
 
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
 _SAMPLE = 400  # lines looked at
+_MOST_COLUMNS = 10_000
 _MOST = 0.9  # of the rows that the best reading makes a table of
 _COMMENTS = ("#", "%", "//")
-_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks"}
+_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 Line = tuple[int, str]
@@ -54,6 +55,12 @@ class Dialect:
         if len(cells) == len(self.names) + 1 and not cells[-1]:
             cells.pop()
         return cells
+
+
+def how_written(separator: str | None, *, comma: bool) -> str:
+    """Separator and decimal mark, for the user."""
+    named = _NAMED.get(separator, repr(separator))
+    return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
@@ -106,13 +113,18 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         raise DataError(
             f"{source}: a header row and samples are expected; it has {len(sample)} filled lines."
         )
+    _check_width(source, sample)
     separator, comma, width, first = _best(source, sample)
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
-    names, unit_row = _named(header, units, width)
+    names, unit_row = _named(header, units)
     _check_names(source, names)
-    _check_thousands(source, sample, first, separator, comma=comma)
-    notes = [f"separator {_NAMED[separator]}, decimal {'comma' if comma else 'point'}"]
+    body = [line for i, line in sample if i >= first]
+    if not comma and separator != ",":
+        body = _until_decided(lines, body, separator)
+        comma = not _marked(body, separator, ".") and bool(_marked(body, separator, ","))
+    _check_thousands(source, body, separator, comma=comma)
+    notes = [how_written(separator, comma=comma)]
     notes += [note] if note else []
     return Dialect(
         separator=separator,
@@ -239,20 +251,26 @@ def _header(
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether most filled cells are units; names such as `m` and `t` alone are not."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
-    known = [c for c in filled if known_unit(c) is not None and not is_number(c)]
+    known = [c for c in filled if is_unit(c) and not is_number(c)]
     return bool(filled) and 2 * len(known) >= len(filled)
 
 
-def _named(header: list[str], units: list[str], width: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns; a unit in the header goes before none in its own row."""
-    names, found = [], []
-    for label, unit in zip(header, units, strict=True):
-        name, own = split_label(label)
-        names.append(name)
-        found.append(unit.strip("[]()- ") or own)
-    if len(set(names)) < width:  # names that differ by their units only stay as they are written
-        names = header
-    return names, found
+def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
+    """Names and units of the columns; a unit in the row of units goes before the header's."""
+    split = split_labels(header)
+    found = [unit.strip("[]()- ") or own for unit, (_, own) in zip(units, split, strict=True)]
+    return [name for name, _ in split], found
+
+
+def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
+    """Refuse lines of very many cells, which take minutes to look at and are no samples."""
+    longest = max((line for _, line in sample), key=len)
+    cells = max(len(longest.split(separator)) for separator in _SEPARATORS)
+    if cells > _MOST_COLUMNS:
+        raise DataError(
+            f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
+            "sample in a row. Transpose it if it has one column for each sample."
+        )
 
 
 def _check_names(source: str, names: list[str]) -> None:
@@ -261,24 +279,31 @@ def _check_names(source: str, names: list[str]) -> None:
             f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
             "the columns above it."
         )
-    doubled = sorted({name for name in names if name and names.count(name) > 1})
-    if doubled:
-        raise DataError(f"{source}: column {', '.join(doubled)} occurs twice; rename one.")
 
 
-def _check_thousands(
-    source: str,
-    sample: list[tuple[int, str]],
-    first: int,
-    separator: str | None,
-    *,
-    comma: bool,
-) -> None:
+def _until_decided(lines: list[Line], body: list[str], separator: str | None) -> list[str]:
+    """Rows of the sample, with later ones where no number of it has a decimal mark.
+
+    An axis at rest writes plain zeros before its first decimals.
+    """
+    if _marked(body, separator, ".") or _marked(body, separator, ","):
+        return body
+    for k, (_, line) in enumerate(lines[_SAMPLE:], _SAMPLE):
+        if ("." in line or "," in line) and any(_marked([line], separator, m) for m in ".,"):
+            return [later for _, later in lines[k : k + _SAMPLE] if not is_comment(later)]
+    return body
+
+
+def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
+    """Cells that are numbers with a decimal mark."""
+    marked = (line.replace('"', "") for line in body if mark in line)
+    cells = (cell.strip() for line in marked for cell in line.split(separator))
+    return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]
+
+
+def _check_thousands(source: str, body: list[str], separator: str | None, *, comma: bool) -> None:
     """Refuse commas that may as well group thousands as begin decimals."""
-    if not comma:
-        return
-    cells = [c for i, line in sample if i >= first for c in split_cells(line, separator)]
-    marked = [cell for cell in cells if "," in cell]
+    marked = _marked(body, separator, ",") if comma else []
     if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
         raise DataError(
             f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "

@@ -10,9 +10,9 @@ class Repair:
     Attributes
     ----------
     kind : str
-        ``wrap``, ``clipped``, ``empty``, ``resample`` or ``gaps``.
+        ``tail``, ``wrap``, ``clipped``, ``empty``, ``resample`` or ``gaps``.
     count : int
-        How often it was made: jumps undone, samples masked, rows made, gaps.
+        How often it was made: lines left out, jumps undone, samples masked, rows made, gaps.
     text : str
         The same for the user, with the method.
     """

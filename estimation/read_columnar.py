@@ -12,7 +12,7 @@ from axisid.modeling import AxisidError, UsageError
 from .column_units import split_labels
 from .errors import DataError
 from .gathered import Gathered
-from .table import Table, library, told, unlike
+from .table import Table, library, told
 
 _ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
@@ -68,10 +68,10 @@ def read_parquet(file: Path, content: bytes) -> Table:
     """
     parquet = library("pyarrow.parquet", "parquet", file)
     try:
-        table = parquet.read_table(io.BytesIO(content)).flatten()
+        table = parquet.ParquetFile(io.BytesIO(content)).read().flatten()
     except Exception as error:
         raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
-    return arrow_columns(file, table).table(str(file))
+    return arrow_columns(table).table(str(file))
 
 
 def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
@@ -91,28 +91,24 @@ def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
         with parquet.ParquetFile(file) as content:
             for batch in content.iter_batches(batch_size=rows):
                 table = arrow.Table.from_batches([batch]).flatten()
-                yield arrow_columns(file, table, origins).table(str(file))
+                yield arrow_columns(table, origins).table(str(file))
     except (OSError, ValueError, arrow.ArrowException) as error:
         if isinstance(error, AxisidError):
             raise
         raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
 
 
-def arrow_columns(
-    file: Path, table: Any, origins: dict[str, np.datetime64] | None = None
-) -> Gathered:
+def arrow_columns(table: Any, origins: dict[str, np.datetime64] | None = None) -> Gathered:
     """Columns of an Arrow table, times in s.
 
     `origins` remembers the first time stamps from one block to the next.
     """
     found = Gathered(origins={} if origins is None else origins)
-    labels = [field.name for field in table.schema]
-    unlike(labels, str(file))
-    for field, (name, unit) in zip(table.schema, split_labels(labels), strict=True):
+    split = split_labels(table.schema.names)
+    for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
         metadata = field.metadata or {}
         told_unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
-        values = table.column(field.name).to_numpy()
-        found.add(name, values, unit=told_unit, label=field.name)
+        found.add(name, values.to_numpy(), unit=told_unit, label=field.name)
     return found
 
 
@@ -132,7 +128,6 @@ def read_frame(frame: object) -> Table:
     else:
         arrays = _frame_arrays(frame)
     labels = [label for label, _ in arrays]
-    unlike(labels, source)
     found = Gathered()
     for (name, unit), (label, values) in zip(split_labels(labels), arrays, strict=True):
         found.add(name, values, unit=unit, label=label)

@@ -15,7 +15,7 @@ import numpy as np
 
 from .errors import DataError
 from .gathered import Gathered
-from .table import Table, library, told, unlike
+from .table import Table, library, numbered, told
 
 _UNITS = ("unit_string", "NI_UnitDescription")
 _LONGEST = 100  # of a warning
@@ -95,8 +95,7 @@ def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
             longer.format(*place) if often[name] > 1 else name
             for name, place in zip(names, places, strict=True)
         ]
-    unlike(names, "the MDF file")
-    return [(name, *place[1:]) for name, place in zip(names, places, strict=True)]
+    return [(name, *place[1:]) for name, place in zip(numbered(names), places, strict=True)]
 
 
 def read_tdms(file: Path) -> Table:

@@ -1,42 +1,62 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
-from collections.abc import Iterator
+from codecs import IncrementalDecoder, getincrementaldecoder
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 
 from .dialect import sniff
 from .errors import DataError
+from .provenance import Repair
+from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
-from .text_columns import Origins, text_columns
+from .text_columns import Origins, text_columns, without_comments
+from .text_tail import without_tail
 
 _NUL_SHARE = 0.3
-_HEAD = 1 << 16  # bytes that tell the encoding of a file too large to be read whole
+_LOOKED = 2000  # bytes in which zeros tell UTF-16
+_PIECE = 1 << 20  # bytes
 _HEAD_LINES = 500  # more than what tells the dialect
+_CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
-def read_text(source: str, content: bytes) -> Table:
-    """Read a text file: delimited text, or what TwinCAT Scope exports.
+def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
+    """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
 
     Parameters
     ----------
     source : str
         File name, for messages.
     content : bytes
+    drop_tail : bool
+        Whether lines at the end that are no rows may be left out.
 
     Raises
     ------
     DataError
         It is no text, or no table.
     """
-    text, encoding = decode(source, content)
+    encoding = encoding_of(source, [content])
+    text = _decoded(source, content, encoding)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     if is_twincat(lines):
-        return read_twincat(source, lines)
+        table = read_twincat(source, lines)
+        return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
+    notes = _encoding_note(encoding)
+    if is_labview(lines):
+        lines, told = plain_lines(source, lines)
+        notes = (*told, *notes)
     dialect = sniff(source, lines)
-    columns = text_columns(source, lines[dialect.first :], dialect)
-    notes = dialect.notes + ((f"encoding {encoding}",) if encoding != "utf-8" else ())
-    return Table(source=source, columns=columns, notes=notes)
+    body = without_comments(lines[dialect.first :])
+    repairs: tuple[Repair, ...] = ()
+    if drop_tail:
+        body, repair = without_tail(body, dialect)
+        repairs = (repair,)
+    columns = text_columns(source, body, dialect)
+    return Table(source=source, columns=columns, notes=dialect.notes + notes, repairs=repairs)
 
 
 def text_blocks(file: Path, rows: int) -> Iterator[Table]:
@@ -45,54 +65,79 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
     Raises
     ------
     DataError
-        It is no text, no table, or an export of TwinCAT Scope, which is read whole.
+        It is no text, no table, or of TwinCAT Scope or LabVIEW, whose files are read whole.
     """
     source = str(file)
     with file.open("rb") as raw:
-        encoding = decode(source, raw.read(_HEAD).rpartition(b"\n")[0])[1]
-    plain = "utf-8-sig" if encoding == "utf-8" else encoding
-    with file.open(encoding=plain, newline=None) as stream:
+        encoding = encoding_of(source, iter(partial(raw.read, _PIECE), b""))
+    with file.open(encoding=_CODECS.get(encoding, encoding), newline=None) as stream:
         try:
             numbered = ((n, line) for n, line in enumerate(stream, 1) if line.strip())
-            head = list(islice(numbered, _HEAD_LINES))
-            if is_twincat(head):
-                raise DataError(f"{source} is an export of TwinCAT Scope; leave --stream out.")
+            head = list(islice(numbered, max(_HEAD_LINES, rows)))
+            if is_twincat(head) or is_labview(head):
+                written = "an export of TwinCAT Scope" if is_twincat(head) else "a LabVIEW file"
+                raise DataError(f"{source} is {written}, which is read whole; leave --stream out.")
             dialect = sniff(source, head)
+            notes = dialect.notes + _encoding_note(encoding)
             lines = chain(head[dialect.first :], numbered)
             origins: Origins = {}
             while block := list(islice(lines, rows)):
-                columns = text_columns(source, block, dialect, origins)
-                yield Table(source=source, columns=columns, notes=dialect.notes)
+                if body := without_comments(block):
+                    columns = text_columns(source, body, dialect, origins)
+                    yield Table(source=source, columns=columns, notes=notes)
         except UnicodeDecodeError as error:
             raise _no_text(source) from error
 
 
-def decode(source: str, content: bytes) -> tuple[str, str]:
-    """Text of a file and the encoding it is taken to have.
+def encoding_of(source: str, pieces: Iterable[bytes]) -> str:
+    """The encoding that a file's bytes, given in pieces, are taken to have.
 
     UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero bytes; else the
     Western Windows code page.
+
+    Raises
+    ------
+    DataError
+        There are zero bytes in it that are not those of UTF-16.
     """
-    for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
-        if content.startswith(mark):
-            return _strictly(source, content, encoding), encoding
-    even, odd = content[:2000:2].count(0), content[1:2000:2].count(0)
-    half = max(len(content[:2000]) / 2, 1)
-    if odd / half > _NUL_SHARE or even / half > _NUL_SHARE:
-        encoding = "utf-16-le" if odd > even else "utf-16-be"
-        return _strictly(source, content, encoding), encoding
-    if b"\0" in content:
-        raise _no_text(source)
+    utf8: IncrementalDecoder | None = getincrementaldecoder("utf-8")()
+    for k, piece in enumerate(pieces):
+        if k == 0 and (wide := _utf16(piece)):
+            return wide
+        if b"\0" in piece:
+            raise _no_text(source)
+        try:
+            if utf8 is not None:
+                utf8.decode(piece)
+        except UnicodeDecodeError:
+            utf8 = None
     try:
-        return content.decode("utf-8-sig"), "utf-8"
+        if utf8 is not None:
+            utf8.decode(b"", final=True)
+            return "utf-8"
     except UnicodeDecodeError:
         pass
-    return _strictly(source, content, "cp1252"), "cp1252"
+    return "cp1252"
 
 
-def _strictly(source: str, content: bytes, encoding: str) -> str:
+def _utf16(head: bytes) -> str:
+    """UTF-16 with or without its mark, by the beginning of a file; empty for what is none."""
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    even, odd = head[:_LOOKED:2].count(0), head[1:_LOOKED:2].count(0)
+    half = max(len(head[:_LOOKED]) / 2, 1)
+    if max(even, odd) / half <= _NUL_SHARE:
+        return ""
+    return "utf-16-le" if odd > even else "utf-16-be"
+
+
+def _encoding_note(encoding: str) -> tuple[str, ...]:
+    return (f"encoding {encoding}",) if encoding != "utf-8" else ()
+
+
+def _decoded(source: str, content: bytes, encoding: str) -> str:
     try:
-        text = content.decode(encoding)
+        text = content.decode(_CODECS.get(encoding, encoding))
     except UnicodeDecodeError as error:
         raise _no_text(source) from error
     if "\0" in text:

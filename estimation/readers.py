@@ -8,8 +8,9 @@ from pathlib import Path
 from axisid.codegen import GeneratedAxis
 from axisid.modeling import Axis
 
-from .clocks import timed, together
+from .clocks import jitter_told, timed, together
 from .errors import DataError
+from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .provenance import Provenance, Repair
 from .read_bag import read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
@@ -50,8 +51,8 @@ def read_record(
     ----------
     log : str, Path, dataframe or mapping
         A file: ``.mat``, ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag`` (or the folder of a
-        ROS 2 bag), and delimited text by any other ending. Or a dataframe, or a mapping of column
-        names to arrays.
+        ROS 2 bag), and delimited text by any other ending, also compressed (``.csv.gz``).
+        Or a dataframe, or a mapping of column names to arrays.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
     columns : mapping of str to str, optional
@@ -76,29 +77,47 @@ def read_record(
         A role does not exist, or a unit is not the role's.
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
-    table = read_table(log)
+    repairs = repairs or Repairs()
+    table = read_table(log, drop_tail=repairs.tail is not None)
     found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
-    return _record(table, found, declared, sample_period, repairs or Repairs())
+    return _record(table, found, declared, sample_period, repairs)
 
 
-def read_table(log: str | Path | object) -> Table:
-    """Read all columns of a log, whatever its format; see `read_record`."""
+def read_table(log: str | Path | object, *, drop_tail: bool = False) -> Table:
+    """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
     if not isinstance(log, (str, Path)):
         return read_frame(log)
     file = Path(log)
+    check_regular(file, folder=True)
     reader = _FROM_DISK.get(file.suffix.lower())
     try:
+        check_kind(file)
         if (file / _BAG).is_file():
             reader = read_bag
-        if reader is not None and file.exists():
+        if reader is not None:
             table = reader(file)
             return replace(table, source=str(file), sha256=file_digest(file))
         content = file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    parser = _IN_MEMORY.get(file.suffix.lower())
-    table = read_text(str(file), content) if parser is None else parser(file, content)
+    table = _parsed(file, content, drop_tail=drop_tail)
     return replace(table, sha256=hashlib.sha256(content).hexdigest())
+
+
+def _parsed(file: Path, content: bytes, *, drop_tail: bool) -> Table:
+    """The table of a file's content, unpacked where it is compressed."""
+    ending = file.suffix.lower()
+    if ending == GZIP:
+        content, ending = unpacked(file, content), Path(file.stem).suffix.lower()
+        if ending in _FROM_DISK:
+            raise DataError(f"{file} is read from a file of its own; unpack it first.")
+    parser = _IN_MEMORY.get(ending)
+    if parser is None:
+        table = read_text(str(file), content, drop_tail=drop_tail)
+    else:
+        table = parser(file, content)
+    notes = ("unpacked by gzip",) if file.suffix.lower() == GZIP else ()
+    return replace(table, notes=(*notes, *table.notes))
 
 
 def file_digest(file: Path) -> str:
@@ -123,7 +142,7 @@ def _record(
     samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(found.samples, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
-    made += empty
+    made = [*table.repairs, *made, *empty]
     split = repairs.gaps is not None
     segments: tuple[Span, ...] = ()
     period = sample_period
@@ -149,7 +168,7 @@ def _record(
             source=Path(table.source).name,
             sha256=table.sha256,
             columns=found.names,
-            assumed=(*found.notes, *jumps),
+            assumed=(*found.notes, *jumps, *jitter_told(time, segments)),
             repairs=tuple(made),
         ),
     )

@@ -17,6 +17,7 @@ LARGEST_GAP = 1.5
 #: Relative difference of a given period from the time column's.
 PERIOD_TOLERANCE = 0.005
 _UNEVEN = 0.02  # mean step against the median one
+_RARE = 0.01  # share of the steps that may be gaps; more are jitter
 _FEWEST = 3  # rows
 
 
@@ -199,10 +200,13 @@ class Record:
         gaps = np.flatnonzero(uneven & inside)
         if gaps.size:
             row = gaps[0] + 2
+            advice = "Cut the log there (--gaps split) or resample it evenly (--resample auto)."
+            if gaps.size > _RARE * len(steps):
+                advice = "That is jitter, no gaps: resample the log evenly (--resample auto)."
             raise DataError(
                 f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
-                f"{typical:.6g} s elsewhere ({gaps.size} in all). Cut the log there (--gaps split) "
-                "or resample it evenly (--resample auto)."
+                f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
+                f"{advice}"
             )
         mean = float(np.mean(steps[inside]))
         if not abs(mean / typical - 1) < _UNEVEN:

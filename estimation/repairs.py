@@ -40,6 +40,8 @@ class Repairs:
     mask : {"clipped"} or None
         Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
         filters reach it.
+    tail : {"drop"} or None
+        Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Repairs:
     gaps: Literal["split"] | None = None
     wrap: str | float | None = None
     mask: Literal["clipped"] | None = None
+    tail: Literal["drop"] | None = None
 
     def __post_init__(self) -> None:
         rate = self.resample
@@ -62,6 +65,8 @@ class Repairs:
             raise UsageError(f"what to do at gaps is {self.gaps!r}; give split.")
         if self.mask not in ("clipped", None):
             raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
+        if self.tail not in ("drop", None):
+            raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
 
     def modulus(self, axis: Axis | None) -> Modulus | None:
         """Modulus of the position."""

@@ -1,6 +1,8 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
+from collections.abc import Iterable
 from dataclasses import replace
+from difflib import get_close_matches
 
 from axisid.modeling import ROLES, Axis, UsageError
 
@@ -9,6 +11,8 @@ from .errors import DataError
 from .table import Samples, Table
 
 _NEEDED = ("position",)
+_COMPARED = 1000  # columns that a name is compared with
+_NEARLY = 0.8  # how alike names are of which one may be meant for the other
 
 
 class Chosen:
@@ -54,6 +58,7 @@ def _choose(
     declared = dict(axis.columns) if axis is not None else {}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
+    unfit: dict[str, str] = {}
     for role in ROLES:
         wanted = asked.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
@@ -64,24 +69,32 @@ def _choose(
         if name is not None:
             chosen[role] = (name, unit.strip(), role in asked)
         elif holds := table.holds(wanted):
-            raise DataError(
-                f"{table.source}: the column {wanted!r} for the {role} holds {holds}; give one of "
-                f"real numbers, or of time stamps, with --columns {role}=NAME."
-            )
+            unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
         elif role in asked or role in declared or role in _NEEDED:
             missing[role] = wanted
+    if unfit:
+        raise DataError(
+            f"{table.source}: {', '.join(unfit.values())}; give one of real numbers, or of time "
+            f"stamps, with {_to_name(unfit)}."
+        )
+    without = _without(table, missing, chosen, has_period=has_period)
+    if any(role in asked or role not in without for role in missing):
+        raise DataError(_lacking(table, chosen, missing, declared=bool(declared)))
     _check_apart(table, chosen)
-    without = _without(missing, chosen, has_period=has_period)
-    for role, wanted in missing.items():
-        if role in asked or role not in without:
-            raise _not_found(table, role, wanted)
     return chosen, tuple(without.values())
 
 
 def _without(
-    missing: dict[str, str], chosen: dict[str, tuple[str, str, bool]], *, has_period: bool
+    table: Table,
+    missing: dict[str, str],
+    chosen: dict[str, tuple[str, str, bool]],
+    *,
+    has_period: bool,
 ) -> dict[str, str]:
-    """What is said of columns that only the axis names, and that can be done without."""
+    """What is said of columns that only the axis names, and that can be done without.
+
+    A name that several columns have is not missing, but to be told apart by the user.
+    """
     spared = {}
     if has_period:
         spared["time"] = "counted by the sampling period"
@@ -91,17 +104,52 @@ def _without(
     return {
         role: f"no column {missing[role]!r} for the {role}, {what}"
         for role, what in spared.items()
-        if role in missing
+        if role in missing and not table.alike(missing[role])
     }
 
 
-def _not_found(table: Table, role: str, wanted: str) -> DataError:
-    alike = next((name for name in table.columns if name.casefold() == wanted.casefold()), "")
-    meant = f" Did you mean {alike!r}?" if alike else ""
-    return DataError(
-        f"{table.source}: there is no column {wanted!r} for the {role}; found {table.listed()}."
-        f"{meant} " + (table.missing or f"Name the column with --columns {role}=NAME.")
+def _lacking(
+    table: Table,
+    chosen: dict[str, tuple[str, str, bool]],
+    missing: dict[str, str],
+    *,
+    declared: bool,
+) -> str:
+    """What is said of all columns that are not found, with those that may be meant.
+
+    Where the axis has not `declared` its columns, those of the other roles count as missing too.
+    """
+    wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
+    others = [role for role in ROLES if role not in chosen and role not in missing]
+    others = [] if declared or not set(_NEEDED) & set(missing) else others
+    also = f", nor one named {' or '.join(others)}" if others else ""
+    several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
+    close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))
+    hint = ""
+    if several:
+        hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
+    elif close:
+        hint = f" Did you mean {' or '.join(map(repr, close))}?"
+    named = [*missing, *others]
+    columns = "column" if len(named) == 1 else "columns"
+    advice = table.missing or f"Name the {columns} with {_to_name(named)}."
+    return (
+        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} {advice}"
     )
+
+
+def _to_name(roles: Iterable[str]) -> str:
+    """The option that names columns."""
+    return "--columns " + ",".join(f"{role}=NAME" for role in roles)
+
+
+def _near(table: Table, wanted: str) -> list[str]:
+    """Columns whose names are nearly the one that is wanted."""
+    names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
+    plain = wanted.casefold()
+    close = get_close_matches(plain, names, n=2, cutoff=_NEARLY)
+    close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
+    return [names[name] for name in close]
 
 
 def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:

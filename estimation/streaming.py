@@ -88,7 +88,7 @@ def identify_stream(
     return StreamedEstimate(
         axis=generated,
         prefilter=rows.prefilter,
-        provenance=told,
+        provenance=replace(told, assumed=told.assumed + found.notes),
         samples=found.samples,
         period=found.period,
         rows=size,

@@ -1,12 +1,14 @@
 """What a file holds before any column has a role: names, units as written, and what was assumed."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 
 from .arrays import Array
 from .errors import DataError
+from .provenance import Repair
 
 _LISTED = 40
 _LONGEST = 200  # of what another library says
@@ -41,7 +43,7 @@ class Column:
     label : str
         Name and unit as they stand in the file, where the name was cut out of it.
     note : str
-        What was assumed of it, told where it is chosen.
+        What was assumed of it, a sentence with its name, told where it is chosen.
     """
 
     read: Callable[[], Samples]
@@ -61,6 +63,8 @@ class Table:
     columns : mapping of str to Column
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
+    repairs : tuple of Repair
+        What was done to the file on request, before its columns were read.
     sha256 : str
         Of the file; empty if there is none.
     missing : str
@@ -74,6 +78,7 @@ class Table:
     source: str
     columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
+    repairs: tuple[Repair, ...] = ()
     sha256: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
@@ -81,17 +86,20 @@ class Table:
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last parts of one dotted name alone."""
-        if name in self.columns:
-            return name
-        alike = [own for own, column in self.columns.items() if column.label == name]
-        if alike:
-            return alike[0] if len(alike) == 1 else None
-        return _last_part(name, self.columns)
+        alike = self.alike(name)
+        return alike[0] if len(alike) == 1 else None
 
     def holds(self, name: str) -> str:
         """What has a name like a column's, but holds no numbers; empty if there is nothing."""
-        found = name if name in self.passed_over else _last_part(name, self.passed_over)
-        return "" if found is None else self.passed_over[found]
+        alike = [name] if name in self.passed_over else _ending(name, self.passed_over)
+        return self.passed_over[alike[0]] if len(alike) == 1 else ""
+
+    def alike(self, name: str) -> list[str]:
+        """The columns that a name may stand for."""
+        if name in self.columns:
+            return [name]
+        labelled = [own for own, column in self.columns.items() if column.label == name]
+        return labelled or _ending(name, self.columns)
 
     def listed(self) -> str:
         """Names of the columns, for messages."""
@@ -100,10 +108,9 @@ class Table:
         return (", ".join(names[:_LISTED]) or "no columns") + more
 
 
-def _last_part(name: str, names: Iterable[str]) -> str | None:
-    """The one dotted name that ends in a name."""
-    alike = [own for own in names if own.endswith(f".{name}")]
-    return alike[0] if len(alike) == 1 else None
+def _ending(name: str, names: Iterable[str]) -> list[str]:
+    """The dotted names that end in a name."""
+    return [own for own in names if own.endswith(f".{name}")]
 
 
 def at_hand(
@@ -114,12 +121,22 @@ def at_hand(
     return Column(read=lambda: samples, unit=unit, label=label, note=note)
 
 
-def unlike(names: Iterable[str], what: str) -> None:
-    """Refuse names that occur twice."""
-    seen: set[str] = set()
-    doubled = {name for name in names if name in seen or seen.add(name)}  # type: ignore[func-returns-value]
-    if doubled:
-        raise DataError(f"{what}: column {', '.join(sorted(doubled))} occurs twice; rename one.")
+def numbered(names: Sequence[str]) -> list[str]:
+    """Names of columns, those that occur more than once numbered from 1: ``Time.1``, ``Time.2``.
+
+    The name alone then stands for none of them, and is refused where it is asked for.
+    """
+    times, seen = Counter(names), Counter[str]()
+    taken, apart = set(names), []
+    for name in names:
+        if name and times[name] > 1:
+            seen[name] += 1
+            while f"{name}.{seen[name]}" in taken:
+                seen[name] += 1
+            apart.append(f"{name}.{seen[name]}")
+        else:
+            apart.append(name)
+    return apart
 
 
 def library(name: str, extra: str, file: Path) -> ModuleType:

@@ -1,7 +1,8 @@
 """Rows of text as columns: numbers by NumPy's parser, what it stumbles over cell by cell."""
 
 import csv
-import re
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,13 +11,16 @@ from .arrays import Array
 from .dialect import Dialect, Line, is_comment, is_number
 from .errors import DataError
 from .table import Column, Samples, at_hand
+from .text_tail import complete_rows
+from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
 
-_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)")
-_TIME_ONLY = re.compile(r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?")
-_STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?Z?")
+#: What the time stamps of each column have shown so far.
+Origins = dict[int, Seen]
 
 
-Origins = dict[int, np.datetime64]
+def without_comments(rows: Iterable[Line]) -> list[Line]:
+    """Rows without the lines that are for the reader's eye."""
+    return [row for row in rows if not is_comment(row[1])]
 
 
 def text_columns(
@@ -32,10 +36,10 @@ def text_columns(
     source : str
         File name, for messages.
     rows : list of (int, str)
-        Line numbers and texts, without the header.
+        Line numbers and texts, without the header and without comments.
     dialect : Dialect
-    origins : dict of int to datetime64, optional
-        The first time stamp of each column, from one block of rows to the next.
+    origins : dict of int to Seen, optional
+        What the time stamps of each column have shown, from one block of rows to the next.
 
     Raises
     ------
@@ -45,12 +49,13 @@ def text_columns(
     numeric = _numeric(dialect, rows[0][1])
     values = _parse([line for _, line in rows], dialect, numeric)
     if values is None:
-        return _parse_slowly(source, rows, dialect, {} if origins is None else origins)
+        return _parse_slowly(source, rows, dialect, origins)
     origins = {} if origins is None else origins
+    numbers = [number for number, _ in rows]
     columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
         cells = [_plain(line, dialect)[k] for _, line in rows]
-        columns[k] = _of_text(source, dialect, k, rows[0][0], cells, origins)
+        columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
     return _named(dialect, columns)
 
 
@@ -71,9 +76,7 @@ def _plain(line: str, dialect: Dialect) -> list[str]:
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
     """Columns by name, with their units; one without a name is left out."""
     return {
-        name: Column(
-            read=columns[k].read, unit=columns[k].unit or dialect.units[k], label=dialect.labels[k]
-        )
+        name: replace(columns[k], unit=columns[k].unit or dialect.units[k], label=dialect.labels[k])
         for k, name in enumerate(dialect.names)
         if name
     }
@@ -110,39 +113,40 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _parse_slowly(
-    source: str, rows: list[Line], dialect: Dialect, origins: Origins
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
 ) -> dict[str, Column]:
-    """Cell by cell; comments are passed over."""
+    """Cell by cell."""
+    whole, origins = origins is None, {} if origins is None else origins
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
-    stumbles: dict[int, tuple[int, int]] = {}
+    stumbles: dict[int, int] = {}
     texts: list[list[str]] = []
     for number, line in rows:
-        if is_comment(line):
-            continue
         try:
             cells = dialect.cells(line)
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
+            advice = f"Remove or mend the line{_or_tail(rows, number, dialect, whole=whole)}."
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). Remove or mend the line."
+                f"columns ({', '.join(dialect.names)}). {advice}"
             )
         for k, cell in enumerate(cells):
             if is_number(cell, comma=dialect.comma):
                 values[len(texts), k] = float(cell.replace(",", ".") if dialect.comma else cell)
             elif cell:
-                stumbles.setdefault(k, (number, len(texts)))
+                stumbles.setdefault(k, len(texts))
         texts.append(cells)
+    numbers = [number for number, _ in rows]
     columns = {}
     for k in range(width):
         if k in stumbles:
-            number, row = stumbles[k]
-            cells = [text[k] for text in texts]
-            columns[k] = _of_text(source, dialect, k, number, cells, origins, row)
+            cells, row = [text[k] for text in texts], stumbles[k]
+            advice = _or_tail(rows, numbers[row], dialect, whole=whole)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
         else:
-            columns[k] = at_hand(values[: len(texts), k])
+            columns[k] = at_hand(values[:, k])
     return _named(dialect, columns)
 
 
@@ -150,40 +154,40 @@ def _of_text(
     source: str,
     dialect: Dialect,
     k: int,
-    number: int,
+    numbers: list[int],
     cells: list[str],
     origins: Origins,
     row: int = 0,
+    advice: str = "",
 ) -> Column:
-    """A column with text in it: time stamps, or one that refuses to be read."""
-    cells_iso = [_iso(cell) for cell in cells]
-    if all(_STAMP.fullmatch(cell) for cell in cells_iso):
-        plain = [cell.rstrip("Z").replace(",", ".") for cell in cells_iso]
+    """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
+    why = ""
+    if is_stamp(cells[row]):
         try:
-            stamps = np.array(plain, dtype="datetime64[ns]")
-        except ValueError:  # no such day
-            pass
+            seconds, note = stamp_seconds(cells, origins.setdefault(k, Seen()))
+        except NoStampsError as error:
+            row, why = error.row or row, error.why
         else:
-            origin = origins.setdefault(k, stamps[0])
-            return at_hand((stamps - origin) / np.timedelta64(1, "s"), unit="s")
-    return Column(read=partial(_refuse, source, dialect, dialect.names[k], number, cells[row]))
+            return at_hand(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
+    where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
 
 
-def _iso(cell: str) -> str:
-    """A time stamp as ISO 8601 writes it, from ``3.2.2026 12:00:00,250`` or ``12:00:00.250``."""
-    if found := _DAY_FIRST.fullmatch(cell):
-        day, month, year, rest = found.groups()
-        return f"{year}-{month:0>2}-{day:0>2} {rest}"
-    if not _TIME_ONLY.fullmatch(cell):
-        return cell
-    hours, _, rest = cell.partition(":")
-    return f"1970-01-01 {hours:0>2}:{rest}"
+def _or_tail(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> str:
+    """More to do about a line that is one of the last, in a log that is read whole."""
+    count = complete_rows(rows, dialect) if whole else len(rows)
+    ends = count < len(rows) and number >= rows[count][0]
+    return ", or leave the end of the log out with --tail drop" if ends else ""
 
 
-def _refuse(source: str, dialect: Dialect, name: str, number: int, cell: str) -> Samples:
-    mark = "comma" if dialect.comma else "point"
+def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
+    if why:
+        raise DataError(
+            f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
+            "2026-02-01 12:00:00.250."
+        )
     raise DataError(
-        f"{source}, line {number}: {cell!r} in column {name!r} is not a number (decimal "
-        f"{mark}), nor a time stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or "
-        "12:00:00. Mend the cell, remove the line, or choose another column."
+        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
+        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
+        f"line, or choose another column{advice}."
     )

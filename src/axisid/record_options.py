@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 #: Endings by which an argument is known to be a log.
 LOG_ENDINGS = (
-    *(".csv", ".tsv", ".txt", ".mat", ".parquet", ".pq", ".npz"),
+    *(".csv", ".tsv", ".txt", ".lvm", ".gz", ".mat", ".parquet", ".pq", ".npz"),
     *(".mf4", ".mdf", ".tdms", ".bag", ".db3", ".mcap"),
 )
 
@@ -30,6 +30,7 @@ class Reading:
     gaps: Literal["split"] | None
     wrap: str | None
     mask: Literal["clipped"] | None
+    tail: Literal["drop"] | None
 
     @property
     def given(self) -> list[str]:
@@ -41,7 +42,13 @@ class Reading:
         """Read a log as the record of an axis."""
         from axisid.estimation import Repairs, read_record
 
-        repairs = Repairs(resample=self.resample, gaps=self.gaps, wrap=self.wrap, mask=self.mask)
+        repairs = Repairs(
+            resample=self.resample,
+            gaps=self.gaps,
+            wrap=self.wrap,
+            mask=self.mask,
+            tail=self.tail,
+        )
         return read_record(
             file, axis, columns=self.columns, sample_period=self.sample_period, repairs=repairs
         )
@@ -84,6 +91,11 @@ _OPTIONS = (
         type=click.Choice(["clipped"]),
         help="Leave out the rows that clipped samples reach.",
     ),
+    click.option(
+        "--tail",
+        type=click.Choice(["drop"]),
+        help="Leave out what is no row at the end of a text: a line cut off, a footer.",
+    ),
 )
 
 
@@ -99,6 +111,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
         gaps: Literal["split"] | None,
         wrap: str | None,
         mask: Literal["clipped"] | None,
+        tail: Literal["drop"] | None,
         **others: Any,
     ) -> None:
         reading = Reading(
@@ -108,6 +121,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
             gaps=gaps,
             wrap=wrap,
             mask=mask,
+            tail=tail,
         )
         command(reading=reading, **others)
 

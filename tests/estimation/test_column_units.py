@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, UsageError, load_axis, read_record
-from axisid.estimation.column_units import known_unit, modulus_si, split_label
+from axisid.estimation.column_units import known_unit, modulus_si, split_label, split_labels
 from axisid.modeling import Axis, Coordinate, Drive, Parameter, newton
 from axisid.modeling.units import parse_unit
 
@@ -29,6 +29,7 @@ def rotary() -> Axis:
         ("mm", 1e-3, "m"),
         ("um", 1e-6, "m"),
         ("\u00b5m", 1e-6, "m"),
+        ("Millimeter", 1e-3, "m"),
         ("inch", 0.0254, "m"),
         ("deg", math.pi / 180, "rad"),
         ("\u00b0", math.pi / 180, "rad"),
@@ -63,6 +64,11 @@ def test_newton_metre_and_nanometre_are_told_apart() -> None:
     assert not torque[1].same_dimension(length[1])
 
 
+def test_names_that_differ_by_their_units_only_stay_as_written() -> None:
+    labels = ["t [s]", "angle [deg]", "angle [rad]"]
+    assert split_labels(labels) == [("t", "s"), ("angle [deg]", "deg"), ("angle [rad]", "rad")]
+
+
 @pytest.mark.parametrize("text", ["counts", "Hz", "NM", "MM", "", "deg/", "m m m m m m m" * 20])
 def test_unknown_units_are_not_guessed(text: str) -> None:
     assert known_unit(text) is None
@@ -77,11 +83,16 @@ def test_unknown_units_are_not_guessed(text: str) -> None:
         ("q[1]", "q[1]", ""),
         ("axis/s", "axis/s", ""),
         ("torque (actual)", "torque (actual)", ""),
-        ("position [inc]", "position [inc]", ""),
+        ("position [inc]", "position", "inc"),
+        ("position[%In]", "position", "%In"),
+        ("position (Counts)", "position", "Counts"),
+        ("slip [-]", "slip", ""),
         ("[mm]", "[mm]", ""),
     ],
 )
-def test_only_what_is_surely_a_unit_is_cut_from_a_name(label: str, name: str, unit: str) -> None:
+def test_units_known_or_in_square_brackets_are_cut_from_a_name(
+    label: str, name: str, unit: str
+) -> None:
     assert split_label(label) == (name, unit)
 
 
@@ -125,6 +136,31 @@ def test_no_unit_is_si_and_says_so(rotary: Axis) -> None:
     record = read_record({"time": TIME, "position": VALUES, "control": VALUES}, rotary)
     (note,) = record.provenance.assumed
     assert note == "no unit given, so SI: time s, position rad, control A"
+
+
+def test_what_is_no_unit_in_parentheses_is_told(rotary: Axis) -> None:
+    record = read_record({"time": TIME, "q (act)": VALUES}, rotary, columns={"position": "q (act)"})
+    (note,) = record.provenance.assumed
+    assert note == "no unit given, so SI: time s, position rad ('act' is no unit known)"
+
+
+@pytest.mark.parametrize("name", ["angle", "angle [inc]"])
+def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
+    rotary: Axis, name: str
+) -> None:
+    log = {"time": TIME, "angle [inc]": VALUES}
+    with pytest.raises(DataError, match=r"unit 'inc', which is not known; encoder counts: scale"):
+        read_record(log, rotary, columns={"position": name})
+    record = read_record(log, rotary, columns={"position": f"{name}:mrad"})
+    assert record.position == pytest.approx(1e-3 * VALUES)
+
+
+def test_columns_whose_names_differ_by_the_unit_only_are_all_there(rotary: Axis) -> None:
+    log = {"time": TIME, "angle [deg]": VALUES, "angle [rad]": 7 * VALUES}
+    record = read_record(log, rotary, columns={"position": "angle [deg]"})
+    assert record.position == pytest.approx(np.radians(VALUES))
+    with pytest.raises(DataError, match=r"Did you mean 'angle \[deg\]' or 'angle \[rad\]'"):
+        read_record(log, rotary, columns={"position": "angle"})
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_numpy_archive_takes_time_stamps_and_says_what_is_no_column(tmp_path: Pa
     for name, held in (("name", "text"), ("z", "complex numbers")):
         with pytest.raises(DataError, match=f"{name!r} for the position holds {held}"):
             read_record(file, columns={"position": name})
-    file.write_bytes(b"time,position\n0,1\n")
+    file.write_bytes(b"\0time, position\0")
     with pytest.raises(DataError, match="cannot be read as a NumPy archive; write one with"):
         read_record(file)
 
@@ -73,6 +73,19 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
     assert record.control == pytest.approx(1e-3 * U, rel=1e-15)
     assert {"position: deg -> rad", "control: mA -> A"} <= set(record.provenance.assumed)
     assert "time: time stamps counted from the first" in record.provenance.assumed
+
+
+def test_columns_of_one_name_in_a_parquet_file_are_numbered(tmp_path: Path) -> None:
+    pa = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    file = tmp_path / "log.parquet"
+    table = pa.Table.from_arrays([pa.array(x) for x in (T, Q, U)], names=["time", "q", "q"])
+    parquet.write_table(table, file)
+    with pytest.raises(DataError, match=r"'q' for the position.*several columns: q\.1, q\.2"):
+        read_record(file, columns={"position": "q"})
+    record = read_record(file, columns={"position": "q.1", "control": "q.2"})
+    assert np.array_equal(record.position, Q)
+    assert np.array_equal(record.control, U)
 
 
 @pytest.mark.parametrize("kind", ["mapping", "pandas", "polars", "pyarrow"])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from axisid import DataError, read_record
+from axisid import DataError, Repairs, read_record
 from axisid.estimation.dialect import Dialect
 from axisid.estimation.read_text import read_text
 
@@ -85,6 +85,33 @@ def test_last_separator_comments_and_columns_of_text_do_not_matter(tmp_path: Pat
         read_record(file, columns={"control": "state"})
 
 
+def test_comment_of_as_many_cells_as_a_row_is_no_sample(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"run;{t};{float(q)!r}" for t, q in zip(TIME, POSITION, strict=True)]
+    rows.insert(5, "# marker;0.9995;77")
+    file.write_text("\n".join(["state;time;position", *rows]))
+    assert np.array_equal(read_record(file).position, POSITION)
+
+
+def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};0;0" for k in range(600)]
+    rows += [f"{600 + k};0,5;{'0,25' if k % 2 else '1'}" for k in range(100)]
+    file.write_text("\n".join(["time;position;control", *rows]))
+    record = read_record(file)
+    assert record.position[-1] == 0.5
+    assert "separator semicolon, decimal comma" in record.provenance.assumed
+    file.write_text("\n".join(["time;position;control", *rows[:600], "600;1,234;0", "601;2,345;1"]))
+    with pytest.raises(DataError, match="'1,234' may be read with a decimal comma or"):
+        read_record(file)
+
+
+def test_line_of_very_many_cells_is_refused_at_once() -> None:
+    content = "\n".join(";".join(map(str, range(20_000))) for _ in range(4)).encode()
+    with pytest.raises(DataError, match=r"a line has 20000 cells.*Transpose it"):
+        read_text("log.csv", content)
+
+
 def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     start = np.datetime64("2026-03-28T23:59:59.250")
@@ -94,8 +121,14 @@ def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
     record = read_record(file)
     assert record.time == pytest.approx(TIME, abs=1e-12)
     assert np.array_equal(record.position, POSITION)
+    assert "time: time stamps counted from the first" in record.provenance.assumed
+    (tmp_path / "text.csv").write_text("\n".join(["time;position", *rows, "noon;0"]))
+    with pytest.raises(DataError, match="line 14: 'noon' in column 'time' is not a number"):
+        read_record(tmp_path / "text.csv")
     file.write_text("\n".join(["time;position", *rows]).replace("2026-03-28", "2026-02-30"))
-    with pytest.raises(DataError, match=r"line 2: '2026-02-30 23:59:59\.250' in column 'time'"):
+    with pytest.raises(
+        DataError, match=r"line 2: '2026-02-30 23:59:59\.250' in column 'time'.*such day"
+    ):
         read_record(file)
 
 
@@ -247,3 +280,43 @@ def test_time_stamps_of_several_ways_count_from_the_first(stamp: str, comma: boo
     content = "\n".join(["time;position;control", *rows]).encode()
     table = read_text("log.csv", content)
     assert table.columns["time"].read().values == pytest.approx(0.25 * np.arange(40))
+
+
+ROWS = [f"{k};{k % 7},5;run" for k in range(100)]
+
+
+@pytest.mark.parametrize(
+    ("end", "first"),
+    [
+        (["100;0,"], "'100;0,'"),
+        (["ENDE"], "'ENDE'"),
+        (["ENDE;;"], "'ENDE;;'"),
+        (["", "Rows;100", "x;y;z"], "'Rows;100'"),
+    ],
+)
+def test_end_that_is_no_row_is_left_out_on_request_only(
+    tmp_path: Path, end: list[str], first: str
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, *end]))
+    with pytest.raises(
+        DataError, match=r"line 10[23]: .*or leave the end of the log out with --ta"
+    ):
+        read_record(file)
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    (repair,) = record.provenance.repairs
+    lines = [line for line in end if line]
+    assert (repair.kind, repair.count) == ("tail", len(lines))
+    assert repair.text.endswith(first)
+
+
+def test_tail_is_the_end_and_no_longer_than_that(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS]))
+    (repair,) = read_record(file, repairs=Repairs(tail="drop")).provenance.repairs
+    assert repair.count == 0
+    for spoilt in (["7;8", *ROWS], ["7;8"] * 60):
+        file.write_text("\n".join(["time;position;state", *ROWS, *spoilt]))
+        with pytest.raises(DataError, match=r"line 102: 2 cells .* Remove or mend the line\.$"):
+            read_record(file, repairs=Repairs(tail="drop"))

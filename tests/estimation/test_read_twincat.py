@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, Repairs, read_record
+from axisid.estimation.read_text import read_text
 
 N = 60
 TIME = np.arange(N, dtype=float)  # ms
@@ -59,7 +60,9 @@ def export(
         separator.join(["Name", "Scope Project"]),
         separator.join(["File", r"D:\logs\scope.csv"]),
         separator.join(["Starttime of export", str(START), "Montag, 2. Mai 2022", "15:56:24.376"]),
-        separator.join(["Endtime of export", str(START + 10_000_000), "Montag", "15:56:25.375"]),
+        separator.join(
+            ["Endtime of export", str(START + 10_000 * (N - 1)), "Montag", "15:56:25.375"]
+        ),
         "",
         "",
         *(separator.join(cells) for cells in heads.values()),
@@ -96,7 +99,72 @@ def test_time_values_and_units_are_those_of_the_export(
     assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
     assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
     assert "position: mm -> m" in record.provenance.assumed
-    assert any("TwinCAT Scope" in note for note in record.provenance.assumed)
+    named = "tab" if separator == "\t" else "semicolon"
+    (note,) = (note for note in record.provenance.assumed if "TwinCAT Scope" in note)
+    assert note.endswith(f"separator {named}, decimal {'comma' if comma else 'point'}")
+
+
+def without(text: str, *labels: str) -> str:
+    """An export without some rows of its heads."""
+    return "".join(line for line in text.splitlines(True) if line.split("\t")[0] not in labels)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize(
+    "left_out",
+    [
+        ("SymbolComment", "Data-Type", "SampleTime[ms]", "ScaleFactor", "Offset", "Unit"),
+        ("SymbolComment", "SampleTime[ms]", "ScaleFactor", "Offset", "File"),
+        ("SampleTime[ms]", "File", "Starttime of export", "Endtime of export"),
+    ],
+)
+def test_heads_may_have_few_rows(tmp_path: Path, left_out: tuple[str, ...], shared: bool) -> None:
+    text = without(export(CHANNELS, shared=shared), *left_out)
+    columns = {role: f"{name}:mm" for role, name in COLUMNS.items()}
+    record = read_record(log(tmp_path, text), columns=columns)
+    assert record.time == pytest.approx(1e-3 * TIME, abs=1e-12)
+    assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
+
+
+def test_sample_time_may_be_without_its_unit(tmp_path: Path) -> None:
+    text = without(export(CHANNELS), "Starttime of export", "Endtime of export", "File")
+    record = read_record(log(tmp_path, text.replace("Time[ms]", "Time")), columns=COLUMNS)
+    assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
+
+
+def test_other_text_that_begins_with_a_name_is_none() -> None:
+    content = "Name;bench\nSampleTime;0.001\nt;pos\n" + "\n".join(f"{k};{k}" for k in range(9))
+    assert list(read_text("log.csv", content.encode()).columns) == ["t", "pos"]
+    alone = "Name\n" + "\n".join(map(str, range(9)))
+    assert list(read_text("log.csv", alone.encode()).columns) == ["Name"]
+
+
+def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: Path) -> None:
+    slow = np.repeat(TARGET[::5], 5)
+    text = export([CHANNELS[0], ("Axis.SetPos", "mm (Length)", slow, 1)])
+    first = text.index("\r\n0\t") + 2
+    rows = [line.split("\t") for line in text[first:].splitlines()]
+    filled = [[*row[:2], str(5 * (k // 5)), row[3]] for k, row in enumerate(rows)]
+    file = log(tmp_path, text[:first] + "\n".join("\t".join(row) for row in filled))
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
+    assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
+    told = "Axis.SetPos: 48 rows that repeat its last time and value left out"
+    assert told in record.provenance.assumed
+
+
+def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
+    text = export(CHANNELS)
+    whole = read_record(log(tmp_path, text), columns=COLUMNS)
+    assert not any("samples end" in note for note in whole.provenance.assumed)
+    cut = read_record(log(tmp_path, text[: text.index("\r\n41\t")]), columns=COLUMNS)
+    assert "its samples end 0.019 s before the end that its head gives" in cut.provenance.assumed
+
+
+def test_encoding_of_an_export_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(export(CHANNELS), encoding="utf-16")
+    record = read_record(file, columns=COLUMNS)
+    assert "encoding utf-16" in record.provenance.assumed
 
 
 def test_channels_of_other_rates_are_resampled_on_request_only(tmp_path: Path) -> None:
@@ -126,7 +194,10 @@ def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None
         (lambda text: text[: text.index("0\t0\t") - 2], "no samples below its heads"),
         (lambda text: text.replace("\r\n5\t", "\r\nx5\t"), "line 20: 'x5' is not a number"),
         (lambda text: text.replace("\r\n5\t", "\r\n5\t1\t1\t1\t1\t"), "line 20: more than the 4"),
-        (lambda text: text.replace("Axis.SetPos", "Axis.ActPos"), "Axis.ActPos occurs twice"),
+        (
+            lambda text: text.replace("Axis.SetPos", "Axis.ActPos"),
+            "'Axis.ActPos' for the position.*one name",
+        ),
     ],
 )
 def test_damaged_exports_are_explained(tmp_path: Path, change, message: str) -> None:  # type: ignore[no-untyped-def]

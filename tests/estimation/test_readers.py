@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import axisid
-from axisid import DataError, UsageError, load_axis, read_record
+from axisid import DataError, Repairs, UsageError, load_axis, read_record
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
 
@@ -79,7 +79,7 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
         ("", "has 0 filled lines"),
         ("time,position\n", "has 1 filled lines"),
         ("0.0,1.0\n0.1,2.0\n", "first row holds numbers"),
-        ("time,position,position\n0,1,2\n", "position occurs twice"),
+        ("time,position,position\n0,1,2\n", "several columns: position.1, position.2"),
         ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
         ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),
         ("time,position\n0,1\n1,\n", "position is nan in data row 2"),
@@ -99,10 +99,35 @@ def test_bad_text_is_explained(tmp_path: Path, content: str, message: str) -> No
 
 def test_missing_column_lists_what_was_found(tmp_path: Path) -> None:
     file = write(tmp_path, text(header="t,pos,ref,volts"))
-    with pytest.raises(DataError, match="no column 'qm' for the position; found t, pos, ref"):
-        read_record(file, load_axis("emps"))
     with pytest.raises(DataError, match="no column 'angle' for the position"):
         read_record(file, columns={"position": "angle"})
+
+
+def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="t,pos,ref,volts"))
+    declared = (
+        "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control; found"
+    )
+    with pytest.raises(DataError, match=f"{declared} t, pos, ref, volts. .*position=NAME,ref"):
+        read_record(file, load_axis("emps"))
+    with pytest.raises(DataError, match=r"'position'.*nor one named time or reference or control"):
+        read_record(file)
+
+
+@pytest.mark.parametrize("wanted", ["ISTPOSITION", "Istpositon", "istposition"])
+def test_column_of_nearly_the_name_is_proposed(tmp_path: Path, wanted: str) -> None:
+    file = write(tmp_path, text(header="time,Istposition,reference,control"))
+    with pytest.raises(DataError, match="Did you mean 'Istposition'"):
+        read_record(file, columns={"position": wanted})
+
+
+def test_names_that_occur_twice_matter_only_where_they_are_asked_for(tmp_path: Path) -> None:
+    file = write(tmp_path, text(header="time,position,x,x"))
+    assert len(read_record(file)) == len(ROWS)
+    with pytest.raises(DataError, match=r"'x' for the control.*several columns: x\.1, x\.2"):
+        read_record(file, columns={"control": "x"})
+    record = read_record(file, columns={"reference": "x.1", "control": "x.2"})
+    assert np.array_equal(record.control, np.array(ROWS)[:, 3])
 
 
 def test_unknown_role_is_a_usage_error(tmp_path: Path) -> None:
@@ -188,6 +213,16 @@ def test_log_without_the_reference_that_the_axis_names_serves_least_squares() ->
         read_record(log, axis, columns={"reference": "set"})
 
 
+def test_reference_that_the_axis_names_and_two_columns_have_is_not_missing(tmp_path: Path) -> None:
+    names = {"position": "q", "reference": "set", "control": "u"}
+    axis = replace(load_axis("emps2015"), columns=names)
+    file = write(tmp_path, text(header="q,set,set,u"))
+    with pytest.raises(
+        DataError, match=r"'set' for the reference.*several columns: set\.1, set\.2"
+    ):
+        read_record(file, axis, sample_period=1e-3)
+
+
 def test_log_without_the_control_that_the_axis_names_does_with_a_force() -> None:
     names = {"position": "q", "control": "u", "force": "f"}
     axis = replace(load_axis("emps2015"), columns=names)
@@ -199,6 +234,13 @@ def test_log_without_the_control_that_the_axis_names_does_with_a_force() -> None
         read_record(
             log | {"f": ["a"] * 50} | {"g": log["f"]}, axis, columns={"force": "g", "control": "u"}
         )
+
+
+def test_all_columns_without_numbers_are_told_at_once() -> None:
+    log = {"time": np.arange(3.0), "position": ["a", "b", "c"], "control": [1j, 2j, 3j]}
+    told = r"'position' for the position holds text, the column 'control' for the control holds"
+    with pytest.raises(DataError, match=rf"{told} complex.*position=NAME,control=NAME"):
+        read_record(log)
 
 
 def test_name_in_other_letters_is_suggested() -> None:
@@ -228,3 +270,27 @@ def test_masked_column_of_a_mapping_is_refused() -> None:
     masked = np.ma.masked_array(np.arange(9.0), np.arange(9) > 5)
     with pytest.raises(UsageError, match="'position' is masked"):
         read_record({"position": masked}, sample_period=1e-3)
+
+
+@pytest.mark.parametrize(("jitter", "told"), [(0.0, False), (0.005, False), (0.1, True)])
+def test_jitter_that_is_taken_as_even_is_told(
+    rng: np.random.Generator, jitter: float, told: bool
+) -> None:
+    time = 1e-3 * (np.arange(2000) + jitter * rng.uniform(-1, 1, 2000))
+    record = read_record({"time": time, "position": np.sin(time)})
+    notes = [note for note in record.provenance.assumed if "taken as even, " in note]
+    assert bool(notes) == told
+    parts = {"time": np.delete(time, slice(900, 1000)), "position": np.sin(np.arange(1900))}
+    split = read_record(parts, repairs=Repairs(gaps="split"))
+    assert any("taken as even, " in note for note in split.provenance.assumed) == told
+
+
+def test_strong_jitter_is_to_be_resampled_and_gaps_to_be_cut(rng: np.random.Generator) -> None:
+    time = 1e-3 * (np.arange(2000) + 0.4 * rng.uniform(-1, 1, 2000))
+    with pytest.raises(DataError, match=r"That is jitter, no gaps: resample the log evenly"):
+        read_record({"time": time, "position": np.sin(time)})
+    time = np.delete(1e-3 * np.arange(2000), slice(900, 1000))
+    with pytest.raises(
+        DataError, match=r"1 of 1899 steps differ.*Cut the log there \(--gaps split\)"
+    ):
+        read_record({"time": time, "position": np.sin(time)})

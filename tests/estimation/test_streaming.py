@@ -180,7 +180,7 @@ def test_what_cannot_be_streamed_is_refused(
 ) -> None:
     with pytest.raises(UsageError, match="cannot be read in blocks"):
         list(LogBlocks(file=tmp_path / "log.mat"))
-    with pytest.raises(DataError, match="there is no such file"):
+    with pytest.raises(DataError, match="No such file"):
         list(LogBlocks(file=tmp_path / "log.csv"))
     with pytest.raises(DataError, match="the record has 100 samples"):
         identify_stream(emps2015, [{r: v[:100] for r, v in in_blocks(twin, 500)[0].items()}])
@@ -218,3 +218,17 @@ def test_time_stamps_count_on_from_block_to_block(
     streamed = identify_stream(emps2015, LogBlocks(file=file, axis=emps2015.axis, rows=1000))
     assert streamed.samples == len(twin)
     assert streamed.period == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_jitter_that_is_taken_as_even_is_told(
+    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
+) -> None:
+    even = identify_stream(emps2015, in_blocks(twin, 1000))
+    assert not any("taken as even" in note for note in even.provenance.assumed)
+    uneven = twin.time + 0.05 * twin.period * rng.uniform(-1, 1, len(twin))
+    blocks = [
+        dict(block, time=uneven[1000 * k : 1000 * k + len(block["time"])])
+        for k, block in enumerate(in_blocks(twin, 1000))
+    ]
+    told = identify_stream(emps2015, blocks).provenance.assumed
+    assert any("taken as even" in note for note in told)

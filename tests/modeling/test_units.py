@@ -60,6 +60,19 @@ def test_other_texts_are_refused(text: str) -> None:
         parse_unit(text)
 
 
+@pytest.mark.parametrize(("text", "meant"), [("Ns/m", "N s/m"), ("Nms/rad", "Nm s/rad")])
+def test_symbols_written_as_one_are_proposed_apart(text: str, meant: str) -> None:
+    with pytest.raises(ModelError, match=f"Did you mean '{meant}'"):
+        parse_unit(text)
+
+
+@pytest.mark.parametrize("text", ["ms", "mA", "mN/m"])
+def test_prefix_is_no_metre(text: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        parse_unit(text)
+    assert "Did you mean" not in str(caught.value)
+
+
 SYMBOLS = st.sampled_from(sorted(_SYMBOLS))
 
 

@@ -1,0 +1,97 @@
+"""A file of another kind than its ending says is told by its content, with what to do."""
+
+import gzip
+import json
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import DataError, LogBlocks, read_record
+
+TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("log.csv", b"PAR1....", r"a Parquet file.*ending \.parquet"),
+        ("log.csv", b"MATLAB 5.0 MAT-file, made", r"a MATLAB file.*ending \.mat"),
+        ("log.txt", b"\x89HDF\r\n\x1a\n", r"an HDF5 file.*ending \.mat"),
+        ("log.dat", b"MDF     4.10", r"an MDF file.*ending \.mf4"),
+        ("log.csv", b"TDSm\x0e\0\0\0", r"a TDMS file.*ending \.tdms"),
+        ("log.csv", gzip.compress(TEXT.encode()), r"compressed by gzip.*\.csv\.gz"),
+        ("log.csv.gz", TEXT.encode(), "not compressed by gzip"),
+        ("log.xls", b"\xd0\xcf\x11\xe0\xa1\xb1", "an old Excel or Office file.*as CSV"),
+        ("log.csv", b"\n<!DOCTYPE html><html></html>", "a page in HTML"),
+        ("log.csv", b'<?xml version="1.0"?>', "an XML document"),
+        ("log.json", b'{"t": [1, 2]}', "a JSON document"),
+        ("log.mat", TEXT.encode(), r"text by its content.*ending \.csv"),
+        ("log.npz", TEXT.encode(), r"text by its content.*ending \.csv"),
+        ("log.mf4", b"PAR1....", "a Parquet file"),
+    ],
+)
+def test_kind_of_a_file_is_told_by_its_content(
+    tmp_path: Path, name: str, content: bytes, message: str
+) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
+    with pytest.raises(DataError, match=message):
+        read_record(file)
+
+
+def test_result_is_no_log(tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps({"schema": "axisid.identification/1", "axis": "emps"}, indent=2))
+    with pytest.raises(DataError, match=r"a result of axisid in JSON.*the log that it was found"):
+        read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        ("xl/workbook.xml", "an Excel workbook.*save the sheet"),
+        ("log.csv", "a ZIP archive.*unpack it"),
+        ("time.npy", r"a NumPy archive.*ending \.npz"),
+    ],
+)
+def test_archives_are_told_by_what_is_inside(tmp_path: Path, inside: str, message: str) -> None:
+    file = tmp_path / "log.xlsx"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr(inside, "")
+    with pytest.raises(DataError, match=message):
+        read_record(file)
+
+
+def test_text_compressed_by_gzip_is_read(tmp_path: Path) -> None:
+    plain, packed = tmp_path / "log.csv", tmp_path / "log.csv.gz"
+    plain.write_text(TEXT)
+    packed.write_bytes(gzip.compress(TEXT.encode()))
+    record = read_record(packed)
+    assert np.array_equal(record.position, read_record(plain).position)
+    assert "unpacked by gzip" in record.provenance.assumed
+    packed.write_bytes(gzip.compress(TEXT.encode())[:-20])
+    with pytest.raises(DataError, match="cannot be unpacked"):
+        read_record(packed)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".mat", ".mf4"])
+def test_pipe_is_refused_and_not_waited_for(tmp_path: Path, ending: str) -> None:
+    pipe = tmp_path / f"log{ending}"
+    os.mkfifo(pipe)
+    with pytest.raises(DataError, match="no regular file but a pipe"):
+        read_record(pipe)
+
+
+def test_blocks_are_of_regular_files_of_their_kind(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    (tmp_path / "log.csv").write_bytes(b"PAR1....")
+    (tmp_path / "folder.csv").mkdir()
+    for name, message in (("pipe", "no regular file"), ("log", "Parquet"), ("folder", "a folder")):
+        with pytest.raises(DataError, match=message):
+            list(LogBlocks(file=tmp_path / f"{name}.csv"))
+    with pytest.raises(DataError, match="no regular file"):
+        read_record("/dev/zero")
