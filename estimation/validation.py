@@ -129,8 +129,8 @@ class Validation:
             )
         elif not (lost := [v.method for v in self if not v.holds]):
             notes.append(
-                f"the estimates hold: no equation error is beyond {_TWICE:g} times the one on their "
-                "own record"
+                f"the estimates hold: no equation error is beyond {_TWICE:g} times the one on "
+                "their own record"
             )
         else:
             notes.append(
@@ -194,7 +194,7 @@ def validate(result: Identification, record: Record) -> Validation:
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        same_record=record is result.record or bool(own) and own == other,
+        same_record=record is result.record or (bool(own) and own == other),
     )
 
 

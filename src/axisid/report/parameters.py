@@ -196,8 +196,8 @@ def _notes(result: Identification) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Values are without the prefilter's own bias, which is found on the loop simulated with "
-            "the estimate; below them the value as fitted, where it is another."
+            "Values are without the prefilter's own bias, which is found on the loop simulated "
+            "with the estimate; below them the value as fitted, where it is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
