@@ -50,7 +50,7 @@ class Value:
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
         What the prefilter alone moves the value by, found on the loop that is simulated with the
-        estimate; the value has it, the interval is less it. None where it was not found.
+        estimate. The value contains it, the interval does not. None where it was not found.
     chosen : {"hac", "robust", "iid"}
         The covariance that `deviation` and `interval` are of.
     """

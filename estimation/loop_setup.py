@@ -25,7 +25,7 @@ def no_control_law(name: str) -> ModelError:
     """The error of an axis whose loop cannot be closed."""
     return ModelError(
         f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
-        "with control=...."
+        "(the table [control] in TOML, control=... in Python)."
     )
 
 

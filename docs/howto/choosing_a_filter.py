@@ -15,22 +15,26 @@
 # where noise begins to bias it; instruments stay.
 
 # %%
+from textwrap import fill
+
 import axisid
+from axisid.estimation import default_cutoffs
 
 axis = axisid.build(axisid.load_axis("emps2015"))
 record = axisid.twin_record(axis)
-swept = axisid.sweep(axis, record, axisid.estimation.default_cutoffs(1 / record.period, points=8))
-print(swept.reason)
+swept = axisid.sweep(axis, record, default_cutoffs(1 / record.period, points=8))
+print(fill(f"{swept.recommended:g} Hz, {swept.reason}", 88))
 swept.plot()
 
 # %% [markdown]
-# On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it (`--no-sweep` leaves it out).
+# Where there is little noise, many cut-offs do: their intervals overlap, and the rule of thumb is as good as the
+# recommendation. On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it (`--no-sweep` leaves it out).
 #
 # ## What the filter itself does
 #
 # The loop simulated with the estimate is a record without noise. What the same filter and estimator make
-# of it should be the estimate; what it is off by is the filter's own bias, in no standard deviation. It is
-# in the verdict, and each value has it:
+# of it should be the estimate; the difference is the filter's own bias, which no standard deviation counts. It
+# is in the verdict and with each value:
 
 # %%
 kept = axisid.Prefilter(cutoff=60.0, decimate=10, reversals="keep")

@@ -82,8 +82,8 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        "Standard deviations are consistent with autocorrelated residuals (HAC); 95 % intervals "
-        "are less the prefilter's own bias, which the values have.",
+        "Standard deviations are consistent with autocorrelated residuals (HAC). Values contain "
+        "the prefilter's own bias; it is subtracted in the 95 % intervals.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
     comments = {
