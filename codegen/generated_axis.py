@@ -104,7 +104,7 @@ class GeneratedAxis:
         return tuple(p.name for p in self.parameters)
 
     def describe(self, parameters: Array) -> str:
-        """Physical parameters in words: ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
+        """Physical parameters in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
         pairs = zip(self.parameters, parameters, strict=True)
         return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
 

@@ -63,7 +63,7 @@ class Simulation:
 
     @property
     def mode(self) -> Array:
-        """+1 and -1 while sliding, 0 while stuck: at rest, and nothing to move it."""
+        """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
         stuck = (self.velocity == 0) & (self.acceleration == 0)
         return np.where(stuck, 0.0, self.direction)
 

@@ -108,7 +108,7 @@ class Validation:
 
     @property
     def errors(self) -> dict[tuple[str, str], tuple[float | None, ...]]:
-        """What a table shows: figures of the methods by name and unit."""
+        """Figures of the methods by name and unit, as a table shows them."""
         return {
             ("equation error", "%"): tuple(v.equation_error_percent for v in self),
             ("on its own record", "%"): tuple(v.own_equation_error_percent for v in self),

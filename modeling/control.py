@@ -123,7 +123,7 @@ class ControlLaw:
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
-        """The output as a sum of products: gains, and the signal that they multiply.
+        """The output as a sum of products of gains and the signal that they multiply.
 
         A law that is no polynomial in its gains is one term with the factor 1.
         """

@@ -35,8 +35,10 @@ def lagrange(
         The degree of freedom.
     parameters : iterable of Parameter
         In the order of the tables.
-    kinetic, potential : expression
-        Energies T(q, dq) and V(q), J.
+    kinetic : expression
+        Energy T(q, dq), J.
+    potential : expression
+        Energy V(q), J.
     dissipation : expression
         D(q, dq), W: ``Fv dq**2 / 2`` is viscous friction, ``Fc Abs(dq)`` Coulomb friction.
     generalised_force : expression
