@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from unicodedata import combining, normalize
 
 from .program import Operation, Program
 
@@ -102,8 +103,9 @@ def call(function: str, *arguments: str) -> str:
 
 
 def comment(text: str) -> str:
-    """Text that no language takes for the end of a comment, or for anything but ASCII."""
-    plain = " ".join(text.split()).encode("ascii", "replace").decode()
+    """Text that no language takes for the end of a comment; letters lose what ASCII does not have."""
+    letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
+    plain = "".join(letters).encode("ascii", "replace").decode()
     apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
     return re.sub(r"[\x00-\x1f\x7f]", "?", apart).replace("??", "? ?").replace("\\", "/")
 

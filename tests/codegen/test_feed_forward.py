@@ -253,6 +253,10 @@ def test_a_comment_never_ends_early() -> None:
         assert made.replace(" ", "") == text.replace("\\", "/")
 
 
+def test_letters_of_a_comment_keep_what_ascii_has_of_them() -> None:
+    assert comment("Pendelprüfstand, façade, 5 Ω") == "Pendelprufstand, facade, 5 ?"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
