@@ -59,6 +59,14 @@ class Sweep:
     def __str__(self) -> str:
         return self.summary()
 
+    def beside(self, result: Identification) -> "Sweep":
+        """The sweep with a result of the same record among its own, by the sweep's methods."""
+        methods = {method for swept in self.results for method in swept.estimates}
+        own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
+        others = (r for r in self.results if r.prefilter.cutoff != own.prefilter.cutoff)
+        ordered = sorted((*others, own), key=lambda r: r.prefilter.cutoff)
+        return replace(self, results=tuple(ordered))
+
     @property
     def cutoffs(self) -> tuple[float, ...]:
         """Of the results, Hz."""
@@ -136,7 +144,7 @@ def sweep(
     cutoffs : sequence of float, optional
         Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
     prefilter : Prefilter, optional
-        The other settings; its decimation is used at its own cut-off only.
+        The other settings; its cut-off and decimation are not used.
     methods : sequence of str, optional
         As in `identify`.
     progress : callable, optional
@@ -157,9 +165,7 @@ def sweep(
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results, failures = [], {}
     for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
-        matching = matching_decimation(cutoff, record.period)
-        decimate = base.decimate if cutoff == base.cutoff else matching
-        chosen = replace(base, cutoff=cutoff, decimate=decimate)
+        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
         try:
             results.append(identify(generated, record, chosen, methods))
         except (EstimationError, DataError) as error:

@@ -112,13 +112,13 @@ def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
     assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)
 
 
-def test_the_cut_off_of_the_filter_keeps_its_decimation(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    used = Prefilter(cutoff=60.0, decimate=12)
-    swept = sweep(emps2015, twin, (30.0, 60.0), used, ["idm-ls", "idm-iv"])
-    assert [r.prefilter.decimate for r in swept.results] == [14, 12]
-    alone = identify(emps2015, twin, used, ["idm-iv"])["idm-iv"]
-    assert np.array_equal(swept.results[1]["idm-iv"].physical, alone.physical)
-    cells = str(swept).split("\n\n")[0].splitlines()[3].split()
-    assert f"{alone.parameters['M'].corrected:.5g}" in cells
+def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin: Record) -> None:
+    swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
+    result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))
+    beside = swept.beside(result)
+    assert beside.cutoffs == (30.0, 60.0, 90.0)
+    assert [r.prefilter.decimate for r in beside.results] == [14, 12, 5]
+    assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]
+    assert beside.results[1]["idm-iv"] is result["idm-iv"]
+    value = result["idm-iv"].parameters["M"]
+    assert f"{value.corrected:.5g}" in str(beside).split("\n\n")[0].splitlines()[3].split()

@@ -106,15 +106,15 @@ def report_sweep(
         No cut-off gave an estimate.
     """
     methods = [method for method in _SWEPT if method in result.estimates]
-    spread = default_cutoffs(1 / result.record.period, points=_CUTOFFS)
-    return sweep(
+    swept = sweep(
         result.axis,
         result.record,
-        (*spread, result.prefilter.cutoff),
+        default_cutoffs(1 / result.record.period, points=_CUTOFFS),
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
     )
+    return swept.beside(result)
 
 
 def _simulated(result: Identification) -> str:
