@@ -103,7 +103,7 @@ def call(function: str, *arguments: str) -> str:
 
 
 def comment(text: str) -> str:
-    """Text that no language takes for the end of a comment; letters lose what ASCII does not have."""
+    """Text that no language takes for the end of a comment, in ASCII; accents are left out."""
     letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
     plain = "".join(letters).encode("ascii", "replace").decode()
     apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)

@@ -72,7 +72,7 @@ class Identification:
 
     @property
     def judged(self) -> Estimate:
-        """The estimate that is judged, by instruments where there are, of the inverse model first."""
+        """The estimate that is judged, by instruments where there are, inverse model first."""
         return self.estimates[judged_method(self.estimates)]
 
     @property
