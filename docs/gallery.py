@@ -9,6 +9,7 @@ from IPython.display import Markdown, display
 from matplotlib import pyplot as plt
 
 from axisid import LIBRARY, identify, load_axis, twin_record
+from axisid.estimation.typeset import decimals, readable_unit, significant
 from axisid.formulas import equation_latex
 from benchmarks.library import prefilter_of
 
@@ -16,13 +17,14 @@ for name in LIBRARY:
     axis = load_axis(name)
     result = identify(axis, twin_record(axis), prefilter_of(name), ["idm-iv"])
     rows = ", ".join(
-        f"{n} = {v.corrected:.4g} ± {v.sd_hac:.1g} {v.unit}"
+        f"{n} = {v.corrected:.{decimals(v.deviation)}f} ± {significant(v.deviation)} "
+        f"{readable_unit(v.unit)}"
         for n, v in result["idm-iv"].parameters.items()
     )
     heading = f"## [{name}](axes/{name}.md): {axis.title}"
     display(
         Markdown(
-            f"{heading}\n\n{equation_latex(axis)}\n\nIDM-IV on its twin, less the filter's own bias: {rows}."
+            f"{heading}\n\n{equation_latex(axis)}\n\nIDM-IV on its twin, ± one standard deviation: {rows}."
         )
     )
     figure = result.plot_force()

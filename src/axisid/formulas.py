@@ -1,7 +1,7 @@
 """Formulas in LaTeX, for documents and for Markdown."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import sympy
 from sympy.printing.latex import LatexPrinter
@@ -43,6 +43,7 @@ _SPECIAL = {
 _SPECIALS = str.maketrans(_SPECIAL)
 _INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
 _MOST_TERMS = 4  # of a line
+_LONGEST = 280  # characters of a line, unless one term has more
 
 
 def with_named_steps(value: sympy.Expr) -> sympy.Expr:
@@ -62,9 +63,13 @@ def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
 
 
 def equation_latex(axis: Axis) -> str:
-    """The equation of motion in Markdown, set apart."""
-    body = aligned_latex([equation_of_motion(axis)], axis.coordinate)
-    return f"$$\n\\begin{{aligned}}\n{body}\n\\end{{aligned}}\n$$"
+    """The equation of motion in Markdown, its rows apart, since not all know ``aligned``."""
+    formula, q = equation_of_motion(axis), axis.coordinate
+    left = " ".join(_terms(formula.name, q))
+    first, *others = _rows(_terms(formula.value, q))
+    rows = [f"{left} = {first}", *others]
+    rows[-1] += rf"\ [{unit_latex(formula.unit)}]"
+    return "\n\n".join(f"$$\n{row}\n$$" for row in rows)
 
 
 def symbol_latex(name: str) -> str:
@@ -115,10 +120,19 @@ def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
     """An expression, a long sum on several lines."""
     if value is None:
         return ""
-    terms = _terms(value, q)
-    signed = [terms[0], *(t if t.startswith("-") else f"+ {t}" for t in terms[1:])]
-    rows = [" ".join(signed[i : i + _MOST_TERMS]) for i in range(0, len(signed), _MOST_TERMS)]
-    return " \\\\\n&\\quad ".join(rows)
+    return " \\\\\n&\\quad ".join(_rows(_terms(value, q)))
+
+
+def _rows(terms: Sequence[str]) -> list[str]:
+    """Terms with their signs, a few to a row."""
+    rows: list[list[str]] = [[]]
+    for term in terms:
+        first = rows == [[]]
+        full = len(rows[-1]) == _MOST_TERMS or len("".join([*rows[-1], term])) > _LONGEST
+        if rows[-1] and full:
+            rows.append([])
+        rows[-1].append(term if first or term.startswith("-") else f"+ {term}")
+    return [" ".join(row) for row in rows]
 
 
 class _Printer(InReadingOrder, LatexPrinter):  # type: ignore[misc]
