@@ -124,6 +124,7 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 #   noise did no harm. `sd` is a standard deviation that allows for autocorrelated residuals (HAC). The
 #   classical one, `i.i.d.`, does not: it is too small where something slow is left over, as on most
 #   real axes, and too large where only the decimation filter shapes the residuals, as here.
+#   Where the filter itself moves a value noticeably, the line below has it without that.
 # - **The next ones** have the direct model: the same physics, regressed the other way round, and
 #   mapped back to mass and friction by the delta method.
 # - **The verdict** says whether to believe the numbers, then what was checked. What fails says what to do;
