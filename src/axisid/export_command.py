@@ -2,10 +2,11 @@
 
 import click
 
+from axisid.command_inputs import METHODS
+from axisid.command_outputs import check_output, write_output
 from axisid.completion import complete_axis, complete_file
 
 _TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
-_METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
 @click.command(
@@ -27,7 +28,7 @@ _METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 )
 @click.option(
     "--method",
-    type=click.Choice(_METHODS),
+    type=click.Choice(METHODS),
     help="Estimator.  [default: idm-iv if there is one]",
 )
 @click.option(
@@ -53,8 +54,6 @@ def export(
     take position, velocity and acceleration of the reference and give force and control; they need
     nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
     """
-    from axisid.cli import check_output, write_output
-
     check_output(output, "--output", result, axis)
     from axisid.exports import export as exported
 

@@ -104,6 +104,12 @@ def test_estimation_knows_no_sympy_and_modeling_no_numerics(root: Path) -> None:
                     assert (node.module or "").split(".")[0] not in packages, file
 
 
+def test_commands_know_nothing_of_the_command_line_that_gathers_them(root: Path) -> None:
+    files = {f.stem: f.read_text() for f in sorted((root / "src" / "axisid").glob("*.py"))}
+    assert {name for name, text in files.items() if "axisid.cli" in text} == {"__main__"}
+    assert "click.option" not in files["cli"]
+
+
 def test_no_function_that_evaluates_text_is_called(root: Path) -> None:
     banned = {"sympify", "parse_expr", "lambdify", "eval", "S", "simplify"}
     for stage in ORDER:

@@ -1,0 +1,45 @@
+"""What commands make of their arguments: the axis, its record, and the files that they name."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from axisid.progress import ProgressLine
+from axisid.record_options import LOG_ENDINGS, Reading
+
+if TYPE_CHECKING:
+    from axisid.codegen import GeneratedAxis
+    from axisid.estimation import Record
+
+#: The estimators, named here so that help needs no stage.
+METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
+
+
+def axis_and_record(
+    axis: str,
+    record: str | None,
+    reading: Reading,
+    second: str | None = None,
+    *,
+    fixed: tuple[str, ...] = (),
+    no_native: bool,
+) -> "tuple[GeneratedAxis, Record]":
+    """The axis that was named, and its record or its twin's."""
+    with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
+        from axisid.codegen import build
+        from axisid.estimation import twin_record
+        from axisid.modeling import UsageError, fix, load_axis, read_fixed
+
+        if Path(axis).suffix.lower() in LOG_ENDINGS:
+            raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
+        generated = build(fix(load_axis(axis), **read_fixed(fixed)), native=not no_native)
+        if record is not None:
+            return generated, reading.record(record, generated)
+        if reading.given and second is None:
+            raise UsageError(f"{' and '.join(reading.given)} describe a record; name its file.")
+        return generated, twin_record(generated)
+
+
+def file_of(argument: str) -> Path:
+    """The file that an argument names, without the variable of an axis file."""
+    head, found, _ = argument.partition(".py:")
+    return Path(f"{head}.py" if found else argument)

@@ -1,0 +1,34 @@
+"""``axisid paper``."""
+
+from pathlib import Path
+
+import click
+
+from axisid.progress import ProgressLine
+from axisid.terminal import show_text
+
+
+@click.command(
+    short_help="Reproduce the paper's tables on a twin.",
+    epilog="Example: axisid paper --output results",
+)
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Also write the tables, the figures and the results as JSON into this folder.",
+)
+def paper(output: Path | None) -> None:
+    """Identify the twin of the paper's axis by all four methods under both filters.
+
+    Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
+    """
+    from axisid.paper import run_study, study_tables, write_study
+
+    with ProgressLine("the paper's study") as line:
+        study = run_study(line)
+    show_text(f"{study_tables(study)}\n")
+    if output is not None:
+        with ProgressLine("drawing figures"):
+            written = write_study(study, output)
+        for path in written:
+            click.echo(f"wrote {path}")

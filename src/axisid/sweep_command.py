@@ -1,0 +1,84 @@
+"""``axisid sweep``."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+from axisid.command_inputs import axis_and_record
+from axisid.command_outputs import check_json, check_output, json_option, put_json
+from axisid.completion import complete_axis, complete_file
+from axisid.filter_options import Filtering, filter_options
+from axisid.progress import ProgressLine
+from axisid.record_options import Reading, record_options
+from axisid.terminal import show_text
+
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+@click.command(
+    short_help="Identify at many cut-offs; recommend one.",
+    epilog="Examples: axisid sweep emps2015 --points 3, or "
+    "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
+@click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
+@click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
+@click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
+@filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
+@record_options
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@json_option("Write the results as JSON; - for stdout.")
+@click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+def sweep(
+    axis: str,
+    record: str | None,
+    lowest: float | None,
+    highest: float | None,
+    points: int,
+    filtering: Filtering,
+    reading: Reading,
+    no_native: bool,
+    json_file: str | None,
+    figure: str | None,
+) -> None:
+    """Identify AXIS from RECORD (or its twin) at many cut-offs, and recommend one.
+
+    Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
+    cut-off.
+    """
+    check_json(json_file, record, axis)
+    check_output(figure, "--figure", record, axis, json_file)
+    if figure is not None and Path(figure).suffix not in _FIGURES:
+        raise click.BadParameter(
+            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
+        )
+    generated, data = axis_and_record(axis, record, reading, no_native=no_native)
+
+    from axisid.estimation import default_cutoffs
+    from axisid.estimation import sweep as run
+
+    cutoffs = default_cutoffs(1 / data.period, lowest, highest, points)
+    with ProgressLine(f"sweeping {generated.axis.name}") as line:
+        result = run(generated, data, cutoffs, filtering.prefilter(), progress=line)
+    if json_file != "-":
+        show_text(result.summary())
+    if json_file is not None:
+        put_json(json_file, result.to_dict())
+    if figure is not None:
+        from axisid.figures import sweep_figure
+
+        _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+        click.echo(f"wrote {figure}", err=json_file == "-")
+
+
+def _drawn(draw: Callable[[], None], figure: str) -> None:
+    """Draw a figure; a place or format that does not serve is the user's to mend."""
+    from axisid.modeling import UsageError
+
+    try:
+        with ProgressLine(f"drawing {figure}"):
+            draw()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{figure} cannot be drawn: {error}.") from error
