@@ -14,6 +14,7 @@ from axisid.estimation.serialised import SCHEMA as _RESULT
 _SCHEMA = "axisid.result_comparison/1"
 _NEEDED = ("axis", "signature", "record", "prefilter", "estimates", "verdict")
 _WIDTH = 96
+_LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
 _SIDES = ("first", "second")
 
 
@@ -88,10 +89,12 @@ class TwoResults:
     def summary(self) -> str:
         """Tables of parameters and errors, then settings and checks that differ."""
         blocks = ["\n".join(f"{side:<8}{s}" for side, s in zip("AB", self.sources, strict=True))]
+        if "axis" in self.settings:
+            blocks.append("These are results of different axes.")
         methods = dict.fromkeys(d.method for d in self.differences)
         blocks += [self._table(method) for method in methods]
         for side, names in zip("AB", self.alone, strict=True):
-            blocks += [f"only in {side}: {', '.join(names)}"] if names else []
+            blocks += [_wrapped(f"only in {side}: {', '.join(names)}", 4)] if names else []
         blocks.append(self._settings())
         blocks.append("\n".join(self._verdict()) or "the verdicts are the same")
         blocks.append(
@@ -124,8 +127,21 @@ class TwoResults:
     def _settings(self) -> str:
         if not self.settings:
             return "the settings are the same"
-        rows = [[name, *map(_short, pair)] for name, pair in self.settings.items()]
-        return text_table(["settings that differ", "A", "B"], rows)
+        shown = {name: tuple(map(_short, pair)) for name, pair in self.settings.items()}
+        long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
+        rows = [[name, *pair] for name, pair in shown.items() if name not in long]
+        blocks = [text_table(["settings that differ", "A", "B"], rows)] if rows else []
+        blocks += [
+            "\n".join(
+                [
+                    f"{name} differs:",
+                    *(_wrapped(f"    {s}: {v}", 7) for s, v in zip("AB", shown[name], strict=True)),
+                ]
+            )
+            for name in shown
+            if name in long
+        ]
+        return "\n\n".join(blocks)
 
     def _verdict(self) -> Iterator[str]:
         for name, (first, second) in self.checks.items():
@@ -133,13 +149,7 @@ class TwoResults:
             yield f"{name}: {states[0]} in A, {states[1]} in B"
             for side, check in zip("AB", (first, second), strict=True):
                 if check is not None and check["status"] != "pass":
-                    yield textwrap.fill(
-                        check["meaning"],
-                        _WIDTH,
-                        initial_indent=f"    {side}: ",
-                        subsequent_indent=" " * 7,
-                        break_on_hyphens=False,
-                    )
+                    yield _wrapped(f"    {side}: {check['meaning']}", 7)
 
 
 def compare_results(first: str | Path, second: str | Path) -> TwoResults:
@@ -258,9 +268,13 @@ def _status(check: dict[str, Any] | None) -> str:
     return "absent" if check is None else str(check["status"])
 
 
+def _wrapped(text: str, hang: int) -> str:
+    return textwrap.fill(text, _WIDTH, subsequent_indent=" " * hang, break_on_hyphens=False)
+
+
 def _short(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{role} = {name}" for role, name in value.items())
+        return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
     text = "-" if value is None else str(value)
     is_digest = len(text) == 64 and " " not in text
     return text[:12] if is_digest else text

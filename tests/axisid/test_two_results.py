@@ -165,3 +165,23 @@ def test_a_result_without_a_simulation_is_compared(
     found = compare_results(files[0], file)
     assert found.errors["idm-ls simulation error"][1] is None
     assert "-" in found.summary()
+
+
+def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    def other(content: dict[str, Any]) -> None:
+        content["axis"] = "another"
+        content["record"]["source"] = f"log of {'a long day ' * 12}"
+        content["record"]["columns"] = {"position": "Achse 1.Istposition", "control": "Strom"}
+        for estimate in content["estimates"]:
+            estimate["parameters"] = {f"{n}_2": v for n, v in estimate["parameters"].items()}
+
+    text = compare_results(files[0], spoiled(files[1], tmp_path, other)).summary()
+    lines = text.splitlines()
+    assert "These are results of different axes." in lines
+    assert "These are results of different axes." not in compare_results(*files).summary()
+    assert any(line.startswith("only in B: idm-ls M_2 [kg]") for line in lines)
+    assert "columns differs:" in lines
+    assert "    B: position = Achse 1.Istposition, control = Strom" in lines
+    assert max(map(len, lines[2:])) <= 96
