@@ -37,3 +37,9 @@ def finite_tree(value: Any) -> Any:
 def finite(value: float) -> float | None:
     """A number for JSON: None for what is not finite."""
     return float(value) if math.isfinite(value) else None
+
+
+def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ...]:
+    """First place and the one after the last of each run of what is chosen, from `start` on."""
+    edges = start + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
+    return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))

@@ -11,6 +11,7 @@ _NEXT = (
     "alignment",
     "least squares against instruments",
     "fixed values",
+    "physical parameters",
     "excitation",
     "instrument strength",
     "precision",

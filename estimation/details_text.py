@@ -6,19 +6,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from .alignment import Alignment
 from .check import Check
 from .diagnosis import Diagnosis
-from .estimate import Estimate, Value
+from .estimate import COVARIANCE_LABELS, Estimate, Value
 from .instruments import Endogeneity, InstrumentTests
 from .law_check import LawCheck
 from .summary import text_table
 
 _WIDTH = 96
-_LABELS = {"hac": "HAC", "robust": "robust", "iid": "i.i.d."}
 
 
 def details_text(estimates: Mapping[str, Estimate], diagnosis: Diagnosis) -> str:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
     judged = estimates[diagnosis.judged]
-    label = _LABELS[judged.chosen]
+    label = COVARIANCE_LABELS[judged.chosen]
     blocks = [
         _block(f"95 % intervals, {label}, less the filter's own bias", _intervals(estimates)),
         _block(f"Correlation, {judged.method.upper()}, {label}", _correlation(judged)),

@@ -31,6 +31,10 @@ STILL = 1e-2
 CURVED = 0.1
 
 
+#: What the covariances are called in tables.
+COVARIANCE_LABELS = {"hac": "HAC", "robust": "robust", "iid": "i.i.d."}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
     """A number that leaves the program: with unit, standard deviations and interval.

@@ -74,7 +74,7 @@ def autocorrelation_plot(estimate: "Estimate") -> Plot:
         title="Autocorrelation of the residuals",
         caption=f"{estimate.method.upper()}. 95 % of the values of independent residuals lie "
         f"within the dashed lines. Durbin-Watson {tests.durbin_watson:.2f}, where 2 is "
-        "independent.",
+        f"independent.{_glued(estimate)}",
         x_label="lag [s]",
         panels=(
             Panel(
@@ -107,7 +107,7 @@ def spectrum_plot(estimate: "Estimate") -> Plot:
         title="Spectrum of the residuals",
         caption=f"{estimate.method.upper()}. Welch's estimate of the power density. Where the "
         f"residuals come near the {left} the model explains nothing; a line is a vibration or "
-        "a ripple that it does not have.",
+        f"a ripple that it does not have.{_glued(estimate)}",
         x_label="frequency [Hz]",
         panels=(
             Panel(
@@ -158,6 +158,16 @@ def convergence_plot(estimate: "Estimate") -> Plot | NoPlot:
         ),
         whole=True,
     )
+
+
+def _glued(estimate: "Estimate") -> str:
+    """What a caption says of rows that are no neighbours and are taken for them."""
+    steps = np.diff(estimate.rows)
+    breaks = int(np.sum(steps > steps.min()))
+    if not breaks:
+        return ""
+    places = "place" if breaks == 1 else "places"
+    return f" Rows are missing in {breaks} {places}; those on both sides are taken for neighbours."
 
 
 def row_times(estimate: "Estimate") -> Array:

@@ -67,10 +67,10 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
         np.column_stack([signals.velocity, signals.force - rest]), result.record.period
     )
     weights = result.prefilter.weights(len(result.record), result.record.period)
-    whole = np.abs(weights - 1) < _WHOLE
+    whole = np.abs(weights / result.prefilter.row_gain - 1) < _WHOLE
     if not whole.any():
         return "no row of the fit is clear of the reversals and rests that it leaves out"
-    velocity, force = reduced[whole].T
+    velocity, force = (reduced[whole] / weights[whole, None]).T
     return Friction(
         velocity=velocity,
         force=force,

@@ -85,7 +85,8 @@ def identify(
     generated = as_generated(axis)
     asked = (methods,) if isinstance(methods, str) else methods
     _check_arguments(asked, record, covariance)
-    prefilter = settled(prefilter or Prefilter.suited(record.period), generated, record)
+    given = prefilter or Prefilter.suited(record.period)
+    prefilter = settled(given, generated, record)
     study = _Study(generated, record, prefilter, lags, covariance)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
@@ -110,6 +111,7 @@ def identify(
         estimates=estimates,
         skipped=skipped,
         failed=failed,
+        asked=given,
     )
 
 

@@ -69,7 +69,7 @@ def within_bounds(estimate: Estimate) -> Check:
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
     bounded = {p.name: p for p in (*axis.base.declared.parameters, *axis.axis.parameters)}
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
-    outside = [p for p in declared if not p.lower < values[p.name].value < p.upper]
+    outside = [p for p in declared if is_outside(p, values[p.name].value)]
     if not declared:
         return Check.missing("bounds", "no parameter is declared with bounds")
     return Check(
@@ -82,6 +82,11 @@ def within_bounds(estimate: Estimate) -> Check:
         if not outside
         else beyond_bounds({p: values[p.name].value for p in outside}),
     )
+
+
+def is_outside(parameter: Parameter, value: float) -> bool:
+    """Whether a value is outside the bounds of its parameter, or at them."""
+    return not parameter.lower < value < parameter.upper
 
 
 def beyond_bounds(values: Mapping[Parameter, float]) -> str:

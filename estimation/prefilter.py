@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from axisid.modeling import UsageError
 
-from .arrays import Array, frozen
+from .arrays import Array, frozen, runs
 from .errors import DataError
+from .reversals import near_turns, rest_below
 
 Span = tuple[int, int]
 
@@ -29,7 +30,6 @@ _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
 _LOWEST = 1e-4  # of the Nyquist frequency
 _ROUNDED = 0.05  # of a step, that the low-pass still lacks
-_REST = 1e-3  # of the largest speed
 LIGHT = 0.1  # weight below which a row is left out
 _EDGE = 0.4  # of the decimation filter, of the rate that it leaves
 _SAME = 1.01  # cutoff and decimation edge that count as one
@@ -304,8 +304,13 @@ class Prefilter:
         )
 
     def weights(self, samples: int, period: float) -> Array:
-        """Share of each row that is made of samples with weight, (n,)."""
+        """What each row makes of a signal that is 1 everywhere, (n,); see `row_gain`."""
         return self.reduce(np.ones(samples), period)
+
+    @property
+    def row_gain(self) -> float:
+        """Weight of a row whose samples all have weight: an even Chebyshev filter's is below 1."""
+        return 1.0 if self.decimate == 1 else 10.0 ** (-2 * _RIPPLE_DB / 20)
 
     def rows(self, samples: int, period: float) -> Array:
         """Sample numbers of the rows that `reduce` keeps, (n,)."""
@@ -345,34 +350,11 @@ class Prefilter:
 
     def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
         """Samples near which the filtered velocity changes its sign or rests, by segment."""
-        velocity = self.motion(position, period)[1]
+        velocity, spans = self.motion(position, period)[1], self.spans(len(position), period)
+        rest, reach = rest_below(velocity[a:b] for a, b in spans), self.turn_reach(period)
         return tuple(
-            (start + first, start + last)
-            for start, stop in self.spans(len(position), period)
-            for first, last in _stretches(
-                self.near_turns(velocity[start:stop], period, rest_below(velocity[start:stop]))
-            )
+            stretch for a, b in spans for stretch in runs(near_turns(velocity[a:b], reach, rest), a)
         )
-
-    def near_turns(self, velocity: Array, period: float, rest: float) -> NDArray[np.bool_]:
-        """Which samples of a segment are near a change of direction or a rest, (N,).
-
-        Parameters
-        ----------
-        velocity : (N,) array
-            Filtered.
-        period : float
-            s
-        rest : float
-            Speed below which the axis rests.
-        """
-        from scipy.ndimage import maximum_filter1d
-
-        direction = np.sign(velocity) * (np.abs(velocity) > rest)
-        turns = direction == 0
-        turns[1:] |= direction[1:] != direction[:-1]
-        near = maximum_filter1d(turns.astype(np.int8), 2 * self.turn_reach(period) + 1)
-        return np.asarray(near, dtype=bool)
 
     def turn_reach(self, period: float) -> int:
         """Samples to both sides of a reversal over which the low-pass rounds it."""
@@ -397,16 +379,6 @@ class Prefilter:
 def matching_decimation(cutoff: float, period: float) -> int:
     """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
     return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
-
-
-def rest_below(velocity: Array) -> float:
-    """Speed below which an axis rests, from its filtered velocity."""
-    return _REST * float(np.abs(velocity).max())
-
-
-def _stretches(chosen: NDArray[np.bool_]) -> list[Span]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 @lru_cache(maxsize=32)

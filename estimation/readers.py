@@ -8,6 +8,7 @@ from pathlib import Path
 from axisid.codegen import GeneratedAxis
 from axisid.modeling import Axis
 
+from .arrays import runs
 from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
@@ -18,7 +19,7 @@ from .read_matlab import read_matlab
 from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
 from .record import LARGEST_GAP, Record
-from .repairs import Mask, Repairs, Span, clipped, runs, split_at_gaps
+from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import UNEVEN_GAP, resample
 from .roles import Chosen
 from .table import Samples, Table

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from axisid.modeling import Axis, UsageError
 
-from .arrays import Array
+from .arrays import Array, runs
 from .column_units import modulus_si
 from .provenance import Repair
 from .record import LARGEST_GAP
@@ -110,12 +110,6 @@ def _flat_extremes(values: Array, *, abrupt: bool) -> Mask:
             if stop - start >= _FLAT and (not abrupt or max(ends, default=0.0) >= least > 0):
                 mask[start:stop] = True
     return mask
-
-
-def runs(mask: Mask) -> tuple[Span, ...]:
-    """First and the one after the last of each run of true samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
-    return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
 def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:

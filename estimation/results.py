@@ -45,6 +45,8 @@ class Identification:
         reason.
     failed : mapping of str to str
         Methods that were not asked for by name and came to nothing, with the reason.
+    asked : Prefilter or None
+        The prefilter before what it left open was chosen for the record.
     """
 
     axis: GeneratedAxis
@@ -53,6 +55,7 @@ class Identification:
     estimates: Mapping[str, Estimate]
     skipped: Mapping[str, str]
     failed: Mapping[str, str]
+    asked: Prefilter | None = None
 
     def __getitem__(self, method: str) -> Estimate:
         return self._of(method)

@@ -10,7 +10,7 @@ from axisid.codegen import GeneratedAxis
 
 from .arrays import Array, finite
 from .estimate import Value, student_interval
-from .motion_checks import beyond_bounds
+from .motion_checks import beyond_bounds, is_outside
 from .prefilter import Prefilter
 from .provenance import Provenance
 from .serialised import prefilter_dict, value_dict
@@ -80,7 +80,7 @@ class StreamedEstimate:
     def beyond_bounds(self) -> str:
         """Which parameters are outside their declared bounds; empty for none."""
         declared = zip(self.axis.axis.parameters, self.physical, strict=True)
-        outside = {p: float(v) for p, v in declared if not p.lower <= v <= p.upper}
+        outside = {p: float(v) for p, v in declared if is_outside(p, float(v))}
         return beyond_bounds(outside) if outside else ""
 
     def __str__(self) -> str:

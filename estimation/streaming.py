@@ -22,8 +22,9 @@ from .covariance import bartlett, first_lags, lags_of, most_lags
 from .errors import DataError, EstimationError
 from .forms import InverseForm
 from .linear import Solution, condition_number, factor, least_squares
-from .prefilter import LIGHT, Prefilter, rest_below
+from .prefilter import LIGHT, Prefilter
 from .provenance import Provenance
+from .reversals import near_turns, rest_below
 from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals
 from .streamed import StreamedEstimate
 
@@ -143,7 +144,7 @@ class _Rows:
         )
         self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
         self.reach = self.prefilter.turn_reach(self.period) if left_out else 0
-        self.rest = max(map(rest_below, self._velocities())) if left_out else None
+        self.rest = rest_below(self._velocities()) if left_out else None
         self.silenced = 0  # samples near reversals, of the last pass
 
     def __iter__(self) -> Iterator[tuple[Array, Array]]:
@@ -191,8 +192,6 @@ class _Rows:
         cut, end = f.cut_before(period)
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, period, start, stop)
-        if not rows.size:
-            return
         signals = filtered_signals(f, position, force, period, [0])
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
@@ -201,11 +200,13 @@ class _Rows:
         weights = np.ones(len(position))
         both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
         if self.rest is not None:
-            near = f.near_turns(signals.velocity, period, self.rest)
+            near = near_turns(signals.velocity, self.reach, self.rest)
             both[near] = 0.0
             self.silenced += int(near[start - begin : stop - begin].sum())
         for first, last in f.silent_ends(self.samples, period):
             both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
+        if not rows.size:
+            return
         both = both[low - begin : high - begin]
         weighted = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
         kept = weighted[weighted[:, -1] > LIGHT, :-1]

@@ -129,13 +129,14 @@ class Validation:
             )
         elif not (lost := [v.method for v in self if not v.holds]):
             notes.append(
-                f"the estimates hold: no equation error is beyond {_TWICE:g} times the one on "
-                "their own record"
+                f"the estimates hold: no equation error is both beyond {_SMALL:g} % and beyond "
+                f"{_TWICE:g} times the one on their own record"
             )
         else:
             notes.append(
-                f"{', '.join(lost)}: does not hold on this record (more than {_TWICE:g} times the "
-                "error on its own); check that it is the same axis, its units and its signs"
+                f"{', '.join(lost)}: does not hold on this record (more than {_SMALL:g} % and than "
+                f"{_TWICE:g} times the error on its own); check that it is the same axis, its units "
+                "and its signs"
             )
         return tuple(notes)
 
@@ -173,7 +174,8 @@ def validate(result: Identification, record: Record) -> Validation:
     ----------
     result : Identification
     record : Record
-        Read for the same axis; it is filtered as the estimates' own record was, in Hz.
+        Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
+        the reversals are chosen for it anew where they were left open.
 
     Raises
     ------
@@ -182,7 +184,8 @@ def validate(result: Identification, record: Record) -> Validation:
     """
     check_record(record)
     with np.errstate(all="ignore"):
-        rescaled = result.prefilter.at_period(result.record.period, record.period)
+        asked = result.asked or result.prefilter  # what was left open suits each record
+        rescaled = asked.at_period(result.record.period, record.period)
         prefilter = settled(rescaled, result.axis, record)
         signals = measured_signals(result.axis, record, prefilter)
         methods = tuple(
@@ -209,6 +212,11 @@ def _validation(
     form = form.at(estimate.physical)
     rows = form.equations(signals).reduced(prefilter, record.period)
     theta = form.regressed(estimate.physical)
+    if not len(rows.left):
+        raise DataError(
+            f"{record.provenance.source}: no row is left of it, since all its motion is near "
+            "reversals or masked; record longer strokes, or identify with --reversals keep."
+        )
     equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)
     if not math.isfinite(equation):
         raise DataError(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from axisid.codegen import FeedForward, feed_forward, print_c99, print_python, print_st
 from axisid.estimation import Identification, Value
+from axisid.estimation.estimate import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis, fitted_axis
 from axisid.modeling import Parameter, UsageError
 from axisid.parameter_tables import (
@@ -77,13 +78,14 @@ def export(
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
     axis, estimate = fitted.model.axis, fitted.estimates[method]
+    label = COVARIANCE_LABELS[next(iter(estimate.values())).chosen]
     origin = f" (sha256 {fitted.sha256})" if fitted.sha256 else ""
     about = (
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        "Standard deviations are consistent with autocorrelated residuals (HAC). Values contain "
-        "the prefilter's own bias; it is subtracted in the 95 % intervals.",
+        f"Standard deviations and 95 % intervals: {label}. Values contain the prefilter's own "
+        "bias; it is subtracted in the intervals.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
     comments = {
@@ -94,5 +96,5 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
 
 def _comment(parameter: Parameter, value: Value) -> str:
     low, high = value.interval
-    said = f"{parameter.unit}, +- {value.sd_hac:.3g}, {low:.6g} to {high:.6g} (95 %)"
+    said = f"{parameter.unit}, +- {value.deviation:.3g}, {low:.6g} to {high:.6g} (95 %)"
     return f"{said}, {parameter.description}" if parameter.description else said

@@ -1,7 +1,7 @@
 """Identified parameters as a table for other programs: JSON, TOML, CSV, LaTeX.
 
 ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent ones;
-intervals are of the first.
+intervals are of the covariance that was chosen, ``interval_covariance``.
 """
 
 import csv
@@ -11,12 +11,14 @@ import math
 from collections.abc import Sequence
 
 from axisid.estimation import Value
+from axisid.estimation.estimate import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis
 from axisid.formulas import symbol_latex, unit_latex
 from axisid.modeling import Parameter
 
 _HEADER = (
-    "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias"
+    "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
+    "interval_covariance"
 ).split()
 _PLAIN = (1e-4, 1e6)  # values outside get a power of ten
 _LEAST_POWER = -300
@@ -40,6 +42,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
                     "sd_iid": v.sd,
                     "sd_gain": v.sd_gain,
                     "filter_bias": v.filter_bias,
+                    "interval_covariance": v.chosen,
                 }
                 for name, v in fitted.values(method).items()
             }
@@ -58,7 +61,8 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
         for name, v in fitted.values(method).items():
             others = ["" if x is None else repr(x) for x in (v.sd_gain, v.filter_bias)]
             numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
-            writer.writerow([fitted.model.axis.name, method, name, v.unit, *numbers, *others])
+            row = [fitted.model.axis.name, method, name, v.unit, *numbers, *others, v.chosen]
+            writer.writerow(row)
     return text.getvalue()
 
 
@@ -91,7 +95,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         low, high = v.interval
         lines.append(
             f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
-            f"interval_95 = [{low!r}, {high!r}] }}"
+            f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
         )
     return "\n".join(lines) + "\n"
 
@@ -124,8 +128,10 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """A ``tabular`` of value and deviation, which needs no package."""
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
+    values = [value for estimate in estimates for value in estimate.values()]
+    chosen = dict.fromkeys(COVARIANCE_LABELS[value.chosen] for value in values)
     lines = [
-        f"% {fitted.model.axis.name}: value and standard deviation (HAC)",
+        f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
         rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
         r"\hline",
         " & ".join(header).strip() + r" \\",
@@ -148,11 +154,11 @@ def with_deviation(value: Value) -> str:
     ----------
     value : Value
     """
-    size = max(abs(value.value), value.sd_hac)
+    size = max(abs(value.value), value.deviation)
     power = 0
     if size and not _PLAIN[0] <= size < _PLAIN[1]:
         power = max(math.floor(math.log10(size)), _LEAST_POWER)
-    scaled, sd = value.value / 10.0**power, value.sd_hac / 10.0**power
+    scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
     places = 6
     if sd > 0:
         places = min(max(1 - math.floor(math.log10(sd)), 0), 12)

@@ -88,6 +88,7 @@ def test_json_and_csv_hold_every_method_and_parameter(result: Identification) ->
         assert float(row["value"]) == value.value == figures["value"]
         assert float(row["sd_hac"]) == value.sd_hac == figures["sd_hac"]
         assert float(row["sd_iid"]) == value.sd == figures["sd_iid"]
+        assert row["interval_covariance"] == "hac" == figures["interval_covariance"]
         interval = (float(row["lower_95"]), float(row["upper_95"]))
         assert interval == value.interval == tuple(figures["interval_95"])
         assert row["unit"] == value.unit == figures["unit"]
@@ -118,6 +119,7 @@ def test_toml_takes_the_place_of_a_declarations_parameters(
         "unit": "kg",
         "sd_hac": mass.sd_hac,
         "interval_95": list(mass.interval),
+        "interval_covariance": "hac",
     }
     assert figures["method"] == "idm-iv"
 
@@ -288,3 +290,20 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
         assert f"arm,idm-iv,l,m,{value.value!r}," in table
         assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)
         assert "\nl = { value = " in export(source, "toml", axis=given)
+
+
+def test_deviations_are_those_that_the_intervals_are_of(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods="idm-ls", covariance="iid")
+    mass = result["idm-ls"].parameters["M"]
+    assert mass.sd != pytest.approx(mass.sd_hac, rel=0.1)
+    code, table = export(result, "c"), export(result, "latex")
+    assert "Standard deviations and 95 % intervals: i.i.d." in code
+    assert f"+- {mass.sd:.3g}, {mass.interval[0]:.6g} to {mass.interval[1]:.6g} (95 %)" in code
+    assert "value and standard deviation (i.i.d.)" in table
+    assert with_deviation(mass) in table
+    assert with_deviation(mass).endswith(f"{mass.sd:.2f}")
+    assert json.loads(export(result, "json"))["parameters"]["idm-ls"]["M"][
+        "interval_covariance"
+    ] == ("iid")

@@ -7,6 +7,7 @@ import pytest
 from axisid import Prefilter, Record, identify
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import Check
+from axisid.estimation import conclusion as conclusion_module
 from axisid.estimation.check import Status, passed
 from axisid.estimation.conclusion import by_weight, conclusion
 
@@ -70,3 +71,14 @@ def test_autocorrelation_matters_where_the_deviations_do_not_allow_for_it(
         result = identify(emps2015, twin, methods="idm-ls", covariance=covariance)  # type: ignore[arg-type]
         (found,) = (c for c in result.verdict if c.name == "independent residuals")
         assert found.status == status
+
+
+def test_every_name_that_is_weighed_is_one_that_a_check_has(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert twin.control is not None
+    force = replace(twin, force=35.15 * twin.control)
+    names = {check.name for check in identify(emps2015, force).verdict}
+    # These need parameters that are known, or more equations than unknowns.
+    names |= {"fixed values", "physical parameters"}
+    assert {*conclusion_module._GRAVE, *conclusion_module._NEXT} <= names

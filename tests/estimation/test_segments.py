@@ -128,3 +128,17 @@ def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, tw
 
     with pytest.raises(EstimationError, match="0 rows are left"):
         identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
+
+
+def test_rest_is_a_share_of_the_largest_speed_of_the_whole_record() -> None:
+    """A creep that is rest beside a fast stroke is rest in a segment of its own too."""
+    time = 1e-3 * np.arange(6000)
+    position = np.where(time < 3.0, time, 3.0 + 2e-4 * (time - 3.0))
+    whole = Prefilter()
+    cut = replace(whole, segments=((0, 3000), (3000, 6000)))
+    for filter_ in (whole, cut):
+        silent = np.zeros(6000, dtype=bool)
+        for start, stop in filter_.near_reversals(position, 1e-3):
+            silent[start:stop] = True
+        assert silent[3200:5800].all()
+        assert not silent[200:2800].any()

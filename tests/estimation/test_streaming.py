@@ -34,8 +34,16 @@ def in_blocks(record: Record, rows: int) -> list[dict[str, np.ndarray]]:
     ]
 
 
-def check_same(streamed: StreamedEstimate, axis: GeneratedAxis, record: Record) -> None:
-    whole = identify(axis, record, streamed.prefilter, ["idm-ls"])["idm-ls"]
+def check_same(
+    streamed: StreamedEstimate,
+    axis: GeneratedAxis,
+    record: Record,
+    filter_: Prefilter | None = None,
+) -> None:
+    result = identify(axis, record, filter_, ["idm-ls"])
+    whole = result["idm-ls"]
+    assert streamed.prefilter.reversals == result.prefilter.reversals
+    assert streamed.silenced == result.prefilter.silenced
     assert streamed.rows == len(whole.y)
     assert streamed.physical == pytest.approx(whole.physical, rel=1e-10)
     for name, covariance in whole.covariances.items():
@@ -75,7 +83,7 @@ def test_blocks_of_any_size_give_the_estimate_of_the_whole_record(
         reversals=reversals,  # type: ignore[arg-type]
     )
     streamed = identify_stream(emps2015, in_blocks(twin, rows), filter_)
-    check_same(streamed, emps2015, replace(twin, sample_period=None))
+    check_same(streamed, emps2015, replace(twin, sample_period=None), filter_)
 
 
 def test_real_record_in_blocks(emps: GeneratedAxis, emps_record: Record) -> None:

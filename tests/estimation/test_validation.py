@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record, validate
 from axisid.cli import cli
 from axisid.codegen import GeneratedAxis
+from axisid.estimation import MethodValidation
 from axisid.report import report_html
 
 
@@ -51,7 +52,7 @@ def test_a_better_estimate_validates_better(emps2015: GeneratedAxis) -> None:
     """Under the inappropriate filter LS is far off, IV is not: a second record shows it."""
     inappropriate = Prefilter(cutoff=180.0, decimate=3)
     result = identify(emps2015, twin_record(emps2015), inappropriate, methods=["idm-ls", "idm-iv"])
-    ls, iv = validate(replace(result, prefilter=Prefilter()), twin_record(emps2015, seed=11))
+    ls, iv = validate(replace(result, asked=Prefilter()), twin_record(emps2015, seed=11))
     assert ls.position_error_rms is not None
     assert iv.position_error_rms is not None
     assert ls.tracking_error_percent is not None
@@ -82,13 +83,40 @@ def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedA
     assert repr(held).startswith("validation on twin of emps2015")
     page = report_html(result, validation=held)
     assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page
-    assert "the estimates hold: no equation error is beyond 2 times" in text
+    assert "the estimates hold: no equation error is both beyond 10 % and beyond 2 times" in text
     same = validate(result, result.record)
     assert same.same_record
     assert "the record that the estimates were made from" in str(same)
     other = validate(result, twin_record(load_axis("emps")))
     assert "idm-ls, idm-iv: does not hold on this record" in str(other)
     assert "does not hold on this record" in report_html(result, validation=other)
+
+
+@pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, False)])
+def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, holds: bool) -> None:
+    one = MethodValidation(
+        method="idm-ls",
+        equation_error_percent=error,
+        own_equation_error_percent=1.0,
+        simulation_error_percent=None,
+        position_error_rms=None,
+        tracking_error_percent=None,
+        reason="",
+    )
+    assert one.holds is holds
+
+
+def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: GeneratedAxis) -> None:
+    """A measured force is taken as it is, though the estimates' own force was held by the drive."""
+    first, second = twin_record(emps2015), twin_record(emps2015, seed=3)
+    assert second.control is not None
+    measured = replace(second, force=35.15 * second.control, control=None)
+    estimates = identify(emps2015, first, methods=["idm-ls"])
+    assert estimates.prefilter.hold == "zoh"
+    found = validate(estimates, measured)["idm-ls"].equation_error_percent
+    raw = identify(emps2015, first, Prefilter(hold="zoh"), ["idm-ls"])
+    as_raw = validate(replace(raw, asked=Prefilter(hold="raw")), measured)["idm-ls"]
+    assert found == pytest.approx(as_raw.equation_error_percent, rel=1e-12)
 
 
 def bare(axis: GeneratedAxis) -> Record:

@@ -58,8 +58,13 @@ def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
         "decimation": "none"
         if f.decimate == 1
         else f"one row in {f.decimate}, {f.decimation} alignment",
-        "dropped": f"{start} samples at the start, {end} at the end",
-        "near reversals": f"{f.silenced} samples left out" if f.silenced else "kept",
+        "without weight"
+        if f.drop is None
+        else "dropped": f"{start} samples at the start, {end} at "
+        f"the end{' of each segment' if result.record.segments else ''}",
+        "near reversals": "kept"
+        if f.reversals == "keep"
+        else f"{f.silenced} samples without weight",
         "hold": str(f.hold),
         "deviations": _covariances(result),
         "generated code": result.axis.signature,
