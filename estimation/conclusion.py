@@ -5,12 +5,18 @@ from collections.abc import Sequence
 from .check import Check
 
 #: Where one of these fails the numbers may mean something else than what they are called.
-_GRAVE = ("control law", "simulation", "bounds", "force against control", "self-test")
+_GRAVE = (
+    "control law",
+    "simulation",
+    "bounds",
+    "fixed values",
+    "force against control",
+    "self-test",
+)
 #: What the others are worth, the cause before what follows from it.
 _NEXT = (
     "alignment",
     "least squares against instruments",
-    "fixed values",
     "physical parameters",
     "excitation",
     "instrument strength",

@@ -8,14 +8,15 @@ identification's own filter plays no part.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from axisid.codegen import GeneratedAxis, by_sample
-from axisid.modeling import MEASURED_VELOCITY, ControlLaw
+from axisid.codegen import GeneratedAxis, build, by_sample
+from axisid.modeling import MEASURED_VELOCITY, ControlLaw, velocity_variants
 
 from .arrays import Array, relative_error_percent
 from .covariance import Hac
@@ -38,6 +39,13 @@ _COLUMN_FAULTS = {
     1e3: "its unit, such as metres for millimetres",
     math.pi / 180: "its unit, such as degrees for radians",
 }
+_UNITS = {
+    1e3: "metres for millimetres",
+    1e-3: "millimetres for metres",
+    math.pi / 180: "degrees for radians",
+    180 / math.pi: "radians for degrees",
+}
+_MUCH_BETTER = 0.5  # of the residual of the law as declared
 _CLEARLY_BETTER = 0.7  # of the residual without a shift, or a constant
 _CONSTANT = "constant"
 _SETTLE = 10  # samples in which the law's memory fills
@@ -98,7 +106,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     scaled = _scaled(control[used], terms[used], names)
     passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = "" if passed or shift else _repair(axis, law, record, settle)
+    repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -130,16 +138,45 @@ def _other_clock(recorded: float, declared: float) -> LawCheck:
     )
 
 
-def _repair(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> str:
-    """One column in another unit or with the other sign that would make the law fit; or empty."""
-    for role in ("position", "reference"):
+def _repair(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float
+) -> str:
+    """What would make the law fit: columns changed, or its velocity formed otherwise; or empty."""
+    good = min(GOOD_RESIDUAL, _MUCH_BETTER * declared)
+    for said, changed in _changed_columns(record):
+        if _off(axis, law, changed, settle) < good:
+            return f"it is with {said}"
+    offs = {
+        name: _off(
+            build(replace(axis.axis, control=variant), native=False), variant, record, settle
+        )
+        for name, variant in velocity_variants(law).items()
+    }
+    best = min(offs, key=lambda name: offs[name], default="")
+    if not best or offs[best] >= good:
+        return ""
+    return (
+        f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
+        "the velocity in another way: declare that"
+    )
+
+
+def _changed_columns(record: Record) -> Iterator[tuple[str, Record]]:
+    """The record as it would be without a common mistake in its columns, and which."""
+    reference, position = record.reference, record.position
+    assert reference is not None  # noqa: S101  # there is none to check without it
+    for role, values in (("position", position), ("reference", reference)):
         for scale, what in _COLUMN_FAULTS.items():
-            changed = {role: scale * getattr(record, role)}
-            control, terms, used = _compared(axis, law, replace(record, **changed), settle)
-            off = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
-            if off < GOOD_RESIDUAL:
-                return f"it is with the {role} times {scale:g}: check {what}"
-    return ""
+            changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
+            yield f"the {role} times {scale:g}: check {what}", changed
+    swapped = replace(record, position=reference, reference=position)
+    yield "position and reference exchanged: check which column is which", swapped
+
+
+def _off(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> float:
+    """What a law leaves of the recorded control, percent."""
+    control, terms, used = _compared(axis, law, record, settle)
+    return relative_error_percent((control - terms.sum(axis=1))[used], control[used])
 
 
 def _takes_velocity(law: ControlLaw) -> bool:
@@ -289,7 +326,7 @@ def _fault(
         )
     if abs(common + 1) < _GOOD_FACTOR:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"
-    for scale, what in ((1e3, "metres for millimetres"), (1e-3, "millimetres for metres")):
+    for scale, what in _UNITS.items():
         if abs(common / scale - 1) < _GOOD_FACTOR:
             return f"{start}one unit stands for another, such as {what}"
     return (

@@ -1,6 +1,6 @@
 """The result object: estimates with what they were made from."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +59,15 @@ class Identification:
 
     def __getitem__(self, method: str) -> Estimate:
         return self._of(method)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __contains__(self, method: object) -> bool:
+        return isinstance(method, str) and method.lower() in self.estimates
+
+    def __len__(self) -> int:
+        return len(self.estimates)
 
     def __repr__(self) -> str:
         source = self.record.provenance.source

@@ -135,8 +135,8 @@ class Validation:
         else:
             notes.append(
                 f"{', '.join(lost)}: does not hold on this record (more than {_SMALL:g} % and than "
-                f"{_TWICE:g} times the error on its own); check that it is the same axis, its units "
-                "and its signs"
+                f"{_TWICE:g} times the error on its own); check that it is the same axis, its units"
+                " and its signs"
             )
         return tuple(notes)
 

@@ -235,8 +235,16 @@ def _alignment(judged: Estimate, profile: Alignment | str, hold: str, strength: 
         threshold=_ALIGNED,
         source="samples between the delay of least equation error and the one that is used, unless "
         "two deviations of it are more; a drive that holds its force is half a sample late",
-        meaning=fits if aligned else f"{fits}. A sample of delay moves {moved}",
+        meaning=fits
+        if aligned
+        else f"{fits}.{_other_hold(profile, hold)} A sample of delay moves {moved}",
     )
+
+
+def _other_hold(profile: Alignment, hold: str) -> str:
+    """The other hold, where the delay is its own."""
+    other, own = ("zoh", 0.5) if hold == "raw" else ("raw", 0.0)
+    return f" Try --hold {other}." if abs(profile.best - own) <= _ALIGNED else ""
 
 
 def _delay(profile: Alignment) -> str:

@@ -24,7 +24,9 @@ from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory
 from .control import cascade_pd as cascade_pd
 from .control import cascade_pd_averaged as cascade_pd_averaged
+from .control import cascade_pd_difference as cascade_pd_difference
 from .control import gain as gain
+from .control import velocity_variants as velocity_variants
 from .direct import DirectRegressor as DirectRegressor
 from .drive import Drive as Drive
 from .elements import asymmetric_coulomb as asymmetric_coulomb

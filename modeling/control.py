@@ -210,11 +210,36 @@ def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
     )
 
 
+def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
+    """The same cascade, its velocity the difference of two successive encoder positions.
+
+    ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
+    """
+    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    return ControlLaw(
+        name="cascade PD, encoder difference",
+        period=period,
+        output=_cascade((MEASURED_POSITION - q1.symbol) / PERIOD),
+        gains={"kp": kp, "kv": kv},
+        memory=(q1,),
+    )
+
+
+def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
+    """A cascade with its velocity formed otherwise, by the name of `LAWS`; empty for other laws."""
+    if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
+        return {}
+    made = {name: of(**law.gains, period=law.period) for name, of in LAWS.items()}
+    if all(variant.output != law.output for variant in made.values()):
+        return {}
+    return {name: variant for name, variant in made.items() if variant.output != law.output}
+
+
 def _cascade(velocity: sympy.Expr) -> sympy.Expr:
     return gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity)
 
 
 #: The laws that ship, by the name of their function.
 LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
-    {law.__name__: law for law in (cascade_pd, cascade_pd_averaged)}
+    {law.__name__: law for law in (cascade_pd, cascade_pd_difference, cascade_pd_averaged)}
 )

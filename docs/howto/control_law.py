@@ -11,6 +11,7 @@
 # | | |
 # |---|---|
 # | `cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
+# | `cascade_pd_difference(kp, kv, period)` | the same, velocity from the difference of two encoder positions |
 # | `cascade_pd_averaged(kp, kv, period)` | the same, velocity from averaged encoder differences |
 #
 # In TOML: `control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-3 }`.

@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from axisid.modeling import back_and_forth as back_and_forth
     from axisid.modeling import cascade_pd as cascade_pd
     from axisid.modeling import cascade_pd_averaged as cascade_pd_averaged
+    from axisid.modeling import cascade_pd_difference as cascade_pd_difference
     from axisid.modeling import cogging as cogging
     from axisid.modeling import coulomb as coulomb
     from axisid.modeling import cubic_spring as cubic_spring
@@ -88,9 +89,9 @@ _STAGES = {
         "Axis AxisModel AxisidError Constant ControlLaw Coordinate Drive Experiment G LIBRARY "
         "MEASURED_POSITION MEASURED_VELOCITY Memory ModelError Move PERIOD Parameter REFERENCE "
         "UsageError asymmetric_coulomb asymmetric_viscous back_and_forth cascade_pd "
-        "cascade_pd_averaged cogging coulomb cubic_spring derive end_stop fix friction_ladder gain "
-        "gravity gravity_moment lagrange load_axis load_dependent motor_inertia newton offset "
-        "periodic_coulomb quadratic spring stribeck viscous"
+        "cascade_pd_averaged cascade_pd_difference cogging coulomb cubic_spring derive end_stop "
+        "fix friction_ladder gain gravity gravity_moment lagrange load_axis load_dependent "
+        "motor_inertia newton offset periodic_coulomb quadratic spring stribeck viscous"
     ),
     "axisid.codegen": "GeneratedAxis build",
     "axisid.estimation": (

@@ -77,7 +77,7 @@ def export(
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
-    axis, estimate = fitted.model.axis, fitted.estimates[method]
+    axis, estimate = fitted.model.axis, fitted.values(method)
     label = COVARIANCE_LABELS[next(iter(estimate.values())).chosen]
     origin = f" (sha256 {fitted.sha256})" if fitted.sha256 else ""
     about = (

@@ -40,10 +40,11 @@ class FittedAxis:
     physical: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
 
     def values(self, method: str) -> dict[str, Value]:
-        """Every value of a method by name, those of the axis's own parameters first."""
-        own = self.estimates[method]
-        further = self.physical.get(method, {}).items()
-        return {**own, **{name: value for name, value in further if name not in own}}
+        """Every value of a method by name, the axis's own parameters first.
+
+        What is known of a parameter, and what follows from that, goes before the estimate.
+        """
+        return {**self.estimates[method], **self.physical.get(method, {})}
 
     def chosen(self, method: str | None) -> str:
         """A method that gave an estimate; without one, that which the verdict judges.

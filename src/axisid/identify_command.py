@@ -1,5 +1,6 @@
 """``axisid identify``."""
 
+import math
 import shlex
 import sys
 from typing import Literal
@@ -14,6 +15,13 @@ from axisid.identify_outputs import put_identification
 from axisid.identify_stream import identify_streamed
 from axisid.progress import ProgressLine
 from axisid.record_options import Reading, record_options
+
+
+def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
+    """No range that click knows leaves out what is no number."""
+    if not math.isfinite(value):
+        raise click.BadParameter("give a number of millimetres", param=parameter)
+    return value
 
 
 @click.command(
@@ -103,6 +111,7 @@ from axisid.record_options import Reading, record_options
     show_default=True,
     metavar="MM",
     help="Of --figures; a column of a journal has 88.",
+    callback=_finite,
 )
 @click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
 def identify(

@@ -69,7 +69,7 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
     (method,) = methods
-    estimate = fitted.estimates[method]
+    estimate = fitted.values(method)
     if fitted.model.base.changed:
         lines = ["# Base parameters: the axis is declared in others, so its table stays as it is."]
     else:

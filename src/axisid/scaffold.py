@@ -117,7 +117,8 @@ limit = LIMIT # of its size; leave it out for none
 
 _TOML_CASCADE = """
 [control] # evaluated every period and held; instruments come from it, least squares do without
-law = "cascade_pd" # kv*(kp*(reference - x) - dx); "cascade_pd_averaged": dx from the encoder
+law = "cascade_pd" # kv*(kp*(reference - x) - dx); dx from encoder steps: "cascade_pd_difference"
+# (of two samples), "cascade_pd_averaged" (of means). A wrong one is told, with the one that fits.
 kp = 50.0 # 1/s
 kv = 60.0 # A/(m/s)
 period = 1e-3 # s

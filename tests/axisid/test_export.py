@@ -285,7 +285,8 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
         value = result.physical["idm-iv"].parameters["l"]
         assert found["l"]["value"] == value.value
         assert found["l"]["interval_95"] == list(value.interval)
-        assert found["fv"]["value"] == result["idm-iv"].parameters["fv"].value
+        assert found["m"]["value"] == result.physical["idm-iv"].parameters["m"].value
+        assert found["fv"]["value"] == result.physical["idm-iv"].parameters["fv"].value
         table = export(source, "csv", axis=given)
         assert f"arm,idm-iv,l,m,{value.value!r}," in table
         assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)

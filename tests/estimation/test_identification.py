@@ -338,6 +338,7 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
 ) -> None:
     result = identify(emps2015, twin, methods=["idm-ls"])
     assert result["IDM-LS"] is result["idm-ls"]
+    assert ("IDM-LS" in result, "idm-iv" in result, list(result)) == (True, False, ["idm-ls"])
     assert repr(result).startswith("identification of emps2015 from twin of emps2015")
     with pytest.raises(UsageError, match="has no 'ddm'; choose from idm-ls"):
         result["ddm"]

@@ -23,6 +23,8 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LawCheck, check_law
+from axisid.modeling import velocity_variants
+from axisid.modeling.control import LAWS
 from tests.estimation.axes import AXES
 
 
@@ -259,3 +261,36 @@ def test_a_scale_near_one_is_found_on_the_real_record(
     assert not isinstance(check, str)
     assert not check.passed
     assert "check the control's scaling" in check.meaning
+
+
+@pytest.mark.parametrize("drives", ["cascade_pd", "cascade_pd_difference", "cascade_pd_averaged"])
+def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, drives: str) -> None:
+    gains = {"kp": 160.18, "kv": 243.45, "period": 1e-3}
+    record = twin_record(replace(emps2015.axis, control=LAWS[drives](**gains)))
+    for declared, law in LAWS.items():
+        found = check_law(build(replace(emps2015.axis, control=law(**gains)), native=False), record)
+        assert isinstance(found, LawCheck)
+        assert found.passed is (declared == drives), (declared, found)
+        assert found.passed or f"that of the law {drives} with the same gains" in found.meaning
+
+
+def test_exchanged_columns_and_degrees_in_both_are_named(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert twin.reference is not None
+    swapped = check_law(emps2015, replace(twin, position=twin.reference, reference=twin.position))
+    assert isinstance(swapped, LawCheck)
+    assert "position and reference exchanged" in swapped.meaning
+    degrees = replace(
+        twin, position=np.degrees(twin.position), reference=np.degrees(twin.reference)
+    )
+    both = check_law(emps2015, degrees)
+    assert isinstance(both, LawCheck)
+    assert "one unit stands for another, such as degrees for radians" in both.meaning
+
+
+def test_only_a_cascade_has_other_velocities() -> None:
+    law = LAWS["cascade_pd"](kp=50.0, kv=60.0, period=1e-3)
+    assert list(velocity_variants(law)) == ["cascade_pd_difference", "cascade_pd_averaged"]
+    assert velocity_variants(replace(law, output=2 * law.output)) == {}
+    assert velocity_variants(replace(law, delay=1)) == {}
