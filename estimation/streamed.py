@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen import GeneratedAxis
 
 from .arrays import Array, finite
-from .estimate import Value, student_interval
+from .estimate import Named, Value, student_interval
 from .motion_checks import beyond_bounds, is_outside
 from .prefilter import Prefilter
 from .provenance import Provenance
@@ -20,7 +20,7 @@ from .summary import failed, heading_text, number_with_sd, numbered, text_table
 STREAM_SCHEMA = "axisid.stream/1"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StreamedEstimate:
     """IDM-LS of a log of any length.
 
@@ -60,12 +60,12 @@ class StreamedEstimate:
     silenced: int
 
     @property
-    def parameters(self) -> dict[str, Value]:
+    def parameters(self) -> Named:
         """Parameters by name; intervals are HAC."""
         sds = {name: np.sqrt(np.diag(c)) for name, c in self.covariances.items()}
         dof = self.rows - len(self.physical)
-        return {
-            q.name: Value(
+        values = (
+            Value(
                 value=float(self.physical[i]),
                 unit=q.unit,
                 sd=float(sds["iid"][i]),
@@ -74,7 +74,8 @@ class StreamedEstimate:
                 interval=student_interval(float(self.physical[i]), float(sds["hac"][i]), dof),
             )
             for i, q in enumerate(self.axis.parameters)
-        }
+        )
+        return Named(zip(self.axis.names, values, strict=True))
 
     @property
     def beyond_bounds(self) -> str:
@@ -82,6 +83,12 @@ class StreamedEstimate:
         declared = zip(self.axis.axis.parameters, self.physical, strict=True)
         outside = {p: float(v) for p, v in declared if is_outside(p, float(v))}
         return beyond_bounds(outside) if outside else ""
+
+    def __repr__(self) -> str:
+        values = (
+            f"{n} = {v.value:.6g} +- {v.sd_hac:.2g} {v.unit}" for n, v in self.parameters.items()
+        )
+        return f"idm-ls in blocks: {', '.join(values)}"
 
     def __str__(self) -> str:
         return self.summary()
@@ -103,7 +110,14 @@ class StreamedEstimate:
         rows.append(["condition number", "", f"{self.condition_number:.3f}", "", "", ""])
         table = text_table(["", "unit", "IDM-LS", "sd [1]", "rel. sd", "i.i.d. [2]"], rows)
         start, end = f.dropped(self.period)
-        quiet = "are kept" if f.reversals == "keep" else f"are left out, {self.silenced} samples"
+        quiet = f"are left out, {self.silenced} samples"
+        if f.reversals == "keep":
+            biased = (
+                ", where the low-pass rounds friction and biases it"
+                if self.axis.has_direction
+                else ""
+            )
+            quiet = f"are kept{biased}"
         notes = (
             f"HAC, Bartlett kernel, {self.lags} lags (plug-in rule), times n/(n - k).",
             f"i.i.d., residual variance with n - 1 = {self.rows - 1}.",

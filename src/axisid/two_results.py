@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from axisid.estimation import DataError, text_table
 from axisid.estimation.serialised import SCHEMA as _RESULT
+from axisid.estimation.streamed import STREAM_SCHEMA
 
 _SCHEMA = "axisid.result_comparison/1"
 _NEEDED = ("axis", "signature", "record", "prefilter", "estimates", "verdict")
@@ -290,7 +291,12 @@ def _read(file: Path) -> dict[str, Any]:
             f"{file} is not JSON: {error}. Give a file that axisid identify --json wrote."
         ) from error
     result: dict[str, Any] = content if isinstance(content, dict) else {}
-    if (schema := result.get("schema")) != _RESULT:
+    if (schema := result.get("schema")) == STREAM_SCHEMA:
+        raise DataError(
+            f"{file} is of a log that was read in blocks, which has no verdict to compare; give "
+            "results of identify without --stream."
+        )
+    if schema != _RESULT:
         raise DataError(
             f"{file}: the schema is {schema!r}, not {_RESULT!r}; give a file that axisid identify "
             "--json wrote."

@@ -126,6 +126,7 @@ def drop(name: str) -> Callable[[dict[str, Any]], None]:
         ("time,position\n", "is not JSON"),
         ("[" * 100_000, "is not JSON"),
         ("[1]", "the schema is None, not 'axisid.identification/1'"),
+        ('{"schema": "axisid.stream/1"}', "was read in blocks"),
         ('{"schema": "axisid.sweep/1"}', "the schema is 'axisid.sweep/1'"),
         ('{"schema": "axisid.identification/1"}', "lacks axis, signature"),
         ('{"schema": NaN}', "it holds NaN"),

@@ -158,7 +158,10 @@ def test_reversals_bias_friction_where_they_are_kept(emps2015: GeneratedAxis, tw
     )
     assert abs(by_default.physical[2] - truth) < 0.5 * abs(kept.physical[2] - truth)
     assert f"Reversals are left out, {by_default.silenced} samples" in str(by_default)
-    assert "Reversals are kept" in str(kept)
+    assert "Reversals are kept, where the low-pass rounds friction" in " ".join(str(kept).split())
+    assert repr(kept).startswith("idm-ls in blocks: M = ")
+    with pytest.raises(UsageError, match="there is no 'm'; choose from M, Fv, Fc"):
+        kept.parameters["m"]
 
 
 def test_values_beyond_their_bounds_are_told(emps2015: GeneratedAxis, twin: Record) -> None:
