@@ -29,7 +29,7 @@ _SMALL = 0.05  # share of the force
 _SAME_PLACE = 0.1  # variation of a column that depends on the position, relative
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Excitation:
     """What the motion shows of one parameter.
 
@@ -52,6 +52,11 @@ class Excitation:
     inflation: float
     alike: tuple[str, ...]
     lacking: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        alike = f", like {' and '.join(self.alike)}" if self.alike else ""
+        lacking = f", {' and '.join(self.lacking)}" if self.lacking else ""
+        return f"{self.name}: {100 * self.share:.3g} % of the force{alike}{lacking}"
 
     @property
     def reason(self) -> str:

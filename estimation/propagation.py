@@ -46,6 +46,14 @@ class Drawn:
     draws: int
     lost: int
 
+    def __str__(self) -> str:
+        low, high = self.interval
+        lost = f", {self.lost} lost" if self.lost else ""
+        return (
+            f"{self.value:.6g} {self.unit}, median {self.median:.6g}, 95 %: {low:.6g} to "
+            f"{high:.6g} {self.unit} ({self.draws} draws{lost})"
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Bend:

@@ -30,7 +30,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import Signals, trajectory
-from axisid.estimation.excitation import motion_lacks
+from axisid.estimation.excitation import Excitation, motion_lacks
 
 PERIOD = 1e-3
 x = Coordinate("x")
@@ -187,3 +187,8 @@ def test_excitation_is_in_json() -> None:
     written = result.to_dict()["excitation"]
     assert list(written) == ["m", "b", "c", "f", "k"]
     assert set(written["m"]) == {"share", "inflation", "alike", "lacking"}
+
+
+def test_what_the_motion_shows_prints_in_a_line() -> None:
+    shown = Excitation(name="b", share=0.123, inflation=9.0, alike=("c",), lacking=("one speed",))
+    assert repr(shown) == "b: 12.3 % of the force, like c, one speed"

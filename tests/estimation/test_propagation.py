@@ -8,7 +8,7 @@ import pytest
 from axisid import Identification, Record, UsageError, identify
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import Estimate
-from axisid.estimation.propagation import root
+from axisid.estimation.propagation import Drawn, root
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +141,8 @@ def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification)
     drawn = lost.propagate("M", draws=20)
     assert drawn.lost == 20
     assert np.isnan(drawn.median)
+
+
+def test_draws_print_with_their_interval() -> None:
+    drawn = Drawn(value=1.0, unit="s", median=1.1, interval=(0.9, 1.3), draws=100, lost=2)
+    assert str(drawn) == "1 s, median 1.1, 95 %: 0.9 to 1.3 s (100 draws, 2 lost)"
