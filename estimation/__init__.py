@@ -29,7 +29,6 @@ from .errors import DataError as DataError
 from .errors import EstimationError as EstimationError
 from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
-from .estimate import Value as Value
 from .excitation import Excitation as Excitation
 from .identification import METHODS as METHODS
 from .identification import identify as identify
@@ -57,3 +56,4 @@ from .twin import twin_record as twin_record
 from .validation import MethodValidation as MethodValidation
 from .validation import Validation as Validation
 from .validation import validate as validate
+from .value import Value as Value

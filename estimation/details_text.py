@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from .alignment import Alignment
 from .check import Check
 from .diagnosis import Diagnosis
-from .estimate import COVARIANCE_LABELS, Estimate, Value
+from .estimate import Estimate
 from .instruments import Endogeneity, InstrumentTests
 from .law_check import LawCheck
 from .summary import text_table
+from .value import COVARIANCE_LABELS, Value
 
 _WIDTH = 96
 

@@ -8,9 +8,10 @@ from axisid.modeling import Parameter
 
 from .arrays import Array
 from .check import Check, passed
-from .estimate import Estimate, Value
+from .estimate import Estimate
 from .excitation import Excitation
 from .physical import physical_parameters
+from .value import Value
 
 _MOST_CONDITION = 100.0
 _MOST_RELATIVE_SD = 30.0  # percent

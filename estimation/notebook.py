@@ -8,8 +8,9 @@ from .conclusion import by_weight, conclusion
 from .summary import number_with_sd
 
 if TYPE_CHECKING:
-    from .estimate import Estimate, Value
+    from .estimate import Estimate
     from .results import Identification
+    from .value import Value
 
 _MARKS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "-"}
 

@@ -20,7 +20,8 @@ from .arrays import Array
 from .base_map import BaseMap, Distance
 from .check import Check, passed
 from .covariance import delta_method
-from .estimate import Estimate, Value
+from .estimate import Estimate
+from .value import Value
 
 _LEVEL = 0.01
 _EXACT = 1e-6  # a distance in deviations that is none

@@ -7,12 +7,13 @@ from typing import Any
 from axisid.codegen import Quantity
 
 from .arrays import Array, finite
-from .estimate import Estimate, Value
+from .estimate import Estimate
 from .physical import Physical
 from .prefilter import Prefilter
 from .record import Record
 from .serialised_diagnosis import diagnosis_dict as diagnosis_dict
 from .serialised_diagnosis import residual_dict
+from .value import Value
 
 #: Name and version of what `Identification.to_dict` gives; the version rises when a name goes or
 #: changes its meaning.

@@ -9,12 +9,12 @@ import numpy as np
 from axisid.codegen import GeneratedAxis
 
 from .arrays import Array, finite
-from .estimate import Named, Value, student_interval
 from .motion_checks import beyond_bounds, is_outside
 from .prefilter import Prefilter
 from .provenance import Provenance
 from .serialised import prefilter_dict, value_dict
 from .summary import failed, heading_text, number_with_sd, numbered, text_table
+from .value import Named, Value, student_interval
 
 #: Name and version of what `StreamedEstimate.to_dict` gives.
 STREAM_SCHEMA = "axisid.stream/1"

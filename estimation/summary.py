@@ -10,13 +10,14 @@ from axisid.modeling import Parameter
 
 from .check import Check
 from .conclusion import by_weight, conclusion
-from .estimate import Estimate, Value
+from .estimate import Estimate
 from .filter_check import shift
 from .physical import Physical
 from .physical_text import physical_notes
 from .prefilter import Prefilter
 from .record import Record
 from .typeset import decimals
+from .value import Value
 
 Row = Sequence[str]
 

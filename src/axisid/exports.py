@@ -5,7 +5,7 @@ from pathlib import Path
 
 from axisid.codegen import FeedForward, feed_forward, print_c99, print_python, print_st
 from axisid.estimation import Identification, Value
-from axisid.estimation.estimate import COVARIANCE_LABELS
+from axisid.estimation.value import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis, fitted_axis
 from axisid.modeling import Parameter, UsageError
 from axisid.parameter_tables import (

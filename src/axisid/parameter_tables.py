@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from axisid.estimation import Value
-from axisid.estimation.estimate import COVARIANCE_LABELS
+from axisid.estimation.value import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis
 from axisid.formulas import symbol_latex, unit_latex
 from axisid.modeling import Parameter
