@@ -1,6 +1,7 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
 from codecs import IncrementalDecoder, getincrementaldecoder
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -15,6 +16,7 @@ from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
 from .text_tail import without_tail
+from .time_stamps import Seen
 
 _NUL_SHARE = 0.3
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
@@ -80,7 +82,7 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
             dialect = sniff(source, head)
             notes = dialect.notes + _encoding_note(encoding)
             lines = chain(head[dialect.first :], numbered)
-            origins: Origins = {}
+            origins: Origins = defaultdict(partial(Seen, goes_on=True))
             while block := list(islice(lines, rows)):
                 if body := without_comments(block):
                     columns = text_columns(source, body, dialect, origins)
