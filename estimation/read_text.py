@@ -15,7 +15,7 @@ from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
-from .text_tail import without_tail
+from .text_tail import complete_rows, without_tail
 from .time_stamps import Seen
 
 _NUL_SHARE = 0.3
@@ -57,8 +57,13 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     if drop_tail:
         body, repair = without_tail(body, dialect)
         repairs = (repair,)
-    columns = text_columns(source, body, dialect)
-    return Table(source=source, columns=columns, notes=dialect.notes + notes, repairs=repairs)
+    return Table(
+        source=source,
+        columns=text_columns(source, body, dialect),
+        notes=dialect.notes + notes,
+        repairs=repairs,
+        incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect),
+    )
 
 
 def text_blocks(file: Path, rows: int) -> Iterator[Table]:
