@@ -88,7 +88,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
                 f"({timeless.size} of {len(clock)}). Remove such rows, or resample the "
-                "others (--resample auto)."
+                f"others (--resample auto){_or_end(table, timeless[0], len(clock))}."
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
@@ -96,8 +96,14 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
                 f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
                 "Remove such rows, or resample a column that is written less often than the others "
-                "(--resample auto)."
+                f"(--resample auto){_or_end(table, empty[0], len(samples.values))}."
             )
+
+
+def _or_end(table: Table, row: int, rows: int) -> str:
+    """More to do about a row without a number where it and all after it look cut off."""
+    ends = row >= rows - table.incomplete
+    return ", or leave the end of the log out (--tail drop)" if ends else ""
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,8 @@ def _messages(reader: Any, topic: str) -> tuple[list[_Message], str]:
     for time in times:  # one without a time stays behind the one before it
         last = last if time is None else time
         order.append(last)
+    early = sum(time < latest for time, latest in zip(order, accumulate(order, max), strict=True))
+    note += f"; {early} of {len(order)} came after later ones and were sorted" if early else ""
     ranked = sorted(range(len(found)), key=lambda k: order[k])
     return [_Message(time=times[k], content=found[k]) for k in ranked], note
 

@@ -1,6 +1,7 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
 from codecs import IncrementalDecoder, getincrementaldecoder
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -14,7 +15,8 @@ from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
-from .text_tail import without_tail
+from .text_tail import complete_rows, without_tail
+from .time_stamps import Seen
 
 _NUL_SHARE = 0.3
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
@@ -55,8 +57,13 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     if drop_tail:
         body, repair = without_tail(body, dialect)
         repairs = (repair,)
-    columns = text_columns(source, body, dialect)
-    return Table(source=source, columns=columns, notes=dialect.notes + notes, repairs=repairs)
+    return Table(
+        source=source,
+        columns=text_columns(source, body, dialect),
+        notes=dialect.notes + notes,
+        repairs=repairs,
+        incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect),
+    )
 
 
 def text_blocks(file: Path, rows: int) -> Iterator[Table]:
@@ -80,7 +87,7 @@ def text_blocks(file: Path, rows: int) -> Iterator[Table]:
             dialect = sniff(source, head)
             notes = dialect.notes + _encoding_note(encoding)
             lines = chain(head[dialect.first :], numbered)
-            origins: Origins = {}
+            origins: Origins = defaultdict(partial(Seen, goes_on=True))
             while block := list(islice(lines, rows)):
                 if body := without_comments(block):
                     columns = text_columns(source, body, dialect, origins)

@@ -36,6 +36,11 @@ _FROM_DISK = {
 }
 _BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 _BLOCK = 1 << 20
+_NO_TAIL = Repair(
+    kind="tail",
+    count=0,
+    text="nothing left out at the end: that is done in delimited text alone",
+)
 
 
 def read_record(
@@ -86,9 +91,18 @@ def read_record(
 
 def read_table(log: str | Path | object, *, drop_tail: bool = False) -> Table:
     """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
-    if not isinstance(log, (str, Path)):
-        return read_frame(log)
-    file = Path(log)
+    table = (
+        _read_file(Path(log), drop_tail=drop_tail)
+        if isinstance(log, (str, Path))
+        else read_frame(log)
+    )
+    if drop_tail and not any(repair.kind == "tail" for repair in table.repairs):
+        table = replace(table, repairs=(*table.repairs, _NO_TAIL))
+    return table
+
+
+def _read_file(file: Path, *, drop_tail: bool) -> Table:
+    """The table of a file or of a bag's folder."""
     check_regular(file, folder=True)
     reader = _FROM_DISK.get(file.suffix.lower())
     try:

@@ -73,6 +73,8 @@ class Table:
         What is no column, by its name: what it holds.
     warnings : tuple of str
         What the library that read the file says is wrong with it.
+    incomplete : int
+        Rows at its end that look cut off, and were not to be left out.
     """
 
     source: str
@@ -83,6 +85,7 @@ class Table:
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
+    incomplete: int = 0
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last parts of one dotted name alone."""

@@ -1,6 +1,7 @@
 """Rows of text as columns: numbers by NumPy's parser, what it stumbles over cell by cell."""
 
 import csv
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,7 @@ from .text_tail import complete_rows
 from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
 
 #: What the time stamps of each column have shown so far.
-Origins = dict[int, Seen]
+Origins = defaultdict[int, Seen]
 
 
 def without_comments(rows: Iterable[Line]) -> list[Line]:
@@ -38,7 +39,7 @@ def text_columns(
     rows : list of (int, str)
         Line numbers and texts, without the header and without comments.
     dialect : Dialect
-    origins : dict of int to Seen, optional
+    origins : defaultdict of int to Seen, optional
         What the time stamps of each column have shown, from one block of rows to the next.
 
     Raises
@@ -50,7 +51,7 @@ def text_columns(
     values = _parse([line for _, line in rows], dialect, numeric)
     if values is None:
         return _parse_slowly(source, rows, dialect, origins)
-    origins = {} if origins is None else origins
+    origins = defaultdict(Seen) if origins is None else origins
     numbers = [number for number, _ in rows]
     columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
@@ -116,7 +117,7 @@ def _parse_slowly(
     source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
 ) -> dict[str, Column]:
     """Cell by cell."""
-    whole, origins = origins is None, {} if origins is None else origins
+    whole, origins = origins is None, defaultdict(Seen) if origins is None else origins
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
     stumbles: dict[int, int] = {}
@@ -164,7 +165,7 @@ def _of_text(
     why = ""
     if is_stamp(cells[row]):
         try:
-            seconds, note = stamp_seconds(cells, origins.setdefault(k, Seen()))
+            seconds, note = stamp_seconds(cells, origins[k])
         except NoStampsError as error:
             row, why = error.row or row, error.why
         else:

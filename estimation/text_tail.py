@@ -13,7 +13,8 @@ _SHOWN = 40  # characters
 def complete_rows(rows: list[Line], dialect: Dialect) -> int:
     """How many rows there are before the lines at the end that are none; all if these are many."""
     kinds = [_kind(cell, dialect) for cell in _cells(rows[0][1], dialect)]
-    for count in range(len(rows), max(len(rows) - _LONGEST, 1) - 1, -1):
+    first = len(rows) - 1 if _ends_early(rows, dialect) else len(rows)
+    for count in range(first, max(len(rows) - _LONGEST, 1) - 1, -1):
         cells = _cells(rows[count - 1][1], dialect)
         alike = len(cells) == len(kinds) and all(
             _kind(cell, dialect) == kind or not cell or kind == "text"
@@ -22,6 +23,15 @@ def complete_rows(rows: list[Line], dialect: Dialect) -> int:
         if alike and any(cells):
             return count
     return len(rows)
+
+
+def _ends_early(rows: list[Line], dialect: Dialect) -> bool:
+    """Whether the last line lacks a cell that none of the lines before it lacks."""
+    *before, last = (_cells(line, dialect) for _, line in rows[-_LONGEST:])
+    alike = [cells for cells in before if len(cells) == len(last)]
+    return bool(alike) and any(
+        not cell and all(others) for cell, *others in zip(last, *alike, strict=True)
+    )
 
 
 def without_tail(rows: list[Line], dialect: Dialect) -> tuple[list[Line], Repair]:

@@ -53,12 +53,15 @@ class Seen:
         ns from midnight of the last stamp.
     midnights : int
         Times that stamps without a date passed midnight.
+    goes_on : bool
+        Whether further blocks may follow, and pass midnight; then this is said beforehand.
     """
 
     dates: dict[str, None] = field(default_factory=dict)
     first: tuple[str, int] | None = None
     last: int | None = None
     midnights: int = 0
+    goes_on: bool = False
 
 
 def is_stamp(cell: str) -> bool:
@@ -87,10 +90,20 @@ def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
     NoStampsError
         A cell is no time stamp, there is no such time, or the order of day and month is open.
     """
-    there = np.array([bool(cell) for cell in cells])
-    found = [_groups(cell) for cell in cells if cell]
+    filled = [k for k, cell in enumerate(cells) if cell]
+    seconds = np.full(len(cells), np.nan)
+    try:
+        seconds[filled], note = _filled_seconds([cells[k] for k in filled], seen)
+    except NoStampsError as error:
+        raise NoStampsError(filled[error.row], error.why) from error
+    return seconds, f"time stamps counted from the first{note}"
+
+
+def _filled_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
+    """Seconds from the first stamp, of cells none of which is empty."""
+    found = [_groups(cell) for cell in cells]
     if None in found:
-        raise NoStampsError(int(np.flatnonzero(there)[found.index(None)]))
+        raise NoStampsError(found.index(None))
     dates, *times, zones = zip(*(parts for parts in found if parts), strict=True)
     for part in (dates, times[-1], zones):
         if "" in part and any(part):
@@ -104,17 +117,22 @@ def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
         back = np.diff(within, prepend=last) < -_DAY * _SECOND // 2
         days = seen.midnights + np.cumsum(back)
         seen.last, seen.midnights = int(within[-1]), int(days[-1])
+        if seen.midnights or seen.goes_on:
+            note = ", over midnight where they start again"
     if seen.first is None:
         seen.first = dates[0], int(within[0])
     start, before = seen.first
-    seconds = np.full(len(cells), np.nan)
-    seconds[there] = (days - _day(start, order)) * _DAY + (within - before) / _SECOND
-    return seconds, f"time stamps counted from the first{note}"
+    return (days - _day(start, order)) * _DAY + (within - before) / _SECOND, note
 
 
 def _mapped(texts: Sequence[str], number: Callable[[str], int]) -> _Whole:
     """A whole number for each text; equal texts, of which there are many, are read once."""
-    table = {text: number(text) for text in dict.fromkeys(texts)}
+    table: dict[str, int] = {}
+    for text in dict.fromkeys(texts):
+        try:
+            table[text] = number(text)
+        except NoStampsError as error:
+            raise NoStampsError(texts.index(text), error.why) from error
     return np.array([table[text] for text in texts], dtype=np.int64)
 
 
@@ -150,7 +168,7 @@ def _zone(text: str) -> int:
 def _order(dates: Iterable[str]) -> tuple[str, str]:
     """Which of ``day`` and ``month`` comes first in dates with slashes, and what is said of it."""
     if "" in dates:
-        return "day", ", over midnight where they start again"
+        return "day", ""
     slashed = {tuple(map(int, text.split("/"))) for text in dates if _SLASHED.fullmatch(text)}
     day_first = any(first > 12 for first, _, _ in slashed)
     month_first = any(second > 12 for _, second, _ in slashed)

@@ -15,9 +15,12 @@ from .provenance import Repair
 from .table import Samples
 
 Places = NDArray[np.int64]
+#: First row, the one after the last, and by how many moduli.
+_Move = tuple[int, int, int]
 
 _TURNED = 1.001  # a wrapped position stays within one modulus, but for noise
 _BENT = 5.0  # of the largest bend elsewhere: more than the seam of a right modulus leaves
+_SHOWN = 3  # pieces that are listed
 _SURELY = 1e-4  # of the modulus, below which a bend is rounding
 _JUMP = 0.5  # of the position's range
 _QUIET = 0.1  # of the jump: steps beside it, and in the middle of all
@@ -72,8 +75,10 @@ def unwrapped(
 ) -> tuple[dict[str, Samples], Repair]:
     """Undo the jumps of position and reference by whole moduli.
 
-    Where samples are missing, the turns in between are not known: the position is taken to have
-    moved by less than half a modulus, and the reference to begin again on the position's turn.
+    Where there were jumps, the reference begins on the position's turn, unless it spans more than
+    the modulus. Where samples are missing, the turns in between are not known: the position is
+    taken to have moved by less than half a modulus, and the reference to begin again on the
+    position's turn. Without a jump nothing is moved.
 
     Parameters
     ----------
@@ -106,8 +111,11 @@ def unwrapped(
                 f"modulus {modulus}, so it is not wrapped by it; give the modulus with "
                 "its unit, or leave --wrap out."
             )
-    if "reference" in samples:
-        repaired["reference"] = _beside(repaired, modulus.si, gap)
+    moves: list[_Move] = []
+    # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
+    if "reference" in samples and any(counts.values()):
+        own_turn = float(np.ptp(samples["reference"].values)) > _TURNED * modulus.si
+        repaired["reference"], moves = _beside(repaired, modulus.si, gap, own_turn=own_turn)
     told = ", ".join(f"{role} {count}" for role, count in counts.items())
     text = f"jumps by the modulus {modulus} undone: {told}"
     if not any(counts.values()):
@@ -115,7 +123,8 @@ def unwrapped(
     if gaps := len(_gaps(samples["position"], gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
-    return repaired, Repair(kind="wrap", count=sum(counts.values()), text=text)
+    text += _moves_told(moves)
+    return repaired, Repair(kind="wrap", count=sum(counts.values()) + len(moves), text=text)
 
 
 def _gaps(samples: Samples, longest: float) -> Places:
@@ -131,17 +140,35 @@ def _clock(samples: Samples) -> Array:
     return np.arange(len(samples.values), dtype=np.float64)
 
 
-def _beside(samples: Mapping[str, Samples], modulus: float, gap: float) -> Samples:
-    """The reference, moved by whole moduli to where the position is after each gap."""
+def _beside(
+    samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
+) -> tuple[Samples, list[_Move]]:
+    """The reference, moved by whole moduli to where the position is, and the pieces that moved.
+
+    It is moved at its start, unless it has a turn of its own there, and after each gap.
+    """
     position, reference = samples["position"], samples["reference"]
     clock, own = _clock(position), _clock(reference)
     after = np.searchsorted(own, clock[_gaps(position, gap) + 1])
     starts = np.unique(np.concatenate([[0], after, _gaps(reference, gap) + 1]))
     starts = starts[starts < len(own)]
     beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
-    apart = np.round((reference.values[starts] - position.values[beside]) / modulus)
-    lengths = np.diff(np.append(starts, len(own)))
-    return replace(reference, values=reference.values - modulus * np.repeat(apart, lengths))
+    turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
+    if own_turn:
+        turns[0] = 0.0
+    stops = np.append(starts[1:], len(own))
+    moved = replace(reference, values=reference.values + modulus * np.repeat(turns, stops - starts))
+    pieces = zip(starts, stops, turns, strict=True)
+    return moved, [(int(a), int(b), int(turn)) for a, b, turn in pieces if turn]
+
+
+def _moves_told(moves: list[_Move]) -> str:
+    """What is said of pieces of the reference that were moved; empty for none."""
+    if not moves:
+        return ""
+    shown = [f"{turns:+d} in data rows {a + 1} to {b}" for a, b, turns in moves[:_SHOWN]]
+    more = [f"{len(moves) - _SHOWN} more pieces"] if len(moves) > _SHOWN else []
+    return f"; reference moved by whole moduli: {', '.join(shown + more)}"
 
 
 def _check_seams(

@@ -138,6 +138,17 @@ def test_it_is_said_which_time_is_taken(
     assert f"/js: {told}" in record.provenance.assumed
 
 
+def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_path: Path) -> None:
+    def swapped(k: int) -> int:
+        return EPOCH + {20: 21, 21: 20, 30: 33, 33: 30}.get(k, k) * MILLISECOND
+
+    record = stamped(tmp_path, swapped)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert record.position[20:22] == pytest.approx(Q[[21, 20]])
+    told = "time of the messages' headers; 4 of 50 came after later ones and were sorted"
+    assert f"/js: {told}" in record.provenance.assumed
+
+
 def test_message_without_a_time_among_others_is_told_and_counted(tmp_path: Path) -> None:
     def without(k: int) -> int:
         return 0 if k == 7 else EPOCH + k * MILLISECOND

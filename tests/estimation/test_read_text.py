@@ -320,3 +320,33 @@ def test_tail_is_the_end_and_no_longer_than_that(tmp_path: Path) -> None:
         file.write_text("\n".join(["time;position;state", *ROWS, *spoilt]))
         with pytest.raises(DataError, match=r"line 102: 2 cells .* Remove or mend the line\.$"):
             read_record(file, repairs=Repairs(tail="drop"))
+
+
+@pytest.mark.parametrize("end", ["100;", "100;;", "100;0,5;", "100;;run", ";0,5;run"])
+def test_last_row_that_lacks_a_cell_is_left_out_on_request_only(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, end]))
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    (repair,) = record.provenance.repairs
+    assert (repair.count, repair.text.endswith(repr(end))) == (1, True)
+
+
+@pytest.mark.parametrize("end", ["100;;run", ";0,5;run"])
+def test_row_cut_off_after_a_separator_is_told_with_what_to_do(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, end]))
+    with pytest.raises(DataError, match=r"data row 101 .*or leave the end .*\(--tail drop\)\.$"):
+        read_record(file)
+    file.write_text("\n".join(["time;position;state", *ROWS[:7], "7;;run", *ROWS[8:]]))
+    with pytest.raises(DataError, match=r"data row 8 .*\(--resample auto\)\.$"):
+        read_record(file)
+
+
+def test_last_row_of_a_column_written_less_often_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};{k % 7},5;{'' if k % 5 else k}" for k in range(100)]
+    file.write_text("\n".join(["time;position;slow", *rows]))
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    assert record.provenance.repairs[0].count == 0

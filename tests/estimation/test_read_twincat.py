@@ -218,3 +218,12 @@ def test_sample_that_lacks_its_value_is_told_and_counted(tmp_path: Path, cell: s
         read_record(file)
     record = read_record(file, repairs=Repairs(resample="auto"))
     assert "position 1" in record.provenance.repairs[0].text
+
+
+def test_end_that_is_asked_to_be_left_out_is_told_to_be_kept(tmp_path: Path) -> None:
+    file = log(tmp_path, export(CHANNELS))
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(tail="drop"))
+    assert len(record) == len(read_record(file, columns=COLUMNS))
+    (repair,) = record.provenance.repairs
+    assert (repair.kind, repair.count) == ("tail", 0)
+    assert "delimited text alone" in repair.text

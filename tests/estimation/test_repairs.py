@@ -165,3 +165,9 @@ def test_rows_without_a_number_are_counted_where_they_are_left_out() -> None:
 def test_rate_that_would_fill_the_memory_is_refused() -> None:
     with pytest.raises(UsageError, match="give a lower rate"):
         read_record(log(), repairs=Repairs(resample=1e12))
+
+
+def test_log_that_is_no_text_has_no_end_to_leave_out_and_says_so() -> None:
+    (repair,) = read_record(log(), repairs=Repairs(tail="drop")).provenance.repairs
+    assert (repair.kind, repair.count) == ("tail", 0)
+    assert repair.text.startswith("nothing left out at the end")

@@ -49,8 +49,14 @@ def test_times_without_a_date_pass_midnight_and_say_so() -> None:
     expected = [0.0, 0.5, 1.0, 43200.5, 86400.0, 86401.5]
     assert np.concatenate([seconds for seconds, _ in blocks]) == pytest.approx(expected)
     assert "midnight" in blocks[0][1]
-    seconds, _ = stamp_seconds(["12:00:01", "12:00:00"], Seen())
+    seconds, note = stamp_seconds(["12:00:01", "12:00:00"], Seen())
+    assert "midnight" not in note
     assert seconds[1] == -1.0  # a small step back is left as it is, to be refused
+
+
+def test_blocks_that_may_yet_pass_midnight_say_so_beforehand() -> None:
+    _, note = stamp_seconds(["12:00:00", "12:00:01"], Seen(goes_on=True))
+    assert "midnight" in note
 
 
 @pytest.mark.parametrize(
@@ -74,7 +80,9 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
     [
         (["02/01/2026 12:00:00", "03/01/2026 12:00:00"], 0, "day or the month first"),
         (["30.2.2026 12:00:00", "1.3.2026 12:00:00"], 0, "no such day"),
+        (["1.3.2026 12:00:00", "", "30.2.2026 12:00:00"], 2, "no such day"),
         (["2026-02-01 12:00:00", "2026-02-01 25:00:00"], 1, "no such time"),
+        (["", "2026-02-01 12:00:00", "", "2026-02-01 25:00:00"], 3, "no such time"),
         (["13:00:00 PM", "01:00:00 PM"], 0, "no such time"),
         (["2026-02-01 12:00:00Z", "2026-02-01 12:00:00"], 0, "several kinds"),
         (["2026-02-01 12:00:00", "12:00:01"], 0, "several kinds"),

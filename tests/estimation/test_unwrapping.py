@@ -1,5 +1,6 @@
 """Positions that start again after a turn are unwrapped on request, and recognised without one."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -44,7 +45,30 @@ def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
     (repair,) = record.provenance.repairs
     assert repair.kind == "wrap"
     assert repair.count > 0
-    assert repair.text == "jumps by the modulus 360 deg undone: position 2, reference 1"
+    assert repair.text == (
+        "jumps by the modulus 360 deg undone: position 2, reference 1; "
+        "reference moved by whole moduli: +1 in data rows 1 to 400"
+    )
+    assert repair.count == 4
+
+
+def test_reference_far_from_a_position_that_is_not_wrapped_stays_where_it_is() -> None:
+    position = np.deg2rad(100) * np.sin(8 * TIME) ** 2
+    reference = np.deg2rad(190 + 10 * np.sin(8 * TIME))
+    record = read_record(log(position, reference=reference), repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    (repair,) = record.provenance.repairs
+    assert repair.count == 0
+    assert repair.text == "no jumps by the modulus 360 deg found: position 0, reference 0"
+
+
+def test_reference_over_several_turns_keeps_its_own() -> None:
+    true = 20 * np.sin(8 * TIME) ** 2
+    reference = true + 2 * TURN
+    wrapped = log(np.mod(true, TURN), reference=reference)
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    assert "moved" not in record.provenance.repairs[0].text
 
 
 def test_reference_may_step_across_its_seam() -> None:
@@ -70,6 +94,7 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
         assert apart[[0, -1]] == pytest.approx([0, 0.5], abs=1e-9)
         told = next(r for r in record.provenance.repairs if r.kind == "wrap").text
         assert "across a gap the motion is taken to be less than half of it" in told
+        assert re.search(r"reference moved by whole moduli: [+-]1 in data rows 101 to 299", told)
 
 
 def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
