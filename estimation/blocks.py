@@ -13,18 +13,19 @@ from .arrays import Array
 from .clocks import steps_told
 from .errors import DataError
 from .file_kinds import check_kind, check_regular
+from .jumps import Jumps, jumps_told
 from .provenance import Provenance
 from .read_columnar import parquet_blocks
 from .read_text import text_blocks
 from .readers import file_digest
-from .record import LARGEST_GAP, PERIOD_TOLERANCE
+from .record import LARGEST_GAP, check_even, check_varies
 from .roles import Chosen
-from .table import Samples
-from .unwrapping import left_jumps
 
 ROWS = 100_000
 _TEXT = (".csv", ".tsv", ".txt")
 _PARQUET = (".parquet", ".pq")
+_WHOLE = "A log that is to be repaired is read whole: leave --stream out."
+_BINS = 20_000  # of time steps, from the least that is even to the largest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +88,7 @@ class Extent:
     period : float
         s
     notes : tuple of str
-        What is assumed of its times.
+        What is assumed of its times, and of jumps in its position.
     """
 
     samples: int
@@ -101,7 +102,7 @@ def extent(
     period: float | None,
     axis: Axis | None = None,
 ) -> Extent:
-    """Count the samples of a log, and check that its time is even and its values are numbers.
+    """Count the samples of a log, and make the checks of a `Record`.
 
     Parameters
     ----------
@@ -116,8 +117,8 @@ def extent(
     Raises
     ------
     DataError
-        Time has gaps or is uneven, a value is not finite, there is no time, or the position jumps
-        by whole turns.
+        Time has gaps or is uneven, a value is not finite, a column is constant, there is no time,
+        or the position jumps by whole turns.
     """
     check = _Even(source, axis)
     for block in blocks:
@@ -126,12 +127,15 @@ def extent(
 
 
 class _Even:
-    """A check that the record's own makes at once, made block by block."""
+    """The checks that the record's own makes at once, made block by block."""
 
     def __init__(self, source: str, axis: Axis | None) -> None:
         self.source, self.axis, self.samples, self.timed = source, axis, 0, True
         self.first = self.last = self.typical = 0.0
         self.least, self.most = math.inf, 0.0
+        self.jumps = Jumps()
+        self.reached: dict[str, tuple[float, float]] = {}  # least and largest value, by role
+        self.counts, self.sums = np.zeros(_BINS, dtype=np.int64), np.zeros(_BINS)  # of time steps
 
     def add(self, block: Mapping[str, Array]) -> None:
         """Take the next block."""
@@ -142,8 +146,10 @@ class _Even:
                     f"{self.source}: the {role} is {values[bad[0]]} in data row "
                     f"{self.samples + bad[0] + 1}. Remove such rows or repair the log."
                 )
-        position = Samples(values=block["position"])
-        left_jumps(self.source, position, self.axis, LARGEST_GAP, before=self.samples)
+            least, most = self.reached.get(role, (math.inf, -math.inf))
+            least = min(least, float(values.min(initial=math.inf)))
+            self.reached[role] = least, max(most, float(values.max(initial=-math.inf)))
+        self.jumps.add(block["position"])
         rows = len(block["position"])
         if "time" not in block:
             self.timed = False
@@ -162,13 +168,32 @@ class _Even:
         if wrong.size:
             raise DataError(
                 f"{self.source}: the time step before data row {self.samples + wrong[0] + 1} is "
-                f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. A log that is "
-                "to be repaired is read whole: leave --stream out."
+                f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. {_WHOLE}"
             )
         self.last = float(time[-1])
         steps = steps[1:] if not self.samples else steps
         self.least = min(self.least, float(steps.min(initial=math.inf)))
         self.most = max(self.most, float(steps.max(initial=0.0)))
+        share = (steps / self.typical - 1 / LARGEST_GAP) / (LARGEST_GAP - 1 / LARGEST_GAP)
+        bins = np.clip((_BINS * share).astype(np.int64), 0, _BINS - 1)
+        self.counts += np.bincount(bins, minlength=_BINS)
+        self.sums += np.bincount(bins, weights=steps, minlength=_BINS)
+
+    def _middle(self) -> float:
+        """The median step, to the width of a bin: the mean of those in its bin."""
+        so_far = np.cumsum(self.counts)
+        middle = int(np.searchsorted(so_far, so_far[-1] / 2))
+        return float(self.sums[middle] / self.counts[middle])
+
+    def _check_times(self, mean: float, period: float | None) -> None:
+        """Hold the steps against the median of all, which the first rows need not have."""
+        middle = self._middle()
+        if self.most > LARGEST_GAP * middle or self.least * LARGEST_GAP < middle:
+            raise DataError(
+                f"{self.source}: the time steps are {self.least:.6g} to {self.most:.6g} s, "
+                f"{middle:.6g} s in the middle. {_WHOLE}"
+            )
+        check_even(self.source, middle, mean, period, _WHOLE)
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
@@ -179,11 +204,16 @@ class _Even:
                 f"{self.source}: there is no time column; name it with --columns time=NAME, or "
                 "give --sample-period."
             )
+        jumps = jumps_told(self.source, self.jumps, self.axis)
         mean = (self.last - self.first) / (self.samples - 1)
-        if self.timed and period is not None and not abs(period / mean - 1) < PERIOD_TOLERANCE:
-            raise DataError(
-                f"{self.source}: the sampling period is given as {period:g} s, but the time column "
-                f"steps by {mean:g} s. Correct one of them (time is in seconds)."
-            )
+        if self.timed:
+            self._check_times(mean, period)
+        for role, (least, most) in self.reached.items():
+            if role != "time":
+                check_varies(self.source, role, least, most)
         notes = steps_told(self.least, self.most, mean) if self.timed else ()
-        return Extent(samples=self.samples, period=mean if period is None else period, notes=notes)
+        return Extent(
+            samples=self.samples,
+            period=mean if period is None else period,
+            notes=((jumps, *notes) if jumps else notes),
+        )

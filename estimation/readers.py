@@ -12,6 +12,7 @@ from .arrays import runs
 from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
+from .jumps import left_jumps
 from .provenance import Provenance, Repair
 from .read_bag import read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
@@ -23,7 +24,7 @@ from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import UNEVEN_GAP, resample
 from .roles import Chosen
 from .table import Samples, Table
-from .unwrapping import left_jumps, unwrapped
+from .unwrapping import unwrapped
 
 _IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
 _FROM_DISK = {

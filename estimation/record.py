@@ -14,8 +14,7 @@ from .provenance import Provenance as Provenance
 
 #: A longer step is a gap, in sampling periods.
 LARGEST_GAP = 1.5
-#: Relative difference of a given period from the time column's.
-PERIOD_TOLERANCE = 0.005
+_PERIOD_TOLERANCE = 0.005  # relative difference of a given period from the time column's
 _UNEVEN = 0.02  # mean step against the median one
 _RARE = 0.01  # share of the steps that may be gaps; more are jitter
 _FEWEST = 3  # rows
@@ -69,11 +68,8 @@ class Record:
         self._check_spans()
         self._check_time()
         for role, values in self.channels().items():
-            if role != "time" and np.ptp(values) == 0:
-                raise DataError(
-                    f"{self._name()}: the {role} is {values[0]:g} in every row, so it says nothing "
-                    f"about the axis. Check the {role} column, or record a motion."
-                )
+            if role != "time":
+                check_varies(self._name(), role, float(values.min()), float(values.max()))
 
     def __repr__(self) -> str:
         columns = ", ".join(role for role in self.channels() if role != "time")
@@ -209,17 +205,31 @@ class Record:
                 f"{advice}"
             )
         mean = float(np.mean(steps[inside]))
-        if not abs(mean / typical - 1) < _UNEVEN:
-            raise DataError(
-                f"{self._name()}: the time steps are uneven: {typical:.6g} s in the middle, "
-                f"{mean:.6g} s in the mean. Resample the log evenly (--resample auto)."
-            )
-        period = self.sample_period
-        if period is not None and not abs(period / typical - 1) < PERIOD_TOLERANCE:
-            raise DataError(
-                f"{self._name()}: the sampling period is given as {period:g} s, but the time "
-                f"column steps by {typical:g} s. Correct one of them (time is in seconds)."
-            )
+        advice = "Resample the log evenly (--resample auto)."
+        check_even(self._name(), typical, mean, self.sample_period, advice)
+
+
+def check_even(source: str, typical: float, mean: float, period: float | None, advice: str) -> None:
+    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
+    if not abs(mean / typical - 1) < _UNEVEN:
+        raise DataError(
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
+            f"{mean:.6g} s in the mean. {advice}"
+        )
+    if period is not None and not abs(period / typical - 1) < _PERIOD_TOLERANCE:
+        raise DataError(
+            f"{source}: the sampling period is given as {period:g} s, but the time "
+            f"column steps by {typical:g} s. Correct one of them (time is in seconds)."
+        )
+
+
+def check_varies(source: str, role: str, least: float, most: float) -> None:
+    """Refuse a column whose least and largest value are one."""
+    if least == most:
+        raise DataError(
+            f"{source}: the {role} is {least:g} in every row, so it says nothing "
+            f"about the axis. Check the {role} column, or record a motion."
+        )
 
 
 def check_record(record: object) -> None:

@@ -1,13 +1,10 @@
-"""Positions that start again after a turn: jumps undone on request, and found unasked."""
+"""Positions that start again after a turn: their jumps undone on request."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-
-from axisid.modeling import Axis
 
 from .arrays import Array
 from .errors import DataError
@@ -22,10 +19,6 @@ _TURNED = 1.001  # a wrapped position stays within one modulus, but for noise
 _BENT = 5.0  # of the largest bend elsewhere: more than the seam of a right modulus leaves
 _SHOWN = 3  # pieces that are listed
 _SURELY = 1e-4  # of the modulus, below which a bend is rounding
-_JUMP = 0.5  # of the position's range
-_QUIET = 0.1  # of the jump: steps beside it, and in the middle of all
-_TURN = 2 * math.pi
-_NEAR = 0.05  # relative; the axis moves on during a jump
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +96,7 @@ def unwrapped(
         if float(np.ptp(values)) <= _TURNED * modulus.si:
             straight, places = undone(values, modulus.si)
             if role == "position":  # a reference may well step across its seam
-                _check_seams(source, straight, places, _gaps(samples[role], gap), modulus)
+                _check_seams(source, straight, places, long_steps(samples[role], gap), modulus)
             repaired[role], counts[role] = replace(samples[role], values=straight), len(places)
         elif role == "position":
             raise DataError(
@@ -120,15 +113,15 @@ def unwrapped(
     text = f"jumps by the modulus {modulus} undone: {told}"
     if not any(counts.values()):
         text = f"no jumps by the modulus {modulus} found: {told}"
-    if gaps := len(_gaps(samples["position"], gap)):
+    if gaps := len(long_steps(samples["position"], gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
     text += _moves_told(moves)
     return repaired, Repair(kind="wrap", count=sum(counts.values()) + len(moves), text=text)
 
 
-def _gaps(samples: Samples, longest: float) -> Places:
-    """Steps over missing samples."""
+def long_steps(samples: Samples, longest: float) -> Places:
+    """Steps over missing samples: of more time than so many median ones."""
     steps = np.diff(_clock(samples))
     return np.flatnonzero(steps > longest * np.median(steps)) if len(steps) else np.zeros(0, int)
 
@@ -149,8 +142,8 @@ def _beside(
     """
     position, reference = samples["position"], samples["reference"]
     clock, own = _clock(position), _clock(reference)
-    after = np.searchsorted(own, clock[_gaps(position, gap) + 1])
-    starts = np.unique(np.concatenate([[0], after, _gaps(reference, gap) + 1]))
+    after = np.searchsorted(own, clock[long_steps(position, gap) + 1])
+    starts = np.unique(np.concatenate([[0], after, long_steps(reference, gap) + 1]))
     starts = starts[starts < len(own)]
     beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
     turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
@@ -198,68 +191,3 @@ def _check_seams(
             f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus that it "
             "is wrapped by, with its unit, as in --wrap 360:deg."
         )
-
-
-def left_jumps(
-    source: str,
-    position: Samples,
-    axis: Axis | None,
-    gap: float,
-    modulus: Modulus | None = None,
-    *,
-    before: int = 0,
-) -> str:
-    """What is said of jumps in a position, from one sample to the next; empty if there are none.
-
-    Parameters
-    ----------
-    source : str
-        File name, for messages.
-    position : Samples
-        SI.
-    axis : Axis or None
-        Its coordinate says whether it turns.
-    gap : float
-        A longer step of time is a gap, in median steps.
-    modulus : Modulus, optional
-        That was asked for.
-    before : int
-        Samples before the first, of a log that is read in blocks.
-
-    Raises
-    ------
-    DataError
-        The jumps are whole turns, or there are jumps though a modulus was given.
-    """
-    jumps = _jumps(position, gap)
-    if not len(jumps):
-        return ""
-    size = float(np.median(np.abs(np.diff(position.values)[jumps])))
-    times = f" ({len(jumps)} such jumps)" if len(jumps) > 1 else ""
-    unit = axis.coordinate.unit if axis is not None else "(m or rad)"
-    found = (
-        f"the position jumps by {size:.4g} {unit} before data row {before + jumps[0] + 2}{times}"
-    )
-    if modulus is not None:
-        raise DataError(
-            f"{source}: {found}, which the modulus {modulus} does not undo; give the one it is "
-            "wrapped by, with its unit, as in --wrap 360:deg."
-        )
-    turns = axis is None or axis.coordinate.unit == "rad"
-    for turn, more in ((_TURN, ""), (360.0, "--columns position=NAME:deg and ")):
-        if turns and abs(size / turn - 1) < _NEAR:
-            raise DataError(
-                f"{source}: {found}, as one that starts again after a turn does; it looks wrapped: "
-                f"add {more}--wrap 360:deg."
-            )
-    return f"{found}: if it starts again there, give what it is wrapped by (--wrap)"
-
-
-def _jumps(position: Samples, gap: float) -> Places:
-    """Steps of more than half the position's range, with rest or slow motion around them."""
-    steps = np.abs(np.diff(position.values))
-    steps[_gaps(position, gap)] = 0.0
-    large = np.flatnonzero(steps > _JUMP * np.ptp(position.values))
-    around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
-    quiet = np.maximum(around, np.median(steps) if len(steps) else 0.0)[large]
-    return np.asarray(large[quiet < _QUIET * steps[large]])

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import LogBlocks, read_record
+from axisid import DataError, LogBlocks, read_record
+from axisid.estimation.blocks import extent
 
 N = 400
 TIME = 1e-3 * np.arange(N)
@@ -77,3 +78,15 @@ def test_time_stamps_count_from_the_first_of_all_blocks(tmp_path: Path) -> None:
     agree(file, COLUMNS)
     told = LogBlocks(file=file, columns=COLUMNS).provenance().assumed
     assert "t: time stamps counted from the first" in told
+
+
+def test_gap_is_one_of_the_whole_log_though_the_first_block_is_slower() -> None:
+    steps = np.where(np.arange(60_000) < 1000, 1.4e-3, 1e-3)
+    steps[50_000] = 1.8e-3  # no gap beside the first block's steps
+    time = np.cumsum(steps)
+    blocks = [
+        {"time": time[k : k + 1000], "position": np.sin(time[k : k + 1000])}
+        for k in range(0, len(time), 1000)
+    ]
+    with pytest.raises(DataError, match=r"0\.001 to 0\.0018 s, 0\.001 s in the middle"):
+        extent("log", blocks, None)

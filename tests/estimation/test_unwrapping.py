@@ -123,12 +123,31 @@ def test_wrapped_position_is_recognised_unasked() -> None:
     assert any("the position jumps by 1." in note for note in by_range.provenance.assumed)
 
 
+def in_blocks(position: np.ndarray, rows: int) -> list[dict[str, np.ndarray]]:
+    return [
+        {"time": TIME[a : a + rows], "position": position[a : a + rows]} for a in range(0, N, rows)
+    ]
+
+
 def test_wrapped_position_is_recognised_block_by_block() -> None:
     wrapped = np.mod(TURNING, TURN)
     first = 2 + int(np.flatnonzero(np.abs(np.diff(wrapped)) > 1)[0])
-    blocks = [{"time": TIME[a : a + 30], "position": wrapped[a : a + 30]} for a in range(0, N, 30)]
-    with pytest.raises(DataError, match=f"before data row {first}, .*looks wrapped"):
+    blocks = in_blocks(wrapped, 30)
+    with pytest.raises(
+        DataError, match=rf"before data row {first} \(\d such jumps\), .*looks wrapped"
+    ):
         extent("log", blocks, None, load_axis("rotary_table"))
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7, 99, 100, 101, N])
+def test_blocks_tell_the_jumps_that_the_whole_log_has(rows: int) -> None:
+    axis = replace(load_axis("emps2015"), columns={})
+    ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
+    position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
+    told = [note for note in read_record(log(position), axis).provenance.assumed if "jump" in note]
+    assert told[0].startswith("the position jumps by 0.9 m before data row 101:")
+    blocks = [{"position": block["position"]} for block in in_blocks(position, rows)]
+    assert list(extent("log", blocks, 1e-3, axis).notes) == told
 
 
 def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
