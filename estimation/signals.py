@@ -37,14 +37,19 @@ class Signals:
 
 def drive_force(axis: GeneratedAxis, record: Record) -> Array:
     """Force of the record, (N,): measured, or the drive's gain times the control."""
-    if record.force is not None:
-        return record.force
-    if record.control is None:
+    return force_of(axis, record.provenance.source, record.force, record.control)
+
+
+def force_of(axis: GeneratedAxis, source: str, force: Array | None, control: Array | None) -> Array:
+    """The force column of a log if there is one, else the drive's gain times the control, (N,)."""
+    if force is not None:
+        return force
+    if control is None:
         raise DataError(
-            f"{record.provenance.source} has neither a force nor a control column; name one with "
-            "--columns force=NAME or control=NAME."
+            f"{source} has neither a force nor a control column; name one with --columns "
+            "force=NAME or control=NAME."
         )
-    return axis.axis.drive.gain * record.control
+    return axis.axis.drive.gain * control
 
 
 def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:

@@ -19,13 +19,13 @@ from axisid.modeling import Axis, UsageError
 from .arrays import Array
 from .blocks import Extent, extent
 from .covariance import bartlett, first_lags, lags_of, most_lags
-from .errors import DataError, EstimationError
+from .errors import EstimationError
 from .forms import InverseForm
 from .linear import Solution, condition_number, factor, least_squares
 from .prefilter import LIGHT, Prefilter
 from .provenance import Provenance
 from .reversals import near_turns, rest_below
-from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals
+from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals, force_of
 from .streamed import StreamedEstimate
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
@@ -165,7 +165,8 @@ class _Rows:
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
         for block in self.blocks:
             position = np.concatenate([position, block["position"]])
-            force = np.concatenate([force, self._force(block)])
+            due = force_of(self.axis, self.source, block.get("force"), block.get("control"))
+            force = np.concatenate([force, due])
             end = begin + len(position)
             stop = self.samples if end == self.samples else max(end - around, done)
             if stop > done:
@@ -173,16 +174,6 @@ class _Rows:
                 done = stop
                 spent = max(done - around - begin, 0)
                 position, force, begin = position[spent:], force[spent:], begin + spent
-
-    def _force(self, block: Mapping[str, Array]) -> Array:
-        if "force" in block:
-            return block["force"]
-        if "control" not in block:
-            raise DataError(
-                f"{self.source} has neither a force nor a control column; name one with --columns "
-                "force=NAME or control=NAME."
-            )
-        return self.axis.axis.drive.gain * block["control"]
 
     def _between(
         self, position: Array, force: Array, begin: int, start: int, stop: int

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 
 from axisid.estimation import Value
+from axisid.estimation.typeset import decimals
 from axisid.estimation.value import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis
 from axisid.formulas import symbol_latex, unit_latex
@@ -159,8 +160,6 @@ def with_deviation(value: Value) -> str:
     if size and not _PLAIN[0] <= size < _PLAIN[1]:
         power = max(math.floor(math.log10(size)), _LEAST_POWER)
     scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
-    places = 6
-    if sd > 0:
-        places = min(max(1 - math.floor(math.log10(sd)), 0), 12)
+    places = decimals(sd) if sd > 0 else 6
     figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
     return rf"({figures}) \cdot 10^{{{power}}}" if power else figures

@@ -14,7 +14,7 @@ POSITION = np.sin(30 * TIME)
 COLUMNS = {"time": "t", "position": "q"}
 
 
-def agree(file: Path, columns: dict[str, str], rows: int = 37) -> None:
+def check_agreement(file: Path, columns: dict[str, str], rows: int = 37) -> None:
     """Blocks of a file hold what its record holds."""
     record = read_record(file, columns=columns)
     blocks = LogBlocks(file=file, columns=columns, rows=rows)
@@ -36,7 +36,7 @@ def test_names_that_differ_by_the_unit_only_are_told_apart(tmp_path: Path, endin
         pa = pytest.importorskip("pyarrow")
         pytest.importorskip("pyarrow.parquet").write_table(pa.table(columns), file)
     wanted = {"time": "t", "position": "q [mm]"}
-    agree(file, wanted)
+    check_agreement(file, wanted)
     (first, *_) = LogBlocks(file=file, columns=wanted)
     assert first["position"] == pytest.approx(1e-3 * POSITION)
 
@@ -51,8 +51,8 @@ def test_comments_may_stand_where_a_block_begins(tmp_path: Path) -> None:
     for k in range(N - N % 37, 0, -37):
         rows.insert(k, "# marker; 7")
     file.write_text("\n".join(["t;q", *rows]))
-    agree(file, COLUMNS, rows=1)
-    agree(file, COLUMNS, rows=38)
+    check_agreement(file, COLUMNS, rows=1)
+    check_agreement(file, COLUMNS, rows=38)
 
 
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
@@ -60,14 +60,14 @@ def test_comments_may_stand_where_a_block_begins(tmp_path: Path) -> None:
 def test_encodings_are_those_of_the_whole_log(tmp_path: Path, encoding: str, mark: str) -> None:
     file = tmp_path / "log.csv"
     file.write_bytes("\n".join([f"{mark}t;q", *rows_of_text()]).encode(encoding))
-    agree(file, COLUMNS)
+    check_agreement(file, COLUMNS)
 
 
 def test_letter_that_tells_the_encoding_may_come_late(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     rows = [f"{row};{'x' * 4000}{'ä' if k > 350 else ''}" for k, row in enumerate(rows_of_text())]
     file.write_text("\n".join(["t;q;state", *rows]), encoding="cp1252")
-    agree(file, COLUMNS)
+    check_agreement(file, COLUMNS)
     assert "encoding cp1252" in LogBlocks(file=file, columns=COLUMNS).provenance().assumed
 
 
@@ -75,7 +75,7 @@ def test_time_stamps_count_from_the_first_of_all_blocks(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     rows = [f"2026-02-01 12:00:0{row}" for row in rows_of_text()]
     file.write_text("\n".join(["t;q", *rows]))
-    agree(file, COLUMNS)
+    check_agreement(file, COLUMNS)
     told = LogBlocks(file=file, columns=COLUMNS).provenance().assumed
     assert "t: time stamps counted from the first" in told
 
