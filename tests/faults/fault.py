@@ -1,0 +1,43 @@
+"""What the catalogue of faults is made of."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from axisid import AxisidError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fault:
+    """Something wrong that a user gives the command line, and what must come of it.
+
+    Attributes
+    ----------
+    name : str
+        The class of the fault, as the test is named.
+    make : callable
+        Writes the bad input into an empty folder, the current one, and returns the arguments of the
+        command.
+    code : int
+        The exit code.
+    says : str
+        A regular expression found in what is said, on stderr where the code is not 0.
+    after : callable, optional
+        Looks at the folder and at standard output when the command has run.
+    """
+
+    name: str
+    make: Callable[[Path], list[object]]
+    code: int
+    says: str
+    after: Callable[[Path, str], None] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misuse:
+    """A wrong call of the Python interface, and the error that must come of it."""
+
+    name: str
+    call: Callable[[], object]
+    error: type[AxisidError]
+    says: str

@@ -1,0 +1,86 @@
+"""Every class of fault that was ever found ends as the catalogue says: a sentence, an exit code."""
+
+import re
+import signal
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from tests.faults.fault import Fault, Misuse
+
+Run = Callable[..., tuple[int, str, str]]
+
+_SECONDS = 10  # the longest that any fault may take
+_KEPT = "what an earlier run wrote\n"
+
+_HERE = Path(__file__).parent
+_PAGES = [
+    import_module(f"tests.faults.{file.stem}")
+    for file in sorted(_HERE.glob("*.py"))
+    if not file.stem.startswith("test_") and file.stem != "fault"
+]
+FAULTS: list[Fault] = [fault for page in _PAGES for fault in page.FAULTS]
+MISUSES: list[Misuse] = [misuse for page in _PAGES for misuse in page.MISUSES]
+
+
+@pytest.fixture(autouse=True)
+def _in_time() -> Iterator[None]:
+    """End what hangs, as a failure."""
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise TimeoutError(f"not done after {_SECONDS} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(_SECONDS)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_fault_ends_in_a_sentence_and_an_exit_code(
+    fault: Fault, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = fault.make(tmp_path)
+    kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    code, out, err = run(*arguments)
+    assert code == fault.code, err
+    said = err if fault.code else out + err
+    assert re.search(fault.says, " ".join(said.split())), said
+    assert "Traceback" not in err
+    assert "internal fault" not in err
+    if fault.code:
+        left = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+        assert left == kept, "a refused command changes no file and leaves none"
+    if fault.after is not None:
+        fault.after(tmp_path, out)
+
+
+@pytest.mark.parametrize("fault", [f for f in FAULTS if f.code], ids=lambda fault: fault.name)
+def test_fault_leaves_outputs_of_earlier_runs_alone(
+    fault: Fault, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = fault.make(tmp_path)
+    if arguments[0] not in ("identify", "sweep", "compare") or "--json" in arguments:
+        pytest.skip("it writes no result")
+    output = tmp_path / "earlier-result.json"
+    output.write_text(_KEPT)
+    code, _, _ = run(*arguments, "--json", output)
+    assert code
+    assert output.read_text() == _KEPT
+
+
+@pytest.mark.parametrize("misuse", MISUSES, ids=lambda misuse: misuse.name)
+def test_misuse_raises_its_sentence(misuse: Misuse) -> None:
+    with pytest.raises(misuse.error, match=misuse.says):
+        misuse.call()
+
+
+def test_names_are_told_apart() -> None:
+    names = [fault.name for fault in (*FAULTS, *MISUSES)]
+    assert len(names) == len(set(names))
