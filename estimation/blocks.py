@@ -1,8 +1,10 @@
 """Logs larger than memory: the roles' columns block by block, as often as they are asked for."""
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +18,14 @@ from .file_kinds import check_kind, check_regular
 from .jumps import Jumps, jumps_told
 from .provenance import Provenance
 from .read_columnar import parquet_blocks
-from .read_text import text_blocks
-from .readers import file_digest
+from .read_text import encoding_of, text_blocks
 from .record import LARGEST_GAP, check_even, check_varies
 from .roles import Chosen
+from .table import Table
+from .unchanged import Watched
 
 ROWS = 100_000
+_PIECE = 1 << 20  # bytes
 _TEXT = (".csv", ".tsv", ".txt")
 _PARQUET = (".parquet", ".pq")
 _WHOLE = "A log that is to be repaired is read whole: leave --stream out."
@@ -31,6 +35,8 @@ _BINS = 20_000  # of time steps, from the least that is even to the largest
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogBlocks:
     """A log file in blocks: delimited text or Parquet. Iterating reads it anew.
+
+    Every pass is hashed as it is read; a file that is not what it was in the first pass is refused.
 
     Attributes
     ----------
@@ -46,6 +52,10 @@ class LogBlocks:
     axis: Axis | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     rows: int = ROWS
+    _passes: "_Passes" = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_passes", _Passes(self.file))
 
     def __iter__(self) -> Iterator[dict[str, Array]]:
         """Columns by role, in SI."""
@@ -60,10 +70,14 @@ class LogBlocks:
                 f"({', '.join(_TEXT)}) or Parquet, or leave --stream out."
             )
         check_regular(self.file, folder=False)
-        check_kind(self.file)
-        reader = text_blocks if ending in _TEXT else parquet_blocks
-        for table in reader(self.file, self.rows):
-            yield Chosen(table, self.axis, dict(self.columns))
+        try:
+            check_kind(self.file)
+            for table in self._passes.tables(self.rows, text=ending in _TEXT):
+                yield Chosen(table, self.axis, dict(self.columns))
+        except OSError as error:
+            raise DataError(
+                f"{self.file} cannot be read: {error.strerror}. Check the path."
+            ) from error
 
     def provenance(self) -> Provenance:
         """Where the log comes from and what is assumed of it."""
@@ -72,10 +86,39 @@ class LogBlocks:
             raise DataError(f"{self.file} has no rows.")
         return Provenance(
             source=self.file.name,
-            sha256=file_digest(self.file),
+            sha256=self._passes.watched.complete(),
+            given=str(self.file),
+            path=os.path.abspath(self.file),
             columns=first.names,
             assumed=first.notes,
         )
+
+
+class _Passes:
+    """The passes over a file, each held against those before it once it comes to its end."""
+
+    def __init__(self, file: Path) -> None:
+        self.watched = Watched(file)
+        self._encoding = ""
+
+    def tables(self, rows: int, *, text: bool) -> Iterator[Table]:
+        """The file's table, so many rows at a time."""
+        source = str(self.watched.file)
+        encoding = self._found(source) if text else ""
+        with self.watched.opened() as raw:
+            if text:
+                yield from text_blocks(source, raw, rows, encoding)
+            else:
+                yield from parquet_blocks(source, raw, rows)
+            self.watched.finish(raw)
+
+    def _found(self, source: str) -> str:
+        """The encoding, which takes a pass of its own, once."""
+        if not self._encoding:
+            with self.watched.opened() as raw:
+                self._encoding = encoding_of(source, iter(partial(raw.read, _PIECE), b""))
+                self.watched.finish(raw)
+        return self._encoding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -304,7 +304,7 @@ class Estimate:
             self.form, self.theta, self._of_theta(covariance), self.dof, draws, seed
         )
         drawn += self.corrected - self.physical
-        return summarised(read.value, self.physical, str(read.unit), drawn, lost)
+        return summarised(read.value, self.physical, str(read.unit), drawn, lost, seed)
 
     @property
     def residual_tests(self) -> ResidualTests:

@@ -9,7 +9,9 @@ import zlib
 from pathlib import Path
 
 from .errors import DataError
+from .memory import Room
 
+_PIECE = 1 << 20  # bytes that are unpacked before they are counted
 HEAD = 4096  # bytes that tell the kind
 _ASK = "give the file the ending "
 #: First bytes, what such a file is, what to do, and the endings that it rightly has.
@@ -59,7 +61,8 @@ def check_regular(file: Path, *, folder: bool) -> None:
         mode = file.stat().st_mode
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else str(error)
-        raise DataError(f"{file} cannot be read: {why}. Check the path.") from error
+        where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
+        raise DataError(f"{file} cannot be read: {why}{where}. Check the path.") from error
     if stat.S_ISDIR(mode) and not folder:
         raise DataError(f"{file} cannot be read: it is a folder. Give the file of the log.")
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
@@ -135,18 +138,22 @@ def _is_text(head: bytes) -> bool:
     return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
 
 
-def unpacked(file: Path, content: bytes) -> bytes:
+def unpacked(file: Path, content: bytes, room: Room) -> bytes:
     """The content of a file that is compressed by gzip.
 
     Raises
     ------
     DataError
-        It is damaged.
+        It is damaged, or unfolds to more than there is room for.
     """
+    pieces = []
     try:
         with gzip.open(io.BytesIO(content)) as stream:
-            return stream.read()
+            while piece := stream.read(_PIECE):
+                room.take(2 * len(piece))  # by itself and joined
+                pieces.append(piece)
     except (OSError, EOFError, zlib.error) as error:
         raise DataError(
             f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew."
         ) from error
+    return b"".join(pieces)

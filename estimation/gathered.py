@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
+from .memory import Room
 from .table import Column, Table, at_hand
 
 _LISTED = 8
@@ -14,11 +15,22 @@ _FEWEST = 2  # values of a column
 
 @dataclass(slots=True)
 class Gathered:
-    """The columns of a file while it is read, and what in it is none."""
+    """The columns of a file while it is read, and what in it is none.
+
+    Attributes
+    ----------
+    columns, passed_over : dict
+        As in `Table`.
+    origins : dict of str to datetime64
+        The first time stamps by column, for what is read in blocks.
+    room : Room or None
+        The memory that there is for the columns; None where they are in memory already.
+    """
 
     columns: dict[str, Column] = field(default_factory=dict)
     passed_over: dict[str, str] = field(default_factory=dict)
     origins: dict[str, np.datetime64] = field(default_factory=dict)
+    room: Room | None = None
 
     def add(
         self,
@@ -46,6 +58,8 @@ class Gathered:
         if array.dtype.kind not in "fiub" or array.ndim != 1:
             self.passed_over[label or name] = _content(array)
             return
+        if self.room is not None:
+            self.room.take(8 * array.size)
         numbers = array.astype(np.float64)
         self.columns[name] = at_hand(numbers, unit=unit, label=label, clock=clock, note=note)
 

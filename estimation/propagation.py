@@ -37,6 +37,8 @@ class Drawn:
     lost : int
         Draws that gave no axis (its inertia is not positive) or no finite value; they are in no
         other figure.
+    seed : int
+        Which gives the same draws again.
     """
 
     value: float
@@ -45,6 +47,7 @@ class Drawn:
     interval: tuple[float, float]
     draws: int
     lost: int
+    seed: int
 
     def __str__(self) -> str:
         low, high = self.interval
@@ -157,7 +160,12 @@ def drawn_parameters(
 
 
 def summarised(
-    function: Callable[[list[float]], float], at: Array, unit: str, physical: Array, lost: int
+    function: Callable[[list[float]], float],
+    at: Array,
+    unit: str,
+    physical: Array,
+    lost: int,
+    seed: int,
 ) -> Drawn:
     """A function over drawn physical parameters, (d, p); it is NaN where it has no value."""
     values = np.array([function(each) for each in physical.tolist()])
@@ -171,4 +179,5 @@ def summarised(
         interval=(float(low), float(high)),
         draws=len(finite),
         lost=lost + len(values) - len(finite),
+        seed=seed,
     )

@@ -31,7 +31,10 @@ class Provenance:
     source : str
         File name, or how the record was made.
     sha256 : str
-        Of the file; empty if there is none.
+        Of the file, or of the files of a folder in the order of their names: of the very bytes that
+        were used. Empty if there is none.
+    given, path : str
+        The file as it was named, and absolute; empty if there is none.
     columns : dict of str to str
         Column name by role.
     truth : dict of str to float
@@ -44,6 +47,8 @@ class Provenance:
 
     source: str = "arrays"
     sha256: str = ""
+    given: str = ""
+    path: str = ""
     columns: dict[str, str] = field(default_factory=dict)
     truth: dict[str, float] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()

@@ -8,14 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from axisid.modeling import AxisidError
+
 from .errors import DataError
 from .gathered import Gathered
+from .memory import Room
 from .table import Table, library, told
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _KINDS = ("position", "velocity", "effort")
 _NANOSECOND = 1e-9
 _METADATA = "metadata.yaml"
+_HELD = 1500  # bytes that a message takes beside its own
 _LEAP = 1000  # typical steps; a clock that starts at zero has no such step after it
 
 
@@ -34,7 +38,7 @@ class _Message:
     content: Any
 
 
-def read_bag(path: Path) -> Table:
+def read_bag(path: Path, room: Room) -> Table:
     """Read the JointState messages of a ROS 1 bag or a ROS 2 bag (its folder, or a file of it).
 
     Columns are ``JOINT.position``, ``JOINT.velocity`` and ``JOINT.effort``, before them the topic
@@ -44,12 +48,13 @@ def read_bag(path: Path) -> Table:
     Raises
     ------
     DataError
-        It is damaged, has no such messages, or rosbags is not installed.
+        It is damaged, has no such messages or more than there is room for, or rosbags is not
+        installed.
     """
-    topics, others = _read(path)
+    topics, others = _read(path, room)
     known = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
     origin = min(known, default=0)
-    found = Gathered()
+    found = Gathered(room=room)
     for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name in _add_joints(found, before, messages, origin):
@@ -61,32 +66,46 @@ def read_bag(path: Path) -> Table:
     return found.table(str(path), notes=("ROS bag, JointState in SI",))
 
 
-def _read(path: Path) -> tuple[dict[str, tuple[list[_Message], str]], list[str]]:
+def is_bag(path: Path) -> bool:
+    """Whether a folder is a ROS 2 bag."""
+    return (path / _METADATA).is_file()
+
+
+def bag_of(path: Path) -> Path:
+    """What is read of a bag's path: of a file of a ROS 2 bag its folder, where it has one.
+
+    A file that was passed on alone has no metadata beside it.
+    """
+    whole = path.suffix.lower() != ".bag" and path.is_file() and is_bag(path.parent)
+    return path.parent if whole else path
+
+
+def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]], list[str]]:
     """Messages by topic, each with what was assumed of their times, and the types of all."""
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
-    # A file of a ROS 2 bag that was passed on alone has no metadata beside it.
-    bag = path.parent if path.is_file() and (path.parent / _METADATA).is_file() else path
-    bag = path if path.suffix.lower() == ".bag" else bag
     topics = {}
     try:
         usual = stores.get_typestore(stores.Stores.LATEST)
-        with highlevel.AnyReader([bag], default_typestore=usual) as reader:
+        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
             others = sorted({c.msgtype for c in reader.connections})
             for topic in dict.fromkeys(
                 c.topic for c in reader.connections if c.msgtype == _JOINT_STATE
             ):
-                topics[topic] = _messages(reader, topic)
+                topics[topic] = _messages(reader, topic, room)
+    except AxisidError:
+        raise
     except Exception as error:
         raise DataError(f"{path} cannot be read as a ROS bag: {told(error)}.") from error
     return topics, others
 
 
-def _messages(reader: Any, topic: str) -> tuple[list[_Message], str]:
+def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]:
     """Messages of a topic in the order of their times, and which times these are."""
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
     recorded, stamps, found = [], [], []
     for connection, time, raw in reader.messages(connections=chosen):
+        room.take(len(raw) + _HELD)
         message = reader.deserialize(raw, connection.msgtype)
         stamp = message.header.stamp
         recorded.append(time)

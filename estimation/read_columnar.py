@@ -12,27 +12,33 @@ from axisid.modeling import AxisidError, UsageError
 from .column_units import split_labels
 from .errors import DataError
 from .gathered import Gathered
+from .memory import Room
 from .table import Table, library, told
 
 _ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
+_BATCH = 65_536  # rows that are unfolded before they are counted
 
 
-def read_npz(file: Path, content: bytes) -> Table:
+def read_npz(file: Path, content: bytes, room: Room) -> Table:
     """Read a NumPy archive: vectors, columns of matrices (``data.1``), fields of records.
 
     Raises
     ------
     DataError
-        It is damaged, or holds Python objects (which could run code) or no vectors.
+        It is damaged, or holds Python objects (which could run code) or no vectors, or it unfolds
+        to more than there is room for.
     """
-    found = Gathered()
+    found = Gathered(room=room)
     if not content.startswith(_ZIP):
         raise DataError(f"{file} cannot be read as a NumPy archive; write one with numpy.savez.")
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            for name in archive.files:
+            for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
+                room.take(entry.file_size)
                 _add_entry(found, name, archive)
+    except AxisidError:
+        raise
     except Exception as error:
         # Damaged archives raise zip, zlib, struct and value errors alike.
         raise DataError(f"{file} cannot be read as a NumPy archive: {told(error)}.") from error
@@ -58,23 +64,31 @@ def _add_entry(found: Gathered, name: str, archive: Any) -> None:
         found.add_array(f"{name}.{inner}", array[inner])
 
 
-def read_parquet(file: Path, content: bytes) -> Table:
+def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     """Read a Parquet file; units come from the metadata of its fields, or from their names.
 
     Raises
     ------
     DataError
-        It is damaged, or pyarrow is not installed.
+        It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
     """
-    parquet = library("pyarrow.parquet", "parquet", file)
+    arrow, parquet = _pyarrow(file)
+    batches, schema = [], None
     try:
-        table = parquet.ParquetFile(io.BytesIO(content)).read().flatten()
+        with parquet.ParquetFile(io.BytesIO(content)) as opened:
+            schema = opened.schema_arrow
+            for batch in opened.iter_batches(batch_size=_BATCH):
+                room.take(batch.nbytes)
+                batches.append(batch)
+        table = arrow.Table.from_batches(batches, schema).flatten()
+    except AxisidError:
+        raise
     except Exception as error:
         raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
-    return arrow_columns(table).table(str(file))
+    return arrow_columns(table, Gathered(room=room)).table(str(file))
 
 
-def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
+def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
     """The table of a Parquet file, so many rows at a time.
 
     Raises
@@ -82,28 +96,28 @@ def parquet_blocks(file: Path, rows: int) -> Iterator[Table]:
     DataError
         It is damaged, or pyarrow is not installed.
     """
-    arrow, parquet = (
-        library("pyarrow", "parquet", file),
-        library("pyarrow.parquet", "parquet", file),
-    )
+    arrow, parquet = _pyarrow(Path(source))
     origins: dict[str, np.datetime64] = {}
+    buffered = io.BufferedReader(raw)
     try:
-        with parquet.ParquetFile(file) as content:
+        with parquet.ParquetFile(buffered) as content:
             for batch in content.iter_batches(batch_size=rows):
                 table = arrow.Table.from_batches([batch]).flatten()
-                yield arrow_columns(table, origins).table(str(file))
-    except (OSError, ValueError, arrow.ArrowException) as error:
-        if isinstance(error, AxisidError):
-            raise
-        raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
+                yield arrow_columns(table, Gathered(origins=origins)).table(source)
+    except AxisidError:
+        raise
+    except (OSError, ValueError, MemoryError, arrow.ArrowException) as error:
+        raise DataError(f"{source} cannot be read as a Parquet file: {told(error)}.") from error
+    finally:
+        buffered.detach()  # whoever opened the file has more to ask of it
 
 
-def arrow_columns(table: Any, origins: dict[str, np.datetime64] | None = None) -> Gathered:
-    """Columns of an Arrow table, times in s.
+def _pyarrow(file: Path) -> tuple[Any, Any]:
+    return library("pyarrow", "parquet", file), library("pyarrow.parquet", "parquet", file)
 
-    `origins` remembers the first time stamps from one block to the next.
-    """
-    found = Gathered(origins={} if origins is None else origins)
+
+def arrow_columns(table: Any, found: Gathered) -> Gathered:
+    """Gather the columns of an Arrow table, times in s."""
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
         metadata = field.metadata or {}

@@ -13,15 +13,19 @@ from typing import Any
 
 import numpy as np
 
+from axisid.modeling import AxisidError
+
 from .errors import DataError
 from .gathered import Gathered
+from .memory import Room
 from .table import Table, library, numbered, told
 
 _UNITS = ("unit_string", "NI_UnitDescription")
 _LONGEST = 100  # of a warning
+_DOUBLE = 8  # bytes
 
 
-def read_mdf(file: Path) -> Table:
+def read_mdf(file: Path, room: Room) -> Table:
     """Read an MDF file; a channel has the master time of its group, and its unit.
 
     Channels whose names occur several times are named ``GROUP.NAME``, groups numbered from 0 as in
@@ -30,13 +34,15 @@ def read_mdf(file: Path) -> Table:
     Raises
     ------
     DataError
-        It is damaged, or asammdf is not installed.
+        It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
     reason = ""
     try:
         with asammdf.MDF(file) as mdf:
-            found = _mdf_columns(mdf)
+            found = _mdf_columns(mdf, room)
+    except AxisidError:
+        raise
     except Exception as error:
         reason = told(error)
         _let_go(error)
@@ -62,9 +68,11 @@ def _let_go(error: BaseException) -> None:
         sys.unraisablehook = hook
 
 
-def _mdf_columns(mdf: Any) -> Gathered:
-    found = Gathered()
+def _mdf_columns(mdf: Any, room: Room) -> Gathered:
+    found = Gathered(room=room)
     for name, group, index in _mdf_names(mdf):
+        # Its samples and its times are made before they are seen.
+        room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
@@ -98,7 +106,7 @@ def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
     return [(name, *place[1:]) for name, place in zip(numbered(names), places, strict=True)]
 
 
-def read_tdms(file: Path) -> Table:
+def read_tdms(file: Path, room: Room) -> Table:
     """Read a TDMS file; a waveform channel has its own time track, and its unit.
 
     Channels are named ``GROUP.NAME``; the name alone serves where it is the only one. Times count
@@ -107,11 +115,12 @@ def read_tdms(file: Path) -> Table:
     Raises
     ------
     DataError
-        It is damaged, or npTDMS is not installed.
+        It is damaged, too large, or npTDMS is not installed.
     """
     nptdms = library("nptdms", "tdms", file)
-    found = Gathered()
+    found = Gathered(room=room)
     try:
+        room.take(file.stat().st_size)
         with _warnings("nptdms") as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
@@ -119,6 +128,8 @@ def read_tdms(file: Path) -> Table:
         origin = np.min(starts) if starts else None
         for channel in channels:
             _add_channel(found, channel, origin)
+    except AxisidError:
+        raise
     except Exception as error:
         raise DataError(f"{file} cannot be read as a TDMS file: {told(error)}.") from error
     if not found.columns:

@@ -1,15 +1,16 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
+import io
 from codecs import IncrementalDecoder, getincrementaldecoder
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import chain, islice
-from pathlib import Path
 
 from .dialect import sniff
 from .errors import DataError
+from .memory import Room
 from .provenance import Repair
 from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
@@ -22,10 +23,13 @@ _NUL_SHARE = 0.3
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _PIECE = 1 << 20  # bytes
 _HEAD_LINES = 500  # more than what tells the dialect
+_LONGEST_LINE = 1_000_000  # characters; a file without lines would be read whole in search of one
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
-def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
+def read_text(
+    source: str, content: bytes, *, drop_tail: bool = False, room: Room | None = None
+) -> Table:
     """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
 
     Parameters
@@ -35,12 +39,16 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     content : bytes
     drop_tail : bool
         Whether lines at the end that are no rows may be left out.
+    room : Room, optional
+        The memory that there is for it.
 
     Raises
     ------
     DataError
-        It is no text, or no table.
+        It is no text, or no table, or too large.
     """
+    if room is not None:
+        room.take_text(content)
     encoding = encoding_of(source, [content])
     text = _decoded(source, content, encoding)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
@@ -66,34 +74,57 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     )
 
 
-def text_blocks(file: Path, rows: int) -> Iterator[Table]:
+def text_blocks(source: str, raw: io.RawIOBase, rows: int, encoding: str) -> Iterator[Table]:
     """The table of a text file, so many rows at a time; its dialect is that of its beginning.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    raw : binary stream
+        At its beginning.
+    rows : int
+        Of a block.
+    encoding : str
+        As `encoding_of` gives it.
 
     Raises
     ------
     DataError
         It is no text, no table, or of TwinCAT Scope or LabVIEW, whose files are read whole.
     """
-    source = str(file)
-    with file.open("rb") as raw:
-        encoding = encoding_of(source, iter(partial(raw.read, _PIECE), b""))
-    with file.open(encoding=_CODECS.get(encoding, encoding), newline=None) as stream:
-        try:
-            numbered = ((n, line) for n, line in enumerate(stream, 1) if line.strip())
-            head = list(islice(numbered, max(_HEAD_LINES, rows)))
-            if is_twincat(head) or is_labview(head):
-                written = "an export of TwinCAT Scope" if is_twincat(head) else "a LabVIEW file"
-                raise DataError(f"{source} is {written}, which is read whole; leave --stream out.")
-            dialect = sniff(source, head)
-            notes = dialect.notes + _encoding_note(encoding)
-            lines = chain(head[dialect.first :], numbered)
-            origins: Origins = defaultdict(partial(Seen, goes_on=True))
-            while block := list(islice(lines, rows)):
-                if body := without_comments(block):
-                    columns = text_columns(source, body, dialect, origins)
-                    yield Table(source=source, columns=columns, notes=notes)
-        except UnicodeDecodeError as error:
-            raise _no_text(source) from error
+    buffered = io.BufferedReader(raw, _PIECE)
+    stream = io.TextIOWrapper(buffered, encoding=_CODECS.get(encoding, encoding), newline=None)
+    try:
+        numbered = ((n, line) for n, line in enumerate(_lines(source, stream), 1) if line.strip())
+        head = list(islice(numbered, max(_HEAD_LINES, rows)))
+        if is_twincat(head) or is_labview(head):
+            written = "an export of TwinCAT Scope" if is_twincat(head) else "a LabVIEW file"
+            raise DataError(f"{source} is {written}, which is read whole; leave --stream out.")
+        dialect = sniff(source, head)
+        notes = dialect.notes + _encoding_note(encoding)
+        lines = chain(head[dialect.first :], numbered)
+        origins: Origins = defaultdict(partial(Seen, goes_on=True))
+        while block := list(islice(lines, rows)):
+            if body := without_comments(block):
+                columns = text_columns(source, body, dialect, origins)
+                yield Table(source=source, columns=columns, notes=notes)
+    except UnicodeDecodeError as error:
+        raise _no_text(source) from error
+    finally:
+        stream.detach()
+        buffered.detach()  # whoever opened the file has more to ask of it
+
+
+def _lines(source: str, stream: io.TextIOWrapper) -> Iterator[str]:
+    """Lines of a length that a table can have."""
+    for line in iter(partial(stream.readline, _LONGEST_LINE), ""):
+        if len(line) == _LONGEST_LINE:
+            raise DataError(
+                f"{source} has a line of {_LONGEST_LINE} characters or more, as no table has; "
+                "check what it holds."
+            )
+        yield line
 
 
 def encoding_of(source: str, pieces: Iterable[bytes]) -> str:

@@ -1,20 +1,21 @@
 """The one door for logs of every format: read a table, find the roles' columns, make a record."""
 
-import hashlib
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from axisid.codegen import GeneratedAxis
-from axisid.modeling import Axis
+from axisid.modeling import Axis, UsageError
 
 from .arrays import runs
 from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .jumps import left_jumps
+from .memory import Room, room_for
 from .provenance import Provenance, Repair
-from .read_bag import read_bag
+from .read_bag import bag_of, is_bag, read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
 from .read_measurement import read_mdf, read_tdms
@@ -24,6 +25,7 @@ from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import UNEVEN_GAP, resample
 from .roles import Chosen
 from .table import Samples, Table
+from .unchanged import changed, digest_of, read_whole, stamps
 from .unwrapping import unwrapped
 
 _IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
@@ -35,8 +37,6 @@ _FROM_DISK = {
     ".db3": read_bag,
     ".mcap": read_bag,
 }
-_BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
-_BLOCK = 1 << 20
 _NO_TAIL = Repair(
     kind="tail",
     count=0,
@@ -51,6 +51,7 @@ def read_record(
     columns: Mapping[str, str] | None = None,
     sample_period: float | None = None,
     repairs: Repairs | None = None,
+    max_memory: float | None = None,
 ) -> Record:
     """Read a record, its columns found by the roles' names.
 
@@ -70,6 +71,9 @@ def read_record(
         s; takes the place of the time column's mean step, and of the column if there is none.
     repairs : Repairs, optional
         What may be done to the data; nothing by default.
+    max_memory : float, optional
+        Bytes that reading a file may take, as far as they can be told beforehand; half of the
+        machine's memory by default.
 
     Returns
     -------
@@ -79,21 +83,25 @@ def read_record(
     Raises
     ------
     DataError
-        The file is missing or malformed, lacks a column, or needs a repair that is not asked for.
+        The file is missing, malformed or too large, changes while it is read, lacks a column, or
+        needs a repair that is not asked for.
     UsageError
-        A role does not exist, or a unit is not the role's.
+        A role does not exist, a unit is not the role's, or a sampling period is given for columns
+        that are resampled by times of their own.
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
     repairs = repairs or Repairs()
-    table = read_table(log, drop_tail=repairs.tail is not None)
+    table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
     found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
     return _record(table, found, declared, sample_period, repairs)
 
 
-def read_table(log: str | Path | object, *, drop_tail: bool = False) -> Table:
+def read_table(
+    log: str | Path | object, *, drop_tail: bool = False, max_memory: float | None = None
+) -> Table:
     """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
     table = (
-        _read_file(Path(log), drop_tail=drop_tail)
+        _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
         if isinstance(log, (str, Path))
         else read_frame(log)
     )
@@ -102,49 +110,53 @@ def read_table(log: str | Path | object, *, drop_tail: bool = False) -> Table:
     return table
 
 
-def _read_file(file: Path, *, drop_tail: bool) -> Table:
+def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file or of a bag's folder."""
     check_regular(file, folder=True)
-    reader = _FROM_DISK.get(file.suffix.lower())
+    reader = read_bag if is_bag(file) else _FROM_DISK.get(file.suffix.lower())
     try:
         check_kind(file)
-        if (file / _BAG).is_file():
-            reader = read_bag
         if reader is not None:
-            table = reader(file)
-            return replace(table, source=str(file), sha256=file_digest(file))
-        content = file.read_bytes()
+            table, sha256 = _from_disk(reader, file, room)
+        else:
+            room.take(file.stat().st_size)
+            content, sha256 = read_whole(file)
+            table = _parsed(file, content, room, drop_tail=drop_tail)
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    table = _parsed(file, content, drop_tail=drop_tail)
-    return replace(table, sha256=hashlib.sha256(content).hexdigest())
+    except MemoryError as error:
+        raise DataError(
+            f"{file} cannot be read: there is not enough memory for it. Read a piece of it, or "
+            "delimited text or Parquet in blocks (--stream)."
+        ) from error
+    return replace(table, source=str(file), sha256=sha256, path=os.path.abspath(file))
 
 
-def _parsed(file: Path, content: bytes, *, drop_tail: bool) -> Table:
+def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) -> tuple[Table, str]:
+    """The table of a file that its library opens by itself, and the hash of what it then was."""
+    whole = bag_of(file) if reader is read_bag else file
+    before = stamps(whole)
+    table = reader(file, room)
+    sha256 = digest_of(list(before))
+    if stamps(whole) != before:
+        raise changed(file)
+    return table, sha256
+
+
+def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
     ending = file.suffix.lower()
     if ending == GZIP:
-        content, ending = unpacked(file, content), Path(file.stem).suffix.lower()
+        content, ending = unpacked(file, content, room), Path(file.stem).suffix.lower()
         if ending in _FROM_DISK:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
     parser = _IN_MEMORY.get(ending)
     if parser is None:
-        table = read_text(str(file), content, drop_tail=drop_tail)
+        table = read_text(str(file), content, drop_tail=drop_tail, room=room)
     else:
-        table = parser(file, content)
+        table = parser(file, content, room)
     notes = ("unpacked by gzip",) if file.suffix.lower() == GZIP else ()
     return replace(table, notes=(*notes, *table.notes))
-
-
-def file_digest(file: Path) -> str:
-    """SHA-256 of a file, or of the files of a folder in the order of their names."""
-    digest = hashlib.sha256()
-    files = sorted(p for p in file.rglob("*") if p.is_file()) if file.is_dir() else [file]
-    for each in files:
-        with each.open("rb") as stream:
-            while block := stream.read(_BLOCK):
-                digest.update(block)
-    return digest.hexdigest()
 
 
 def _record(
@@ -155,6 +167,7 @@ def _record(
     repairs: Repairs,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
+    _check_period(found.samples, sample_period, repairs)
     samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(found.samples, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
@@ -183,11 +196,27 @@ def _record(
         provenance=Provenance(
             source=Path(table.source).name,
             sha256=table.sha256,
+            given=table.source if table.path else "",
+            path=table.path,
             columns=found.names,
             assumed=(*found.notes, *jumps, *jitter_told(time, segments)),
             repairs=tuple(made),
         ),
     )
+
+
+def _check_period(
+    samples: Mapping[str, Samples], sample_period: float | None, repairs: Repairs
+) -> None:
+    """Refuse a period beside a rate: columns that have times are resampled by these."""
+    if sample_period is None or repairs.resample is None:
+        return
+    if "time" in samples or not any(s.clock is None for s in samples.values()):
+        raise UsageError(
+            f"a sampling period of {sample_period:g} s says nothing of columns that are resampled "
+            "by their own times; leave out --sample-period, or give the rate of the grid "
+            f"(--resample {1 / sample_period:g})."
+        )
 
 
 def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:

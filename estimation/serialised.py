@@ -10,6 +10,7 @@ from .arrays import Array, finite
 from .estimate import Estimate
 from .physical import Physical
 from .prefilter import Prefilter
+from .provenance import Provenance
 from .record import Record
 from .serialised_diagnosis import diagnosis_dict as diagnosis_dict
 from .serialised_diagnosis import residual_dict
@@ -23,9 +24,7 @@ SCHEMA = "axisid.identification/1"
 def record_dict(record: Record) -> dict[str, Any]:
     """Provenance and size of a record."""
     return {
-        "source": record.provenance.source,
-        "sha256": record.provenance.sha256 or None,
-        "columns": dict(record.provenance.columns),
+        **origin_dict(record.provenance),
         "truth": dict(record.provenance.truth) or None,
         "assumed": list(record.provenance.assumed),
         "repairs": [asdict(repair) for repair in record.provenance.repairs],
@@ -33,6 +32,17 @@ def record_dict(record: Record) -> dict[str, Any]:
         "masked": [list(span) for span in record.masked],
         "samples": len(record),
         "sample_period": record.period,
+    }
+
+
+def origin_dict(provenance: Provenance) -> dict[str, Any]:
+    """Which file a record comes from, if from one, and which of its columns."""
+    return {
+        "source": provenance.source,
+        "given": provenance.given or None,
+        "path": provenance.path or None,
+        "sha256": provenance.sha256 or None,
+        "columns": dict(provenance.columns),
     }
 
 
@@ -99,6 +109,7 @@ def drawn_dict(estimate: Estimate, draws: int) -> dict[str, Any]:
             "interval_95": [finite(x) for x in d.interval],
             "draws": d.draws,
             "lost": d.lost,
+            "seed": d.seed,
         }
         for name, d in drawn.items()
     }

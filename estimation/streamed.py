@@ -12,7 +12,7 @@ from .arrays import Array, finite
 from .motion_checks import beyond_bounds, is_outside
 from .prefilter import Prefilter
 from .provenance import Provenance
-from .serialised import prefilter_dict, value_dict
+from .serialised import origin_dict, prefilter_dict, value_dict
 from .summary import failed, heading_text, number_with_sd, numbered, text_table
 from .value import Named, Value, student_interval
 
@@ -138,9 +138,7 @@ class StreamedEstimate:
             "axis": self.axis.axis.name,
             "signature": self.axis.signature,
             "record": {
-                "source": self.provenance.source,
-                "sha256": self.provenance.sha256 or None,
-                "columns": dict(self.provenance.columns),
+                **origin_dict(self.provenance),
                 "assumed": list(self.provenance.assumed),
                 "samples": self.samples,
                 "sample_period": self.period,

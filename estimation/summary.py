@@ -226,11 +226,12 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
 def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
     """A table of intervals from draws, beside those of the delta method."""
     rows: list[Row] = []
-    lost = 0
+    lost, seed = 0, 0
     for method, estimate in estimates.items():
         for name, value in estimate.parameters.items():
             drawn = estimate.propagate(name, draws=draws)
             lost = max(lost, drawn.lost)
+            seed = drawn.seed
             rows.append(
                 [
                     f"{method.upper()} {name}",
@@ -242,7 +243,7 @@ def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
                 ]
             )
     header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]
-    said = f"{draws} draws from each estimate's distribution, mapped exactly"
+    said = f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
     if lost:
         said += f"; up to {lost} gave no positive inertia and are left out"
     return f"{text_table(header, rows)}\n{said}.\n"

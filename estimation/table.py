@@ -59,7 +59,7 @@ class Table:
     Attributes
     ----------
     source : str
-        File name, for messages.
+        The file as it was given, for messages.
     columns : mapping of str to Column
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
@@ -67,6 +67,8 @@ class Table:
         What was done to the file on request, before its columns were read.
     sha256 : str
         Of the file; empty if there is none.
+    path : str
+        Of the file, absolute; empty if there is none.
     missing : str
         More to say where a column is not found, such as how to save what cannot be read.
     passed_over : mapping of str to str
@@ -82,6 +84,7 @@ class Table:
     notes: tuple[str, ...] = ()
     repairs: tuple[Repair, ...] = ()
     sha256: str = ""
+    path: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
@@ -157,6 +160,8 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
 
 def told(error: Exception) -> str:
     """What another library says of a file, as the end of a sentence."""
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for what it claims to hold"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
     said = " ".join(plain.split()).rstrip(".") or type(error).__name__
     return said if len(said) <= _LONGEST else f"{said[:_LONGEST]} ..."

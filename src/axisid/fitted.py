@@ -1,6 +1,5 @@
 """An axis with identified parameters: from an identification, or from the file that it wrote."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from typing import Any
 from axisid.codegen import signature
 from axisid.estimation import JUDGED, DataError, Identification, Value
 from axisid.modeling import AxisModel, UsageError, derive, load_axis
+from axisid.result_file import read_json
 
 _SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
 
@@ -132,12 +132,7 @@ def _writable(name: str) -> str:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    try:
-        written = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{file} cannot be read: {error.strerror}.") from error
-    except (ValueError, RecursionError) as error:
-        raise DataError(f"{file} is not JSON; give what axisid identify --json wrote.") from error
+    written = read_json(file, DataError, "Give what axisid identify --json wrote.")
     schema = written.get("schema") if isinstance(written, dict) else None
     if schema not in (_SCHEMA, _STREAM):
         what = f"its schema is {schema!r}" if schema else "it has no schema"

@@ -1,16 +1,16 @@
 """Two results that were written as JSON, side by side."""
 
-import json
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from axisid.estimation import DataError, text_table
 from axisid.estimation.serialised import SCHEMA as _RESULT
 from axisid.estimation.streamed import STREAM_SCHEMA
+from axisid.result_file import read_json
 
 _SCHEMA = "axisid.result_comparison/1"
 _NEEDED = ("axis", "signature", "record", "prefilter", "estimates", "verdict")
@@ -282,14 +282,7 @@ def _short(value: Any) -> str:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except OSError as error:
-        raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    except (ValueError, RecursionError) as error:
-        raise DataError(
-            f"{file} is not JSON: {error}. Give a file that axisid identify --json wrote."
-        ) from error
+    content = read_json(file, DataError, "Give a file that axisid identify --json wrote.")
     result: dict[str, Any] = content if isinstance(content, dict) else {}
     if (schema := result.get("schema")) == STREAM_SCHEMA:
         raise DataError(
@@ -307,7 +300,3 @@ def _read(file: Path) -> dict[str, Any]:
             "axisid identify --json."
         )
     return result
-
-
-def _refuse(name: str) -> NoReturn:
-    raise ValueError(f"it holds {name}, which is no number of JSON")

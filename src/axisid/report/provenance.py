@@ -48,6 +48,8 @@ def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
         "axis": result.axis.axis.name,
         "record": f"SIMULATED: {source.source}" if source.truth else source.source,
         "truth": truth_text(result),
+        "file as named": source.given,
+        "file": source.path,
         "sha256 of the file": source.sha256,
         "columns": columns,
         "assumed": "; ".join(source.assumed),
@@ -99,5 +101,5 @@ def _covariances(result: Identification) -> str:
 
 
 def _value(name: str, text: str) -> str:
-    exact = name in ("sha256 of the file", "generated code")
+    exact = name in ("file as named", "file", "sha256 of the file", "generated code")
     return f"<code>{escape(text)}</code>" if exact else unbroken(text)
