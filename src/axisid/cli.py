@@ -6,13 +6,14 @@ Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 d
 6 estimation.
 """
 
+import contextlib
 import io
 import os
 import sys
 import warnings
 from collections.abc import Iterable
 from textwrap import indent
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -26,7 +27,13 @@ from axisid.identify_command import identify
 from axisid.paper_command import paper
 from axisid.sweep_command import sweep
 
-_INTERRUPTED = 130
+_USAGE, _DATA, _INTERRUPTED = 2, 3, 130
+
+
+_NO_MEMORY = (
+    "there is not enough memory for this record and these options. Take a piece of the record, "
+    "decimate more, ask for fewer draws, or read delimited text or Parquet in blocks (--stream)."
+)
 
 
 @click.group(
@@ -53,6 +60,7 @@ def cli() -> None:
 
 def main() -> NoReturn:
     """Run the command line: every failure is one sentence on stderr and an exit code."""
+    _fill_closed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
@@ -68,9 +76,11 @@ def main() -> NoReturn:
     except (click.Abort, KeyboardInterrupt):
         code = _fail("interrupted", _INTERRUPTED)
     except BrokenPipeError:
-        # Whoever read the output has left; nothing can be said to them.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 1
+        code = 1  # whoever read the output has left; nothing can be said to them
+    except MemoryError:
+        code = _fail(_NO_MEMORY, _DATA)
+    except OSError as error:
+        code = _fail(_unusable(error), _USAGE)
     except Exception as error:
         # Only an error that speaks to the user carries an exit code.
         known: int | None = getattr(error, "exit_code", None)
@@ -81,7 +91,31 @@ def main() -> NoReturn:
         else:
             headline = getattr(error, "headline", str(error))
             code = _fail(headline, known, getattr(error, "mistakes", ()))
+    for stream in (sys.stdout, sys.stderr):
+        _let_go(stream)
     sys.exit(code)
+
+
+def _fill_closed() -> None:
+    """Open what was closed of the three standard streams on nothing.
+
+    The next file that is opened, a result for instance, would take its number, and what a library
+    prints would go into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+
+
+def _let_go(stream: TextIO | None) -> None:
+    """Write what is left of a stream, or drop it: the interpreter would complain at its end."""
+    try:
+        if stream is not None:
+            stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _show_warning(message: Warning | str, *_: Any) -> None:
@@ -99,15 +133,19 @@ def _refused(error: click.ClickException) -> int:
 
 def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
     """One sentence on stderr; the mistakes of a declaration, one under the other."""
-    click.echo(f"axisid: {' '.join(message.split())}", err=True)
-    for mistake in listed:
-        click.echo(indent(mistake, "  "), err=True)
+    with contextlib.suppress(OSError):  # the exit code is left to say it
+        click.echo(f"axisid: {' '.join(message.split())}", err=True)
+        for mistake in listed:
+            click.echo(indent(mistake, "  "), err=True)
     return code
 
 
+def _unusable(error: OSError) -> str:
+    place = error.filename or "standard output, or a file that is written to,"
+    return f"{place} cannot be used: {error.strerror or error}."
+
+
 def _fault(error: Exception) -> str:
-    if isinstance(error, OSError):
-        return f"{error.filename or 'standard output'} cannot be used: {error.strerror}."
     return (
         f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
         "and report it."

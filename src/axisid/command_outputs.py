@@ -3,13 +3,16 @@
 import json
 import os
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import click
 
 from axisid.command_inputs import file_of
+from axisid.earlier_output import is_earlier
 from axisid.terminal import show_text
 
 
@@ -28,52 +31,166 @@ def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None
     return click.option("--json", "json_file", metavar="FILE", help=said)
 
 
-def check_json(file: str | None, *inputs: str | None) -> None:
-    """As `check_output`, for ``--json``."""
-    check_output(file, "--json", *inputs)
+def force_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add ``--force``, which the command takes as `force`."""
+    said = "Write over a file that this command did not write."
+    return click.option("--force", is_flag=True, help=said)(command)
 
 
-def check_output(file: str | None, option: str, *inputs: str | None) -> None:
-    """Refuse a place that cannot be written to before anything is computed."""
-    if file is None:
-        return
-    path = Path(file)
-    if file == "-" and option == "--json":
-        problem = "standard output is closed" if sys.stdout is None else ""
-    elif file in ("", "-") or os.path.isdir(file):
-        problem = "it is no file; name one"
-    elif not os.path.isdir(path.parent):
-        problem = "the folder does not exist; make it first"
-    elif path.is_symlink() and not _leads_somewhere(path):
-        problem = "the link leads to itself; name another file"
-    elif path.resolve() in {file_of(given).resolve() for given in inputs if given}:
-        problem = "it is an input of this run; name another file"
-    else:
-        problem = ""
-    if problem:
-        raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Where a command is asked to write.
+
+    Attributes
+    ----------
+    option : str
+        That names the place.
+    file : str or None
+        None where it is not given.
+    kind : str
+        What the command writes there, as `is_earlier` knows it.
+    """
+
+    option: str
+    file: str | None
+    kind: str
 
 
-def _leads_somewhere(link: Path) -> bool:
+def check_targets(
+    targets: Sequence[Target], inputs: Sequence[str | None], *, force: bool = False
+) -> None:
+    """Refuse places that cannot or must not be written to, before anything is computed.
+
+    Parameters
+    ----------
+    targets : sequence of Target
+    inputs : sequence of str or None
+        Arguments that name files to read, which are never written to.
+    force : bool
+        Whether files may go that the command did not write.
+    """
+    taken = _read_by(inputs)
+    for target in targets:
+        if target.file is None:
+            continue
+        problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
+        if problem:
+            _refuse(target.file, problem, target.option)
+        taken[_real(Path(target.file))] = f"{target.option} is written there; name another file"
+
+
+def check_replaced(
+    files: Mapping[Path, str], option: str, inputs: Sequence[str], *, force: bool
+) -> None:
+    """Refuse to lose what is there: inputs of the run, and what the command did not write.
+
+    Parameters
+    ----------
+    files : mapping of Path to str
+        What is to be written, with its kind as `is_earlier` knows it.
+    option : str
+        That names the place.
+    inputs, force
+        As in `check_targets`.
+    """
+    taken = _read_by(inputs)
+    for file, kind in files.items():
+        problem = taken.get(_real(file), "") or _foreign(str(file), kind, force=force)
+        if problem:
+            _refuse(str(file), problem, option)
+
+
+def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
+    """What is said of the files that a run reads, by their real paths."""
+    said = "it is an input of this run; name another file"
+    return {_real(file_of(given)): said for given in inputs if given}
+
+
+def _refuse(file: str, problem: str, option: str) -> NoReturn:
+    raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
+
+
+def _real(path: Path) -> str:
+    """A path that two names of one file share; links that lead to themselves stay."""
+    return os.path.realpath(path)
+
+
+def _unfit(target: Target, taken: Mapping[str, str]) -> str:
+    """Why a place cannot be written to; empty if it can."""
+    file = str(target.file)
+    if file == "-" and target.option == "--json":
+        return "standard output is closed" if sys.stdout is None else ""
+    if file in ("", "-") or os.path.isdir(file):
+        return "it is no file; name one"
+    real = _real(Path(file))
+    if real in taken:
+        return taken[real]
+    if not os.path.isdir(os.path.dirname(real)):
+        return "the folder does not exist; make it first"
+    if os.path.islink(real):
+        return "the link leads to itself; name another file"
+    if os.path.isfile(real) and not os.access(real, os.W_OK):
+        return "the file is read-only; name another file"
+    return "" if _is_special(real) else _unwritable(os.path.dirname(real))
+
+
+def _is_special(file: str) -> bool:
+    """Whether it is there and is written to, not replaced: a device or a pipe."""
+    return os.path.exists(file) and not os.path.isfile(file)
+
+
+def _unwritable(folder: str) -> str:
+    """Why no file can be made in a folder; only making one tells that of every file system."""
     try:
-        link.resolve()
-        link.stat()
-    except FileNotFoundError:
-        return True  # a file that can be made
-    except (OSError, RuntimeError):
-        return False
-    return True
+        with tempfile.TemporaryFile(dir=folder):
+            return ""
+    except OSError as error:
+        return f"no file can be made in its folder ({error.strerror}); name another place"
 
 
-def check_folder(folder: str | None) -> None:
-    """Refuse a folder that can neither be used nor made."""
-    if folder is None or os.path.isdir(folder):
+def _foreign(file: str, kind: str, *, force: bool) -> str:
+    """Why what is there must stay: the command did not write it; empty if it may go."""
+    if force or file == "-" or not os.path.isfile(file):
+        return ""
+    try:
+        if is_earlier(Path(file), kind):
+            return ""
+    except OSError as error:
+        return f"what is there cannot be read ({error.strerror}); name another file"
+    return (
+        "it is there and this command did not write it; name another file, or add --force to lose "
+        "what it holds"
+    )
+
+
+def check_folder(
+    folder: str | Path | None, option: str, files: Mapping[str, str], *, force: bool = False
+) -> None:
+    """Refuse a folder that can neither be used nor made, or that holds files of others.
+
+    Parameters
+    ----------
+    folder : str, Path or None
+        It may be new, in a folder that is there.
+    option : str
+        That names it.
+    files : mapping of str to str
+        What may be written into it, by name, with its kind as `is_earlier` knows it.
+    force : bool
+        Whether files may go that the command did not write.
+    """
+    if folder is None:
         return
-    if not folder or os.path.exists(folder) or not os.path.isdir(Path(folder).parent):
-        raise click.BadParameter(
-            f"{folder!r}: it is no folder, nor a new one in a folder; name one",
-            param_hint="--figures",
-        )
+    place = str(folder)
+    parent = os.path.dirname(os.path.abspath(place))
+    if not os.path.isdir(place) and (
+        not place or os.path.lexists(place) or not os.path.isdir(parent)
+    ):
+        _refuse(place, "it is no folder, nor a new one in a folder; name one", option)
+    if problem := _unwritable(place if os.path.isdir(place) else parent):
+        _refuse(place, problem, option)
+    inside = {Path(place, name): kind for name, kind in files.items()}
+    check_replaced(inside, option, (), force=force)
 
 
 def write_output(file: str | None, text: str) -> None:

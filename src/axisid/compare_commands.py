@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from axisid.command_inputs import axis_and_record
-from axisid.command_outputs import check_json, json_option, put_result
+from axisid.command_outputs import Target, check_targets, force_option, json_option, put_result
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
+from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 from axisid.record_options import LOG_ENDINGS, Reading, record_options
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from axisid.modeling import Axis
 
 
-class _ListedAxes(click.Command):
+class _ListedAxes(Command):
     """A command whose ``--axes`` takes every name up to the next option or record."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -78,6 +79,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @record_options
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
+@force_option
 def compare(
     record: str | None,
     axes: tuple[str, ...],
@@ -89,6 +91,7 @@ def compare(
     reading: Reading,
     no_native: bool,
     json_file: str | None,
+    force: bool,
 ) -> None:
     """Fit several models of one axis to RECORD, and recommend one.
 
@@ -99,7 +102,7 @@ def compare(
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
-    check_json(json_file, record, *named)
+    check_targets([Target("--json", json_file, "compare")], (record, *named), force=force)
     if not named:
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
@@ -123,6 +126,7 @@ def compare(
 
 @click.command(
     "compare-results",
+    cls=Command,
     short_help="Set two results side by side.",
     epilog="Example: axisid identify emps2015 --json a.json && "
     "axisid identify emps2015 --cutoff 40 --json b.json && axisid compare-results a.json b.json",
@@ -130,13 +134,15 @@ def compare(
 @click.argument("first", shell_complete=complete_file)
 @click.argument("second", shell_complete=complete_file)
 @json_option("Write the comparison as JSON; - for stdout.")
-def compare_results(first: str, second: str, json_file: str | None) -> None:
+@force_option
+def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
     """Set the results FIRST and SECOND side by side, as identify --json wrote them.
 
     Parameters with their difference in combined deviations, and the settings and checks that
     differ.
     """
-    check_json(json_file, first, second)
+    targets = [Target("--json", json_file, "compare-results")]
+    check_targets(targets, (first, second), force=force)
 
     from axisid.two_results import compare_results as run
 

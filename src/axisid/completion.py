@@ -6,6 +6,8 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from axisid.option_checks import Command
+
 _VARIABLE = "_AXISID_COMPLETE"
 _DECLARATIONS = (".toml", ".py")
 
@@ -41,6 +43,7 @@ def _declares(path: Path) -> bool:
 
 
 @click.command(
+    cls=Command,
     short_help="Print a completion script for the shell.",
     epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
 )

@@ -3,11 +3,13 @@
 import click
 
 from axisid.completion import complete_axis
+from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 from axisid.terminal import show_text
 
 
 @click.command(
+    cls=Command,
     short_help="Start a declaration in this folder.",
     epilog="Example: axisid new my_axis && axisid identify my_axis.toml",
 )
@@ -28,7 +30,7 @@ def new(name: str, newton: bool, toml: bool) -> None:
     click.echo(f"  axisid identify {file}")
 
 
-@click.command(epilog="Example: axisid show emps --format latex > emps.tex")
+@click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
 @click.argument("axis", shell_complete=complete_axis)
 @click.option(
     "--format",

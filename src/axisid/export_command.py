@@ -3,13 +3,15 @@
 import click
 
 from axisid.command_inputs import METHODS
-from axisid.command_outputs import check_output, write_output
+from axisid.command_outputs import Target, check_targets, force_option, write_output
 from axisid.completion import complete_axis, complete_file
+from axisid.option_checks import Command
 
 _TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 
 
 @click.command(
+    cls=Command,
     epilog="Example: axisid identify emps2015 --json result.json && "
     "axisid export result.json --axis emps2015 --to c -o emps2015.c",
 )
@@ -45,8 +47,15 @@ _TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
     help="In place of standard output.",
     shell_complete=complete_file,
 )
+@force_option
 def export(
-    result: str, axis: str, to: str, method: str | None, dead_zone: float, output: str | None
+    result: str,
+    axis: str,
+    to: str,
+    method: str | None,
+    dead_zone: float,
+    output: str | None,
+    force: bool,
 ) -> None:
     """Write an identified axis for use elsewhere.
 
@@ -54,7 +63,7 @@ def export(
     take position, velocity and acceleration of the reference and give force and control; they need
     nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
     """
-    check_output(output, "--output", result, axis)
+    check_targets([Target("--output", output, "export")], (result, axis), force=force)
     from axisid.exports import export as exported
 
     text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone)

@@ -1,11 +1,10 @@
 """Figures as files. Matplotlib is imported here, and this module only where a figure is drawn."""
 
-import os
-import secrets
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from axisid.codegen import replace_file
 from axisid.estimation import Estimate, Sweep
 from axisid.estimation.drawing import WIDTH, Drawing, drawn, rendered
 from axisid.estimation.estimate_plots import force_plot, row_times
@@ -13,6 +12,11 @@ from axisid.estimation.plot import Panel, Plot, Series
 from axisid.estimation.result_plots import sweep_plot
 
 FORMATS = ("pdf", "svg", "png")
+#: Every figure that a result can have.
+NAMES = (
+    *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),
+    *("spectrum", "sweep", "record"),
+)
 
 
 def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float = 3.0) -> None:
@@ -89,11 +93,4 @@ def _until(plot: Plot, end: float) -> Plot:
 
 
 def _save(figure: Drawing, path: Path) -> None:
-    content = rendered(figure, path.suffix.removeprefix(".").lower() or "png")
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    replace_file(path, rendered(figure, path.suffix.removeprefix(".").lower() or "png"))

@@ -34,6 +34,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "reversals": {"type": click.Choice(["keep", "leave-out"])},
 }
 
+#: Names of all of them on the command line.
+FILTER_OPTIONS = tuple(f"--{name}" for name in _OPTIONS)
+
 
 def filter_options(
     *only: str, **helps: str
@@ -53,6 +56,11 @@ def filter_options(
         @functools.wraps(command)
         def collected(**values: Any) -> None:
             asked = {name: values.pop(name) for name in names}
+            if asked.get("decimate") == 1 and asked.get("decimation") is not None:
+                raise click.UsageError(
+                    "--decimation aligns rows of which some are left out, and --decimate 1 keeps "
+                    "all; leave one of them out."
+                )
             given = {name: value for name, value in asked.items() if value is not None}
             command(filtering=Filtering(given), **values)
 

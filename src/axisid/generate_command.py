@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.command_inputs import file_of
+from axisid.command_outputs import check_replaced, force_option
 from axisid.completion import complete_axis
+from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 
 if TYPE_CHECKING:
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    short_help="Rewrite the generated code of axes.", epilog="Example: axisid generate --check"
+    cls=Command,
+    short_help="Rewrite the generated code of axes.",
+    epilog="Example: axisid generate --check",
 )
 @click.argument("axes", nargs=-1, shell_complete=complete_axis)
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
@@ -27,7 +30,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Folder of the generated code.",
 )
-def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) -> None:
+@force_option
+def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, force: bool) -> None:
     """Rewrite the generated code of AXES, by default of the whole library.
 
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
@@ -45,8 +49,9 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path) ->
             click.echo(f"{axis.name}: {stages}")
     with ProgressLine("generating") as line:
         files = expected_files(declared, line)
-    _check_targets({(output / path).resolve() for path in files}, axes)
     if not check:
+        targets = {output / path: "generate" for path in files}
+        check_replaced(targets, "--output", axes, force=force)
         written = write_files(output, files)
         for path in written:
             click.echo(f"wrote {output / path}")
@@ -85,14 +90,6 @@ def _declared(axes: tuple[str, ...]) -> "list[Axis]":
                 "library; rename the axis."
             )
     return declared
-
-
-def _check_targets(targets: set[Path], axes: tuple[str, ...]) -> None:
-    """Refuse to write over a declaration."""
-    from axisid.modeling import UsageError
-
-    if taken := targets & {file_of(name).resolve() for name in axes}:
-        raise UsageError(f"{taken.pop()} declares an axis and would be overwritten; rename it.")
 
 
 def _output_option(output: Path) -> list[str]:

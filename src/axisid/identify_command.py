@@ -8,13 +8,24 @@ from typing import Literal
 import click
 
 from axisid.command_inputs import METHODS, axis_and_record
-from axisid.command_outputs import check_folder, check_json, check_output, json_option
+from axisid.command_outputs import Target, check_folder, check_targets, force_option, json_option
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
 from axisid.identify_outputs import put_identification
 from axisid.identify_stream import identify_streamed
+from axisid.option_checks import Command, check_idle, check_needed
 from axisid.progress import ProgressLine
 from axisid.record_options import Reading, record_options
+
+
+def _check_idle(covariance: str, json_file: str | None) -> None:
+    """Refuse options that the others leave without effect."""
+    check_needed(("--figure-format", "--figure-width"), ("--figures",))
+    check_needed(("--no-sweep",), ("--report", "--figures"))
+    if covariance != "hac":
+        check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
+    if json_file == "-":
+        check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
 
 
 def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
@@ -25,6 +36,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 
 
 @click.command(
+    cls=Command,
     short_help="Identify an axis from a record.",
     epilog="Example: axisid identify emps2015, or "
     "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
@@ -114,6 +126,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     callback=_finite,
 )
 @click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
+@force_option
 def identify(
     axis: str,
     record: str | None,
@@ -134,6 +147,7 @@ def identify(
     figure_format: str,
     figure_width: float,
     no_sweep: bool,
+    force: bool,
 ) -> None:
     """Identify AXIS from RECORD, or from its built-in twin if no record is given.
 
@@ -143,24 +157,17 @@ def identify(
     ROS bag. Values are SI unless the file or --columns says otherwise.
     """
     filtering.prefilter()  # refused before anything is read
-    check_json(json_file, record, axis, second)
-    check_output(report, "--report", record, axis, second, json_file)
-    check_folder(figures)
+    targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
+    check_targets(targets, (record, axis, second), force=force)
     if stream:
-        beyond = {
-            "--method": method not in ("all", "idm-ls"),
-            "--validate": second,
-            "--draws": draws,
-            "--lags": lags is not None,
-            "--covariance": covariance != "hac",
-            "--full": full,
-            "--fix": fix,
-            "--report": report,
-            "--figures": figures,
-        }
-        asked = [option for option, given in beyond.items() if given]
-        identify_streamed(axis, record, filtering, reading, json_file, asked)
+        identify_streamed(axis, record, method, filtering, reading, json_file)
         return
+    _check_idle(covariance, json_file)
+    if figures is not None:
+        from axisid.figures import NAMES
+
+        drawn = {f"{name}.{figure_format}": "figure" for name in NAMES}
+        check_folder(figures, "--figures", drawn, force=force)
 
     generated, data = axis_and_record(axis, record, reading, second, fixed=fix, no_native=no_native)
 

@@ -3,25 +3,28 @@
 import click
 
 from axisid.command_outputs import put_result
-from axisid.filter_options import Filtering
+from axisid.filter_options import FILTER_OPTIONS, Filtering
+from axisid.option_checks import check_allowed
 from axisid.progress import ProgressLine
-from axisid.record_options import Reading
+from axisid.record_options import RECORD_OPTIONS, Reading
+
+_KNOWN = ("--stream", "--json", "--force")
 
 
 def identify_streamed(
     axis: str,
     record: str | None,
+    method: str,
     filtering: Filtering,
     reading: Reading,
     json_file: str | None,
-    beyond: list[str],
 ) -> None:
     """Identify from a log that is read in blocks; some options ask for more than that can give."""
-    if record is None or beyond:
-        raise click.UsageError(
-            "--stream identifies a RECORD by idm-ls alone; "
-            + (f"leave out {' and '.join(beyond)}." if beyond else "name its file.")
-        )
+    own = "--stream identifies a RECORD by idm-ls alone"
+    if record is None:
+        raise click.UsageError(f"{own}; name its file.")
+    known = ("--method",) if method in ("all", "idm-ls") else ()
+    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *known), own)
     from axisid.codegen import build
     from axisid.estimation import identify_stream
     from axisid.modeling import load_axis

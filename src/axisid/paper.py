@@ -154,6 +154,16 @@ Table 7: the twin's DDM-LS bias has the paper's sign (M too small), not its size
 how the drive makes its velocity from the noisy position, which the paper does not say."""
 
 
+#: What `write_study` writes, and of which kind it is.
+STUDY_FILES = {
+    "tables.txt": "paper",
+    "appropriate.json": "identify",
+    "inappropriate.json": "identify",
+    "figure3.png": "figure",
+    "figure4.png": "figure",
+}
+
+
 def write_study(study: Study, folder: Path) -> list[Path]:
     """Write tables, figures and both results into a folder.
 

@@ -4,11 +4,14 @@ from pathlib import Path
 
 import click
 
+from axisid.command_outputs import check_folder, force_option
+from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 from axisid.terminal import show_text
 
 
 @click.command(
+    cls=Command,
     short_help="Reproduce the paper's tables on a twin.",
     epilog="Example: axisid paper --output results",
 )
@@ -17,13 +20,18 @@ from axisid.terminal import show_text
     type=click.Path(file_okay=False, path_type=Path),
     help="Also write the tables, the figures and the results as JSON into this folder.",
 )
-def paper(output: Path | None) -> None:
+@force_option
+def paper(output: Path | None, force: bool) -> None:
     """Identify the twin of the paper's axis by all four methods under both filters.
 
     Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
     """
-    from axisid.paper import run_study, study_tables, write_study
+    from axisid.paper import STUDY_FILES, run_study, study_tables, write_study
 
+    if output is not None:
+        import axisid.figures  # noqa: F401 - refused before anything is computed
+
+    check_folder(output, "--output", STUDY_FILES, force=force)
     with ProgressLine("the paper's study") as line:
         study = run_study(line)
     show_text(f"{study_tables(study)}\n")

@@ -20,6 +20,9 @@ LOG_ENDINGS = (
 )
 
 
+_GIGABYTE = 1e9
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
     """How a log is to be read, as the command line says it."""
@@ -31,6 +34,7 @@ class Reading:
     wrap: str | None
     mask: Literal["clipped"] | None
     tail: Literal["drop"] | None
+    max_memory: float | None
 
     @property
     def given(self) -> list[str]:
@@ -50,7 +54,12 @@ class Reading:
             tail=self.tail,
         )
         return read_record(
-            file, axis, columns=self.columns, sample_period=self.sample_period, repairs=repairs
+            file,
+            axis,
+            columns=self.columns,
+            sample_period=self.sample_period,
+            repairs=repairs,
+            max_memory=self.max_memory,
         )
 
     def blocks(self, file: str, axis: "GeneratedAxis") -> "LogBlocks":
@@ -96,7 +105,16 @@ _OPTIONS = (
         type=click.Choice(["drop"]),
         help="Leave out what is no row at the end of a text: a line cut off, a footer.",
     ),
+    click.option(
+        "--max-memory",
+        type=float,
+        metavar="GB",
+        help="Memory that reading a log may take.  [default: half of the machine's]",
+    ),
 )
+
+#: Names of all of them on the command line.
+RECORD_OPTIONS = tuple(f"--{name.replace('_', '-')}" for name in Reading.__dataclass_fields__)
 
 
 def record_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -112,6 +130,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
         wrap: str | None,
         mask: Literal["clipped"] | None,
         tail: Literal["drop"] | None,
+        max_memory: float | None,
         **others: Any,
     ) -> None:
         reading = Reading(
@@ -122,6 +141,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
             wrap=wrap,
             mask=mask,
             tail=tail,
+            max_memory=_bytes(max_memory),
         )
         command(reading=reading, **others)
 
@@ -137,6 +157,17 @@ def _period(sample_period: float | None) -> float | None:
             param_hint="--sample-period",
         )
     return sample_period
+
+
+def _bytes(gigabytes: float | None) -> float | None:
+    if gigabytes is None:
+        return None
+    if not gigabytes > 0:
+        raise click.BadParameter(
+            f"{gigabytes!r} is no amount of memory; give a positive number of GB",
+            param_hint="--max-memory",
+        )
+    return gigabytes * _GIGABYTE
 
 
 def _rate(text: str | None) -> float | Literal["auto"] | None:

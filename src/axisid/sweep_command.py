@@ -6,9 +6,10 @@ from pathlib import Path
 import click
 
 from axisid.command_inputs import axis_and_record
-from axisid.command_outputs import check_json, check_output, json_option, put_json
+from axisid.command_outputs import Target, check_targets, force_option, json_option, put_json
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
+from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 from axisid.record_options import Reading, record_options
 from axisid.terminal import show_text
@@ -17,6 +18,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 
 
 @click.command(
+    cls=Command,
     short_help="Identify at many cut-offs; recommend one.",
     epilog="Examples: axisid sweep emps2015 --points 3, or "
     "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
@@ -31,6 +33,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+@force_option
 def sweep(
     axis: str,
     record: str | None,
@@ -42,18 +45,21 @@ def sweep(
     no_native: bool,
     json_file: str | None,
     figure: str | None,
+    force: bool,
 ) -> None:
     """Identify AXIS from RECORD (or its twin) at many cut-offs, and recommend one.
 
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
-    check_json(json_file, record, axis)
-    check_output(figure, "--figure", record, axis, json_file)
+    targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
+    check_targets(targets, (record, axis), force=force)
     if figure is not None and Path(figure).suffix not in _FIGURES:
         raise click.BadParameter(
             f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
         )
+    if figure is not None:
+        import axisid.figures  # noqa: F401 - refused before anything is computed
     generated, data = axis_and_record(axis, record, reading, no_native=no_native)
 
     from axisid.estimation import default_cutoffs

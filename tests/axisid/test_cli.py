@@ -411,7 +411,7 @@ def test_json_never_replaces_an_input_or_what_is_no_file(
 
 def test_json_follows_links_and_keeps_modes(run: Run, tmp_path: Path) -> None:
     target, link = tmp_path / "target.json", tmp_path / "link.json"
-    target.write_text("old")
+    target.write_text('{"schema": "axisid.identification/1"}')
     target.chmod(0o600)
     link.symlink_to(target)
     assert run("identify", "emps2015", "--method", "idm-ls", "--json", link)[0] == 0

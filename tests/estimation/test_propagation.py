@@ -129,7 +129,7 @@ def test_draws_are_in_the_table_and_in_json(result: Identification) -> None:
     assert "drawn 2.5 %" in result.summary(draws=100)
     assert "drawn 2.5 %" not in result.summary()
     estimate = result.to_dict(draws=100)["estimates"][1]
-    assert set(estimate["drawn"]["M"]) == {"median", "interval_95", "draws", "lost"}
+    assert set(estimate["drawn"]["M"]) == {"median", "interval_95", "draws", "lost", "seed"}
     assert result.to_dict()["estimates"][1]["drawn"] is None
 
 
