@@ -3,9 +3,20 @@
 import io
 from typing import Any
 
-from matplotlib import rc_context
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from axisid.modeling import UsageError
+
+from .table import told
+
+try:
+    from matplotlib import rc_context
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.font_manager import fontManager
+except Exception as error:  # it reads variables and files of the user's as it starts
+    raise UsageError(
+        f"no figure can be drawn: matplotlib does not start ({told(error)}). Mend what it names, "
+        "such as the variable MPLBACKEND, or leave the figures out."
+    ) from error
 
 from .plot import SHADED, Panel, Plot, Series
 from .ticks import set_ticks
@@ -26,9 +37,9 @@ _NARROW = 110.0  # mm, below which a legend has two columns
 _PANEL, _AROUND = 1.5, 0.7  # inches
 _NAMED = 0.17  # inches, of the names of marks
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
+_FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")  # by preference
+_COMPLETE = "DejaVu Sans"  # which matplotlib brings; others lack exponents
 _STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["Source Sans 3", "Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
     "font.size": 9.0,
     "axes.edgecolor": _INK,
     "axes.labelcolor": _INK,
@@ -75,7 +86,7 @@ def drawn(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
-    with rc_context(_STYLE):
+    with rc_context(_style()):
         figure = Drawing(figsize=(width / _INCH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
         for axes, panel in zip(rows[:, 0], plot.panels, strict=True):
@@ -97,9 +108,19 @@ def rendered(figure: Figure, form: str) -> bytes:
         "png": {"Software": "axisid"},
     }
     out = io.BytesIO()
-    with rc_context(_STYLE):
+    with rc_context(_style()):
         figure.savefig(out, format=form, dpi=200, metadata=stamps.get(form))
     return out.getvalue()
+
+
+def _style() -> Any:
+    """The style, with the fonts that are there.
+
+    Only of a list of families is what one font lacks taken from the next, glyph by glyph; a generic
+    family stands for the first that is there alone.
+    """
+    installed = {font.name for font in fontManager.ttflist}
+    return {**_STYLE, "font.family": [*(f for f in _FONTS if f in installed), _COMPLETE]}
 
 
 def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
