@@ -138,8 +138,18 @@ def _is_text(head: bytes) -> bool:
     return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
 
 
-def unpacked(file: Path, content: bytes, room: Room) -> bytes:
+def unpacked(file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
     """The content of a file that is compressed by gzip.
+
+    Parameters
+    ----------
+    file : Path
+        For messages.
+    content : bytes
+    room : Room
+        The memory that there is for it.
+    text : bool
+        Whether it is read as text, which is counted at once: text takes the most.
 
     Raises
     ------
@@ -151,6 +161,8 @@ def unpacked(file: Path, content: bytes, room: Room) -> bytes:
         with gzip.open(io.BytesIO(content)) as stream:
             while piece := stream.read(_PIECE):
                 room.take(2 * len(piece))  # by itself and joined
+                if text:
+                    room.take_text(piece)
                 pieces.append(piece)
     except (OSError, EOFError, zlib.error) as error:
         raise DataError(

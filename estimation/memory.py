@@ -58,20 +58,29 @@ class Room:
         DataError
             They are more than there is room for.
         """
+        self.check(amount)
         self.taken += amount
-        if self.taken <= self.limit:
+
+    def check(self, amount: float) -> None:
+        """Refuse bytes that there is no room for, without counting them.
+
+        Raises
+        ------
+        DataError
+            As `take` does.
+        """
+        if amount <= self.left:
             return
-        size = f"{self.limit / GIGABYTE:.3g} GB of memory"
-        whose = f"the {size} that it may" if self.given else f"{size}, half of what there is,"
+        whose = "as much as it may" if self.given else "half of what there is"
         raise DataError(
-            f"{self.source} would take more than {whose} to be read. Read a piece of the log, read "
-            "delimited text or Parquet in blocks (--stream), or allow more (--max-memory GB, in "
-            "Python max_memory in bytes)."
+            f"reading {self.source} would take more than {self.limit / GIGABYTE:.3g} GB of memory, "
+            f"{whose}. Read a piece of the log, read delimited text or Parquet in blocks "
+            "(--stream), or allow more (--max-memory GB; in Python max_memory, in bytes)."
         )
 
     def take_text(self, content: bytes) -> None:
         """The same of a text in bytes that is about to be read as a table."""
-        self.take(_TEXT_BYTE * len(content) + _TEXT_LINE * content.count(b"\n"))
+        self.take(_TEXT_BYTE * len(content) + _TEXT_LINE * max(map(content.count, (b"\n", b"\r"))))
 
 
 def room_for(source: str | Path, max_memory: float | None) -> Room:

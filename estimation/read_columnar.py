@@ -1,9 +1,10 @@
 """Columns by name: NumPy archives, Parquet files, and the dataframes and arrays of a script."""
 
 import io
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -17,6 +18,11 @@ from .table import Table, library, told
 
 _ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
+_HEADS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+_DOUBLE = 8  # bytes
 _BATCH = 65_536  # rows that are unfolded before they are counted
 
 
@@ -36,6 +42,8 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
                 room.take(entry.file_size)
+                with archive.zip.open(entry) as stream:
+                    room.check(_DOUBLE * _numbers(stream))
                 _add_entry(found, name, archive)
     except AxisidError:
         raise
@@ -47,6 +55,16 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
             f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez."
         )
     return found.table(str(file))
+
+
+def _numbers(stream: IO[bytes]) -> int:
+    """How many numbers an array of an archive has, by its head; 0 where that does not tell."""
+    try:
+        read = _HEADS[np.lib.format.read_magic(stream)]
+        shape, _, dtype = read(stream)
+    except (KeyError, ValueError, EOFError):
+        return 0
+    return math.prod(shape) if dtype.kind in "fiub" else 0
 
 
 def _add_entry(found: Gathered, name: str, archive: Any) -> None:
@@ -78,7 +96,7 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
         with parquet.ParquetFile(io.BytesIO(content)) as opened:
             schema = opened.schema_arrow
             for batch in opened.iter_batches(batch_size=_BATCH):
-                room.take(batch.nbytes)
+                room.take(2 * batch.nbytes)  # its columns are put together anew
                 batches.append(batch)
         table = arrow.Table.from_batches(batches, schema).flatten()
     except AxisidError:

@@ -10,7 +10,6 @@ from itertools import chain, islice
 
 from .dialect import sniff
 from .errors import DataError
-from .memory import Room
 from .provenance import Repair
 from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
@@ -27,9 +26,7 @@ _LONGEST_LINE = 1_000_000  # characters; a file without lines would be read whol
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
-def read_text(
-    source: str, content: bytes, *, drop_tail: bool = False, room: Room | None = None
-) -> Table:
+def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
 
     Parameters
@@ -39,16 +36,12 @@ def read_text(
     content : bytes
     drop_tail : bool
         Whether lines at the end that are no rows may be left out.
-    room : Room, optional
-        The memory that there is for it.
 
     Raises
     ------
     DataError
-        It is no text, or no table, or too large.
+        It is no text, or no table.
     """
-    if room is not None:
-        room.take_text(content)
     encoding = encoding_of(source, [content])
     text = _decoded(source, content, encoding)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]

@@ -145,17 +145,20 @@ def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) ->
 
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
-    ending = file.suffix.lower()
-    if ending == GZIP:
-        content, ending = unpacked(file, content, room), Path(file.stem).suffix.lower()
+    packed = file.suffix.lower() == GZIP
+    ending = Path(file.stem if packed else file).suffix.lower()
+    parser = _IN_MEMORY.get(ending)
+    if packed:
         if ending in _FROM_DISK:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
-    parser = _IN_MEMORY.get(ending)
+        content = unpacked(file, content, room, text=parser is None)
+    elif parser is None:
+        room.take_text(content)
     if parser is None:
-        table = read_text(str(file), content, drop_tail=drop_tail, room=room)
+        table = read_text(str(file), content, drop_tail=drop_tail)
     else:
         table = parser(file, content, room)
-    notes = ("unpacked by gzip",) if file.suffix.lower() == GZIP else ()
+    notes = ("unpacked by gzip",) if packed else ()
     return replace(table, notes=(*notes, *table.notes))
 
 

@@ -65,35 +65,44 @@ def main() -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("default", RuntimeWarning)
-            warnings.showwarning = _show_warning  # type: ignore[assignment]
-            code = cli.main(prog_name="axisid", standalone_mode=False)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        code = _run()
     except click.ClickException as error:
         code = _refused(error)
     except (click.Abort, KeyboardInterrupt):
         code = _fail("interrupted", _INTERRUPTED)
-    except BrokenPipeError:
-        code = 1  # whoever read the output has left; nothing can be said to them
-    except MemoryError:
-        code = _fail(_NO_MEMORY, _DATA)
-    except OSError as error:
-        code = _fail(_unusable(error), _USAGE)
     except Exception as error:
-        # Only an error that speaks to the user carries an exit code.
-        known: int | None = getattr(error, "exit_code", None)
-        if known is None and os.environ.get("AXISID_DEBUG"):
-            raise
-        if known is None:
-            code = _fail(_fault(error), 1)
-        else:
-            headline = getattr(error, "headline", str(error))
-            code = _fail(headline, known, getattr(error, "mistakes", ()))
+        code = _failed(error)
     for stream in (sys.stdout, sys.stderr):
         _let_go(stream)
     sys.exit(code)
+
+
+def _run() -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", RuntimeWarning)
+        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        code = cli.main(prog_name="axisid", standalone_mode=False)
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    return code
+
+
+def _failed(error: Exception) -> int:
+    """The exit code of an error, which is told unless nobody is left to be told."""
+    if isinstance(error, BrokenPipeError):
+        return 1  # whoever read the output has left
+    if isinstance(error, MemoryError):
+        return _fail(_NO_MEMORY, _DATA)
+    if isinstance(error, OSError):
+        return _fail(_unusable(error), _USAGE)
+    # Only an error that speaks to the user carries an exit code.
+    known: int | None = getattr(error, "exit_code", None)
+    if known is not None:
+        headline = getattr(error, "headline", str(error))
+        return _fail(headline, known, getattr(error, "mistakes", ()))
+    if os.environ.get("AXISID_DEBUG"):
+        raise error
+    return _fail(_fault(error), 1)
 
 
 def _fill_closed() -> None:
@@ -111,9 +120,10 @@ def _fill_closed() -> None:
 
 def _let_go(stream: TextIO | None) -> None:
     """Write what is left of a stream, or drop it: the interpreter would complain at its end."""
+    if stream is None:
+        return
     try:
-        if stream is not None:
-            stream.flush()
+        stream.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
