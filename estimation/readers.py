@@ -100,11 +100,11 @@ def read_table(
     log: str | Path | object, *, drop_tail: bool = False, max_memory: float | None = None
 ) -> Table:
     """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
-    table = (
-        _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
-        if isinstance(log, (str, Path))
-        else read_frame(log)
-    )
+    if isinstance(log, (str, Path)):
+        table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
+        table = replace(table, source=str(log))
+    else:
+        table = read_frame(log)
     if drop_tail and not any(repair.kind == "tail" for repair in table.repairs):
         table = replace(table, repairs=(*table.repairs, _NO_TAIL))
     return table
@@ -129,7 +129,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
             f"{file} cannot be read: there is not enough memory for it. Read a piece of it, or "
             "delimited text or Parquet in blocks (--stream)."
         ) from error
-    return replace(table, source=str(file), sha256=sha256, path=os.path.abspath(file))
+    return replace(table, sha256=sha256, path=os.path.abspath(file))
 
 
 def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) -> tuple[Table, str]:

@@ -5,6 +5,7 @@ A Python file is run; a TOML file never is.
 
 import contextlib
 import runpy
+import stat
 import sys
 import traceback
 from pathlib import Path
@@ -44,7 +45,7 @@ def load_axis(name: str | Path) -> Axis:
             "starts one."
         )
     if not _is_file(file):
-        raise ModelError(f"there is no axis file {str(file)!r}; check the path.")
+        raise ModelError(f"{_else_there(file)}; check the path.")
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)
@@ -55,6 +56,16 @@ def _is_file(file: Path) -> bool:
         return file.is_file()
     except OSError:
         return False
+
+
+def _else_there(file: Path) -> str:
+    """What is there in place of an axis file."""
+    try:
+        mode = file.stat().st_mode
+    except (OSError, ValueError):
+        return f"there is no axis file {str(file)!r}"
+    kind = "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
+    return f"{file} is {kind}, no axis file"
 
 
 def _run(file: Path) -> dict[str, Any]:
