@@ -432,6 +432,71 @@ def test_result_file_is_written_even_if_standard_output_fails(
     assert "internal fault" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    "arguments", ["--help", "show emps2015", "identify emps2015 --method idm-ls --json -"]
+)
+def test_full_standard_output_exits_2_with_one_sentence(arguments: str) -> None:
+    command = f"{sys.executable} -m axisid {arguments} > /dev/full"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "No space left on device" in done.stderr
+
+
+def test_full_standard_error_keeps_the_exit_code() -> None:
+    command = f"{sys.executable} -m axisid identify emps2015 absent.csv 2> /dev/full"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stdout, done.stderr) == (3, "", "")
+
+
+def test_nothing_that_is_printed_gets_into_a_file_where_streams_are_closed(tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    command = (
+        f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json {file} <&- >&- 2>&-"
+    )
+    done = subprocess.run(command, shell=True, check=False)  # noqa: S602
+    assert done.returncode == 0
+    assert json.loads(file.read_text())["axis"] == "emps2015"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "identify emps2015 --json r.json --figures figures",
+        "sweep emps2015 --json r.json --figure sweep.pdf",
+        "paper --output results",
+    ],
+)
+def test_matplotlib_that_does_not_start_is_told_before_anything_is_done(
+    tmp_path: Path, arguments: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", *arguments.split()],
+        env={**os.environ, "MPLBACKEND": "bogus"},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "matplotlib does not start" in done.stderr
+    assert "such as the variable MPLBACKEND" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_result_is_read_from_standard_input(tmp_path: Path, run: Run) -> None:
+    file = tmp_path / "a.json"
+    assert run("identify", "emps2015", "--method", "idm-ls", "--json", file)[0] == 0
+    command = f"cat {file} | {sys.executable} -m axisid compare-results /dev/stdin {file}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "the settings are the same" in done.stdout
+    endless = f"{sys.executable} -m axisid compare-results /dev/stdin {file} < /dev/zero"
+    done = subprocess.run(endless, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert done.returncode == 3
+    assert "is larger than any result" in done.stderr
+
+
 def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "chatty.py"
     file.write_text("from axisid import load_axis\nprint('hello')\naxis = load_axis('emps2015')\n")

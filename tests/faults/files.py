@@ -5,6 +5,7 @@ import gzip
 import json
 import os
 import socket
+import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -402,16 +403,13 @@ FAULTS: tuple[Fault, ...] = (*_read(), *_write(), *_ask(), *_done())
 
 
 def _changed_in_blocks() -> object:
-    folder = Path(os.environ.get("TMPDIR", "/tmp"))  # noqa: S108
-    file = folder / f"axisid-fault-{os.getpid()}.csv"
-    try:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "log.csv")
         file.write_text("time,position,control\n" + "0,1,2\n" * 1000)
         blocks = LogBlocks(file=file)
         first = list(blocks)
         file.write_text("time,position,control\n" + "0,1,3\n" * 1000)
         return first, list(blocks)
-    finally:
-        file.unlink()
 
 
 MISUSES: tuple[Misuse, ...] = (
