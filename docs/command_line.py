@@ -7,8 +7,8 @@
 # |---|---|
 # | 0 | done |
 # | 1 | `generate --check` found stale code; or an internal fault |
-# | 2 | usage: an option or argument, or a place that cannot be written to |
-# | 3 | data: the record |
+# | 2 | usage: an option or argument, also one that would have no effect, or a place that cannot be written to |
+# | 3 | data: the record, a file of results; or not enough memory for it |
 # | 4 | model: the axis |
 # | 6 | estimation: rank, divergence, no convergence; what other methods found is still reported |
 # | 130 | interrupted |
@@ -16,6 +16,16 @@
 # On a terminal, results are coloured and fitted to its width (`NO_COLOR` is honoured), and what takes
 # longer than a second says so; on a pipe there is plain ASCII. `eval "$(axisid completion bash)"`
 # completes commands, options, axes and files; zsh and fish too.
+#
+# **What is there already.** Places are checked before anything is computed, and a file is written whole or not
+# at all. Every output says in its content which command made it: a result by its schema, a page and figures by
+# their creator, exported and generated code by its first lines. The same command writes such a file, or an
+# empty one, anew, so a script can run again as it stands; `sweep` does not write over a result of `identify`.
+# Any other file, a log or notes, is kept: the command is refused with exit code 2, and `--force` allows it.
+# What you change in a file that a command wrote is lost when it runs again.
+#
+# **Options that would have no effect** are refused, and so is one that is given twice and is no list:
+# `--lags` without HAC deviations, a sampling period beside a rate of resampling, `--no-sweep` without a page.
 
 # %% tags=["hide-input"]
 import click

@@ -131,7 +131,7 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
         return "the link leads to itself; name another file"
     if os.path.isfile(real) and not os.access(real, os.W_OK):
         return "the file is read-only; name another file"
-    return "" if _is_special(real) else _unwritable(os.path.dirname(real))
+    return "" if _is_special(real) else _unwritable(real)
 
 
 def _is_special(file: str) -> bool:
@@ -139,13 +139,17 @@ def _is_special(file: str) -> bool:
     return os.path.exists(file) and not os.path.isfile(file)
 
 
-def _unwritable(folder: str) -> str:
-    """Why no file can be made in a folder; only making one tells that of every file system."""
+def _unwritable(path: str) -> str:
+    """Why nothing can be made at a path; only making a file beside it tells that everywhere.
+
+    The file has a name as long as the one through which the path is written to.
+    """
+    folder, name = os.path.split(path)
     try:
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.NamedTemporaryFile(prefix=f".{name}.", dir=folder):
             return ""
     except OSError as error:
-        return f"no file can be made in its folder ({error.strerror}); name another place"
+        return f"no file can be made there ({error.strerror}); name another place"
 
 
 def _foreign(file: str, kind: str, *, force: bool) -> str:
@@ -164,7 +168,12 @@ def _foreign(file: str, kind: str, *, force: bool) -> str:
 
 
 def check_folder(
-    folder: str | Path | None, option: str, files: Mapping[str, str], *, force: bool = False
+    folder: str | Path | None,
+    option: str,
+    files: Mapping[str, str],
+    *,
+    deep: bool = False,
+    force: bool = False,
 ) -> None:
     """Refuse a folder that can neither be used nor made, or that holds files of others.
 
@@ -176,20 +185,26 @@ def check_folder(
         That names it.
     files : mapping of str to str
         What may be written into it, by name, with its kind as `is_earlier` knows it.
+    deep : bool
+        Whether the folder that it is in may be new too.
     force : bool
         Whether files may go that the command did not write.
     """
     if folder is None:
         return
-    place = str(folder)
-    parent = os.path.dirname(os.path.abspath(place))
-    if not os.path.isdir(place) and (
-        not place or os.path.lexists(place) or not os.path.isdir(parent)
-    ):
-        _refuse(place, "it is no folder, nor a new one in a folder; name one", option)
-    if problem := _unwritable(place if os.path.isdir(place) else parent):
-        _refuse(place, problem, option)
-    inside = {Path(place, name): kind for name, kind in files.items()}
+    place = os.path.abspath(folder) if str(folder) else ""
+    known = place
+    while deep and known and not os.path.lexists(known) and known != os.path.dirname(known):
+        known = os.path.dirname(known)
+    fits = os.path.isdir(known) or (
+        not os.path.lexists(known) and os.path.isdir(os.path.dirname(known))
+    )
+    if not fits:
+        _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
+    probe = os.path.join(known, next(iter(files))) if os.path.isdir(known) else known
+    if problem := _unwritable(probe):
+        _refuse(str(folder), problem, option)
+    inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
 
 

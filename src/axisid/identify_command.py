@@ -11,8 +11,8 @@ from axisid.command_inputs import METHODS, axis_and_record
 from axisid.command_outputs import Target, check_folder, check_targets, force_option, json_option
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
-from axisid.identify_outputs import put_identification
 from axisid.identify_in_blocks import identify_streamed
+from axisid.identify_outputs import put_identification
 from axisid.option_checks import Command, check_idle, check_needed
 from axisid.progress import ProgressLine
 from axisid.record_options import Reading, record_options

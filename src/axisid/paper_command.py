@@ -31,7 +31,7 @@ def paper(output: Path | None, force: bool) -> None:
     if output is not None:
         import axisid.figures  # noqa: F401 - refused before anything is computed
 
-    check_folder(output, "--output", STUDY_FILES, force=force)
+    check_folder(output, "--output", STUDY_FILES, deep=True, force=force)
     with ProgressLine("the paper's study") as line:
         study = run_study(line)
     show_text(f"{study_tables(study)}\n")
