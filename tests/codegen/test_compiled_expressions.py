@@ -18,10 +18,10 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.codegen import print_python
 from axisid.codegen.compiler import NativeUnavailableError, find_compiler
 from axisid.codegen.execute import execute
+from axisid.codegen.oracle import Oracle, UndecidedError
 from axisid.codegen.print_c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.print_casadi import print_function
 from axisid.codegen.program import Program
-from tests.codegen.oracle import Oracle, UndecidedError
 from tests.codegen.test_feed_forward import as_export, in_python
 from tests.codegen.test_lower import X, Y, program_of
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations

@@ -27,10 +27,10 @@ from axisid import (
 )
 from axisid.codegen import FeedForward, feed_forward, print_c99, print_python, print_st
 from axisid.codegen.compiler import NativeUnavailableError, find_compiler
+from axisid.codegen.oracle import Oracle, UndecidedError
 from axisid.codegen.printing import comment
 from axisid.codegen.program import Builder, Program
 from axisid.modeling import LIBRARY
-from tests.codegen.oracle import Oracle, UndecidedError
 from tests.codegen.structured_text import StructuredText, StructuredTextError
 from tests.codegen.test_lower import VALUES, X, Y, program_of, run_program
 from tests.estimation.axes import AXES
