@@ -7,6 +7,12 @@ import numpy as np
 from .arguments import Array
 from .program import Program
 
+
+def _select(condition: Array, value: Array, otherwise: Array) -> Array:
+    chosen: Array = np.where(condition != 0, value, otherwise)
+    return chosen
+
+
 _FUNCTIONS: dict[str, Callable[..., Array]] = {
     "neg": np.negative,
     "add": np.add,
@@ -26,7 +32,7 @@ _FUNCTIONS: dict[str, Callable[..., Array]] = {
     "not": lambda a: (a == 0).astype(float),
     "and": lambda a, b: ((a != 0) & (b != 0)).astype(float),
     "or": lambda a, b: ((a != 0) | (b != 0)).astype(float),
-    "select": lambda c, a, b: np.where(c != 0, a, b),
+    "select": _select,
 }
 
 
