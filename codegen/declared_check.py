@@ -1,10 +1,10 @@
 """Whether the programs of an axis give the declared force, in sixty digits at a few points.
 
 All targets are printed from the same programs, so that no comparison of targets shows what went
-wrong before: terms that were multiplied out, and lose their digits where they cancel. So the points
-lie near the zeros of the sums that were declared, beside some that lie anywhere. A program may be
-off by what rounding explains: that of the expression as it was declared, and that of adding up the
-columns.
+wrong before: terms that were multiplied out, and lose their digits where they cancel. So most of
+the points lie near the zeros of the sums that were declared, where only the term with that sum and
+the inertia are there, lest another term hides it. A program may be off by what rounding explains:
+that of the expression as it was declared, and that of adding up the columns.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 
-from axisid.modeling import DIRECTION, FORCE, Axis, AxisModel, ModelError, Parameter, with_numbers
+from axisid.modeling import DIRECTION, FORCE, AxisModel, ModelError, Parameter, with_numbers
 
 from .arguments import Array
 from .evaluate import evaluate
-from .oracle import Oracle, UndecidedError, Value
+from .oracle import Oracle, UndecidedError
 from .program import Program
 
-Motion = tuple[float, float]  # position and velocity, SI
+Point = dict[sympy.Symbol, float]  # motion and declared parameters, SI
 
-_ANYWHERE = ((0.3, 0.7), (-0.8, -0.2), (0.011, -0.013))
-_ACCELERATION = -1.1
+# Position, velocity and acceleration, SI; slow and fast, and of no simple ratio to any period.
+_ANYWHERE = ((0.317, 0.73, -1.1), (-0.8137, -0.21, 0.6), (0.0113, -0.013, 2.0), (2.71, -31.0, 90.0))
 _BESIDE = (0.5, -1e-3)  # values of a sum near its zero
 _MOST_SUMS = 3  # whose zeros are tried; powers of sums lose most digits, so they come first
 # What is allowed: times the rounding of the declared expression, and of what the columns add up.
@@ -40,112 +40,161 @@ def check_programs(model: AxisModel, programs: Sequence[Program]) -> None:
     ModelError
         A program gives something else.
     """
-    declared = model.base.declared
-    values = {p.symbol: _value(p) for p in declared.parameters}
-    force = with_numbers(declared.force / declared.drive.profile)
-    points = _points(force, declared, values, _motions(force, declared, values))
-    if points is None:
+    points = list(_points(model))
+    declared = _declared(model, points)
+    if declared is None:
         return
-    own = model.base.at(list(values.values()))
     check = _Check(
-        axis=declared.name,
-        points=points,
+        axis=model.base.declared.name,
+        declared=declared,
         programs={program.name: program for program in programs},
-        elements={
-            **points.elements(declared),
-            **{
-                p.name: np.full(len(points.force), value)
-                for p, value in zip(model.axis.parameters, own, strict=True)
-            },
-        },
     )
-    check.inverse(np.array(own))
+    check.inverse()
     check.direct()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Points:
-    """Motions, and the declared force there, over the drive's profile.
+class _Declared:
+    """The declared force at N points, over the drive's profile.
 
     Attributes
     ----------
-    motion : array, (N, 2)
-        Position and velocity.
-    force, rest : array, (N,)
-        With the acceleration that is tried, and without any.
+    elements : mapping of str to (N,) array
+        Motion and own parameters by the names of the programs' arguments.
+    parameters : array, (N, p)
+        The own parameters, those of the axis as it was derived.
+    force, inertia : array, (N,)
+    acceleration : array, (N,)
     error : array, (N,)
-        How far the two together may be off in double precision.
+        How far the force may be off in double precision, many times.
     """
 
-    motion: Array
+    elements: Mapping[str, Array]
+    parameters: Array
     force: Array
-    rest: Array
+    inertia: Array
+    acceleration: Array
     error: Array
-
-    def elements(self, axis: Axis) -> dict[str, Array]:
-        """The motion by the names of the programs' arguments."""
-        q, (position, velocity) = axis.coordinate, self.motion.T
-        return {
-            q.name: position,
-            str(q.velocity): velocity,
-            str(q.acceleration): np.full(len(position), _ACCELERATION),
-            str(DIRECTION): np.sign(velocity),
-            str(FORCE): self.force,
-        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Check:
-    """Programs of an axis, and the arguments and results that they should have."""
+    """Programs of an axis, and what they should give."""
 
     axis: str
-    points: _Points
+    declared: _Declared
     programs: Mapping[str, Program]
-    elements: Mapping[str, Array]
 
-    def inverse(self, parameters: Array) -> None:
+    def inverse(self) -> None:
         """Inverse dynamics, and its regressor with its parameters."""
         row, known = self._run("idm_regressor")
-        parts = np.column_stack([row * parameters, known])
-        allowed = self.points.error + _SHARE * np.sum(np.abs(parts), axis=1)
-        for name, got in (
-            ("inverse_dynamics", self._run("inverse_dynamics")[0][:, 0]),
-            ("idm_regressor", np.sum(parts, axis=1)),
-        ):
-            self._compare(name, got, self.points.force, allowed)
+        parts = np.column_stack([row * self.declared.parameters, known])
+        allowed = self.declared.error + _sum_of_sizes(parts)
+        self._compare("inverse_dynamics", self._run("inverse_dynamics")[0][:, 0], allowed)
+        self._compare("idm_regressor", np.sum(parts, axis=1), allowed)
 
     def direct(self) -> None:
         """Direct dynamics and its regressor, as the forces that their accelerations need."""
-        points = self.points
-        inertia = (points.force - points.rest) / _ACCELERATION
-        sizes = np.abs(points.force) + np.abs(points.rest)
+        declared = self.declared
+        sizes = _sum_of_sizes(
+            np.column_stack([declared.force, declared.inertia * declared.acceleration])
+        )
         results = {"direct_dynamics": self._run("direct_dynamics")[0]}
         if "ddm_regressor" in self.programs:
             row, known = self._run("ddm_regressor")
-            parameters = self._run("ddm_from_physical")[0]
-            results["ddm_regressor"] = np.column_stack([row * parameters, known])
-        for name, parts in results.items():
-            spent = inertia[:, None] * parts
-            allowed = points.error + _SHARE * (sizes + np.sum(np.abs(spent), axis=1))
-            some = np.abs(inertia * _ACCELERATION) > points.error  # else there is no inertia
-            got = points.rest + np.sum(spent, axis=1)
-            self._compare(name, np.where(some, got, points.force), points.force, allowed)
+            results["ddm_regressor"] = np.column_stack(
+                [row * self._run("ddm_from_physical")[0], known]
+            )
+        with np.errstate(invalid="ignore"):
+            for name, parts in results.items():
+                spent = declared.inertia[:, None] * parts
+                more = np.sum(spent, axis=1) - declared.inertia * declared.acceleration
+                allowed = declared.error + sizes + _sum_of_sizes(spent)
+                got = np.where(declared.inertia == 0, 0.0, more) + declared.force
+                self._compare(name, got, allowed)
 
     def _run(self, name: str) -> list[Array]:
-        return list(evaluate(self.programs[name], self.elements).values())
+        return list(evaluate(self.programs[name], self.declared.elements).values())
 
-    def _compare(self, name: str, got: Array, wanted: Array, allowed: Array) -> None:
+    def _compare(self, name: str, got: Array, allowed: Array) -> None:
+        wanted = self.declared.force
         wrong = ~(np.abs(got - wanted) <= allowed)
         if not np.any(wrong):
             return
         i = int(np.argmax(wrong))
-        position, velocity = self.points.motion[i]
-        raise ModelError(
-            f"axis {self.axis!r}: at position {position:g} and velocity {velocity:g} the generated "
-            f"{name} gives a force of {got[i]:.9g} where the equation of motion gives "
-            f"{wanted[i]:.9g}, which is a fault of the program; report it with the axis, and write "
-            "the equation of motion in another form."
+        where = ", ".join(
+            f"{name} = {values[i]:.6g}" for name, values in self.declared.elements.items()
         )
+        raise ModelError(
+            f"axis {self.axis!r}: the generated {name} gives a force of {got[i]:.9g} where the "
+            f"equation of motion gives {wanted[i]:.9g}, a fault of the program; report it with the "
+            f"axis, and write the equation of motion in another form. It was seen at {where}."
+        )
+
+
+def _sum_of_sizes(parts: Array) -> Array:
+    """What rounding makes of a sum of parts, (N, parts); 0 where it has no value."""
+    sizes: Array = _SHARE * np.sum(np.abs(parts), axis=1)
+    return np.where(np.isfinite(sizes), sizes, 0.0)
+
+
+def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
+    """The force where it has a value; None if it has one nowhere."""
+    axis = model.base.declared
+    q = axis.coordinate
+    force = with_numbers(axis.force / axis.drive.profile)
+    inertia = force.diff(q.acceleration)
+    rows: list[list[float]] = []
+    for point in points:
+        oracle = Oracle(point)
+        try:
+            whole, slope = oracle(force), oracle(inertia)
+        except UndecidedError:
+            continue
+        error = _TIMES * (whole.error + abs(point[q.acceleration]) * slope.error)
+        own = model.base.at([point[p.symbol] for p in axis.parameters])
+        motion = [point[s] for s in (q.symbol, q.velocity, q.acceleration)]
+        rows.append([*motion, *map(float, (whole.exact, slope.exact, error)), *own])
+    if not rows:
+        return None
+    position, velocity, acceleration, exact, slopes, errors, *values = np.array(rows).T
+    return _Declared(
+        elements={
+            q.name: position,
+            str(q.velocity): velocity,
+            str(q.acceleration): acceleration,
+            str(DIRECTION): np.sign(velocity),
+            str(FORCE): exact,
+            **{p.name: x for p, x in zip(model.axis.parameters, values, strict=True)},
+        },
+        parameters=np.array(values).T,
+        force=exact,
+        inertia=slopes,
+        acceleration=acceleration,
+        error=errors,
+    )
+
+
+def _points(model: AxisModel) -> Iterator[Point]:
+    """Motions anywhere, and beside the zeros of sums of the position or the velocity."""
+    axis = model.base.declared
+    q = axis.coordinate
+    symbols = (q.symbol, q.velocity, q.acceleration)
+    values = {p.symbol: _value(p) for p in axis.parameters}
+    for motion in _ANYWHERE:
+        yield {**dict(zip(symbols, motion, strict=True)), **values}
+    start = {**dict(zip(symbols, _ANYWHERE[0], strict=True)), **values}
+    here = Oracle(start)
+    inertial = axis.force.diff(q.acceleration).free_symbols | set(model.idm.nonlinear)
+    for moved in symbols[:2]:
+        there = Oracle({**start, moved: start[moved] + 1})
+        for node, term in _sums(axis.force, moved):
+            present = term.free_symbols | inertial
+            some = {p: value if p in present else 0.0 for p, value in values.items()}
+            if q.acceleration not in term.free_symbols:
+                some[q.acceleration] = 0.0
+            for step in _steps(with_numbers(node), here, there):
+                yield {**start, **some, moved: start[moved] + step}
 
 
 def _value(parameter: Parameter) -> float:
@@ -153,58 +202,17 @@ def _value(parameter: Parameter) -> float:
     return parameter.nominal or min(max(1.0, parameter.lower), parameter.upper)
 
 
-def _oracle(axis: Axis, values: Mapping[sympy.Symbol, float], *motion: float) -> Oracle:
-    q = axis.coordinate
-    symbols = (q.symbol, q.velocity, q.acceleration)
-    return Oracle({**values, **dict(zip(symbols, motion, strict=True))})
-
-
-def _points(
-    force: sympy.Expr,
-    axis: Axis,
-    values: Mapping[sympy.Symbol, float],
-    motions: Sequence[Motion],
-) -> _Points | None:
-    """The force where it has a value; None if it has one nowhere."""
-    found: list[tuple[Motion, Value, Value]] = []
-    for motion in motions:
-        try:
-            moving, still = (_oracle(axis, values, *motion, a)(force) for a in (_ACCELERATION, 0.0))
-        except UndecidedError:
-            continue
-        found.append((motion, moving, still))
-    if not found:
-        return None
-    return _Points(
-        motion=np.array([motion for motion, _, _ in found]),
-        force=np.array([float(moving.exact) for _, moving, _ in found]),
-        rest=np.array([float(still.exact) for _, _, still in found]),
-        error=_TIMES * np.array([float(a.error + b.error) for _, a, b in found]),
-    )
-
-
-def _motions(force: sympy.Expr, axis: Axis, values: Mapping[sympy.Symbol, float]) -> list[Motion]:
-    """Motions anywhere, and beside the zeros of sums of the position or the velocity."""
-    sums = _sums(force, axis)
-    start = np.array(_ANYWHERE[0])
-    here = _oracle(axis, values, *start, _ACCELERATION)
-    found = list(_ANYWHERE)
-    for direction in np.eye(2):
-        there = _oracle(axis, values, *(start + direction), _ACCELERATION)
-        for node in sums:
-            for step in _steps(node, here, there):
-                position, velocity = start + step * direction
-                found.append((float(position), float(velocity)))
-    return found
-
-
-def _sums(force: sympy.Expr, axis: Axis) -> list[sympy.Expr]:
-    """Some of the sums in a force that the motion makes large or small."""
-    moving = {axis.coordinate.symbol, axis.coordinate.velocity}
-    nodes = list(sympy.preorder_traversal(force))[1:]
-    raised = [node.base for node in nodes if node.is_Pow]
-    sums = dict.fromkeys(node for node in [*raised, *nodes] if node.is_Add)
-    return [node for node in sums if node.free_symbols & moving][:_MOST_SUMS]
+def _sums(force: sympy.Expr, moved: sympy.Symbol) -> list[tuple[sympy.Expr, sympy.Expr]]:
+    """Some of the sums in the terms of a force that depend on a symbol, each with its term."""
+    raised: dict[sympy.Expr, sympy.Expr] = {}
+    other: dict[sympy.Expr, sympy.Expr] = {}
+    for term in sympy.Add.make_args(force):
+        for node in sympy.preorder_traversal(term):
+            if node.is_Pow and node.base.is_Add and moved in node.free_symbols:
+                raised.setdefault(node.base, term)
+            elif node.is_Add and moved in node.free_symbols:
+                other.setdefault(node, term)
+    return list({**raised, **other}.items())[:_MOST_SUMS]
 
 
 def _steps(node: sympy.Expr, here: Oracle, there: Oracle) -> Iterator[float]:

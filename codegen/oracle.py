@@ -95,9 +95,11 @@ class Oracle:
             return self(next(pair.expr for pair in node.args if self._holds(pair.cond)))
         given = [self(argument) for argument in node.args]
         if node.is_Add:
-            sizes = sum(abs(v.exact) + v.error for v in given)
-            error = sum(v.error for v in given) + len(given) * _ROUNDING * sizes
-            return Value(sum(v.exact for v in given), error)
+            exact, error = sum(v.exact for v in given), sum(v.error for v in given)
+            if len(given) > 2:  # sums in between may be as large as all terms
+                sizes = sum(abs(v.exact) + v.error for v in given)
+                return Value(exact, error + len(given) * _ROUNDING * sizes)
+            return Value(exact, error + _ROUNDING * (abs(exact) + error))
         if node.is_Mul:
             exact = mp.fprod(v.exact for v in given)
             largest = mp.fprod(abs(v.exact) + v.error for v in given)
