@@ -12,6 +12,7 @@ import sympy
 
 from axisid.modeling import AxisModel, Formula, derived_sections, with_numbers
 
+from .declared_check import check_programs
 from .functions import axis_programs
 from .print_c import print_c_function, print_c_loop, print_c_prelude, print_c_rows
 from .print_casadi import print_function
@@ -38,9 +39,10 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
     Raises
     ------
     ModelError
-        The axis cannot be lowered.
+        The axis cannot be lowered, or what is generated does not give the declared force.
     """
     programs = axis_programs(model)
+    check_programs(model, programs)
     mark = signature(model)
     texts = {
         FUNCTIONS: _functions(model.axis.name, mark, programs),

@@ -127,14 +127,14 @@ class ControlLaw:
 
         A law that is no polynomial in its gains is one term with the factor 1.
         """
-        gains = {gain(name) for name in self.gains}
-        sums: dict[sympy.Expr, sympy.Expr] = {}
+        gains = tuple(gain(name) for name in self.gains)
+        factors: dict[sympy.Expr, None] = {}  # in their order
         for term in sympy.Add.make_args(sympy.expand(self.output)):
             signal, factor = term.as_independent(*gains, as_Add=False)
-            if signal.free_symbols & gains or not factor.is_polynomial(*gains):
+            if signal.free_symbols & set(gains) or not factor.is_polynomial(*gains):
                 return ((sympy.S.One, self.output),)
-            sums[factor] = sums.get(factor, sympy.S.Zero) + signal
-        return tuple(sums.items())
+            factors[factor] = None
+        return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
 
     def _check_timing(self) -> None:
         if not (isinstance(self.delay, int) and 0 <= self.delay <= _LONGEST_DELAY):
@@ -161,6 +161,15 @@ class ControlLaw:
 def gain(name: str) -> sympy.Symbol:
     """The symbol of a gain declared in `ControlLaw.gains`."""
     return sympy.Symbol(name, real=True)
+
+
+def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, ...]) -> sympy.Expr:
+    """What multiplies a product of gains, by derivatives: what is multiplied out loses digits."""
+    powers = factor.as_powers_dict()
+    for symbol in gains:
+        power = powers.get(symbol, 0)
+        output = output.diff(symbol, power) / sympy.factorial(power) if power else output
+    return output.xreplace(dict.fromkeys(gains, sympy.S.Zero))
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:

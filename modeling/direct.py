@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import sympy
 
 from .errors import ModelError
+from .independence import vanishes, where_zero, without
 from .inverse import Regressor
-from .symbols import FORCE
+from .symbols import DIRECTION, FORCE, Coordinate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +39,7 @@ class DirectRegressor:
     quotients: tuple[sympy.Symbol, ...]
 
 
-def inertia_of(force: sympy.Expr, acceleration: sympy.Symbol) -> sympy.Expr:
+def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
     """Coefficient of the acceleration in the inverse dynamics.
 
     Raises
@@ -46,20 +47,33 @@ def inertia_of(force: sympy.Expr, acceleration: sympy.Symbol) -> sympy.Expr:
     ModelError
         The force is not linear in the acceleration.
     """
-    inertia = sympy.expand_mul(sympy.expand_mul(force).diff(acceleration))
-    if acceleration in inertia.free_symbols:
+    found = force.diff(coordinate.acceleration)
+    inertia = without(found, {coordinate.acceleration})
+    if inertia is None:
         raise ModelError(
-            f"the force is not linear in the acceleration {acceleration}: its derivative is "
-            f"{inertia}. A mechanical axis has one inertia times one acceleration."
+            f"the force is not linear in the acceleration {coordinate.acceleration}: its "
+            f"derivative is {sympy.expand_mul(found)}. A mechanical axis has one inertia times one "
+            "acceleration."
         )
+    for motion in (coordinate.symbol, coordinate.velocity, DIRECTION):
+        constant = without(inertia, {motion})
+        inertia = inertia if constant is None else constant
     return inertia
 
 
-def direct_dynamics(
-    force: sympy.Expr, inertia: sympy.Expr, acceleration: sympy.Symbol
-) -> sympy.Expr:
-    """Acceleration from force: ``(tau - rest) / inertia``."""
-    return (FORCE - force.subs(acceleration, 0)) / inertia
+def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
+    """Acceleration from force: ``(profile tau - rest) / inertia``.
+
+    Parameters
+    ----------
+    balance : sympy.Expr
+        What ``profile tau`` is spent on, by the friction direction.
+    profile : sympy.Expr
+        The drive's.
+    coordinate : Coordinate
+    """
+    rest = balance.xreplace({coordinate.acceleration: sympy.S.Zero})
+    return (profile * FORCE - rest) / inertia_of(balance, coordinate)
 
 
 def direct_regressor(
@@ -74,10 +88,6 @@ def direct_regressor(
     ----------
     Equation (2) of [Brunot2015]_, generalised.
     """
-    scales = {
-        p: column.diff(acceleration) for p, column in zip(parameters, idm.columns, strict=True)
-    }
-    scales = {p: scale for p, scale in scales.items() if scale != 0}
     moving = inertia.free_symbols - set(parameters)
     if idm.nonlinear:
         names = ", ".join(map(str, idm.nonlinear))
@@ -87,42 +97,47 @@ def direct_regressor(
             f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "
             "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
         )
+    known, scales = _shares(inertia, parameters)
+    still = idm.at_rest(acceleration)
     if not scales:
-        return _under_known_inertia(idm, parameters, inertia, acceleration)
-    rest = {p: c.subs(acceleration, 0) for p, c in zip(parameters, idm.columns, strict=True)}
-    pivot = next((p for p in scales if rest[p] == 0), next(iter(scales)))
+        return _under_known_inertia(still, known, parameters)
+    rest = dict(zip(parameters, still.columns, strict=True))
+    pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
     share = rest[pivot] / scales[pivot]
-    columns = {
-        p: sympy.expand_mul(scales.get(p, sympy.S.Zero) * share - rest[p])
-        for p in parameters
-        if p != pivot
-    }
-    columns = {p: column for p, column in columns.items() if column != 0}
-    first = FORCE - idm.known.subs(acceleration, 0) + share * idm.known.diff(acceleration)
+    columns = {p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot}
+    columns = {p: column for p, column in columns.items() if not vanishes(column)}
+    first = FORCE - still.known + share * known
     return DirectRegressor(
-        regressor=Regressor(
-            columns=(sympy.expand_mul(first), *columns.values()), known=sympy.expand_mul(-share)
-        ),
-        inertia=inertia,
+        regressor=Regressor(columns=(first, *columns.values()), known=-share),
+        inertia=sympy.Add(known, *(p * scale for p, scale in scales.items())),
         pivot=pivot,
         quotients=tuple(columns),
     )
 
 
 def _under_known_inertia(
-    idm: Regressor,
-    parameters: tuple[sympy.Symbol, ...],
-    inertia: sympy.Expr,
-    acceleration: sympy.Symbol,
+    still: Regressor, inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> DirectRegressor:
     """``ddq = (tau - known)/I - sum of columns p/I``: linear in the parameters as they are."""
-    rest = idm.known.subs(acceleration, 0)
     return DirectRegressor(
         regressor=Regressor(
-            columns=tuple(sympy.expand_mul(-column / inertia) for column in idm.columns),
-            known=sympy.expand_mul((FORCE - rest) / inertia),
+            columns=tuple(-column / inertia for column in still.columns),
+            known=(FORCE - still.known) / inertia,
         ),
         inertia=inertia,
         pivot=None,
         quotients=parameters,
     )
+
+
+def _shares(
+    inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
+) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
+    """Known part of an inertia that is affine in the parameters, and what multiplies them in it."""
+    unknown = frozenset(parameters)
+    known = where_zero(inertia, unknown)
+    if known is None:
+        inertia = sympy.expand(inertia)
+        known = where_zero(inertia, unknown)
+    slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
+    return known, {p: slope for p, slope in slopes.items() if slope != 0}

@@ -15,8 +15,8 @@ from typing import Any
 
 import sympy
 
-from .base_terms import exact
 from .constants import with_numbers
+from .independence import exact
 from .known_value import CANNOT, LARGEST, KnownValues, small
 from .size import MOST_NODES, MOST_TERMS, most_terms
 from .text_error import TextError, nearest

@@ -4,7 +4,7 @@ A plain number has no unit of its own. In a function of parameters it is a pure 
 equation of motion it may stand for something with a unit (``9.81 * m``, an arm of 0.25): there a
 mismatch that a number could mend is *excused* and noted, never passed in silence. The numbers
 that energies and their derivatives bring (1, 2, 1/2 and their negatives, however written) excuse
-nothing.
+nothing in a term that has parameters or constants, whose units they would hide.
 """
 
 import math
@@ -61,6 +61,9 @@ class UnitReader:
         Whether a plain number may carry a unit.
     absolute : iterable of type
         Functions that keep their argument's unit, beside SymPy's own ``Abs``.
+    of_numbers : bool
+        Whether only plain numbers can carry the unit, as there are no parameters and constants: it
+        then is no matter which numbers they are.
 
     Attributes
     ----------
@@ -74,10 +77,12 @@ class UnitReader:
         *,
         loose_numbers: bool = False,
         absolute: Iterable[type] = (),
+        of_numbers: bool = False,
     ) -> None:
         self._units = units
         self._loose_numbers = loose_numbers
         self._absolute = (sympy.Abs, *absolute)
+        self._pure = _is_sign if of_numbers else _is_pure
         self.excused: list[Unit] = []
 
     def unit(self, expression: sympy.Expr) -> Unit:
@@ -98,7 +103,9 @@ class UnitReader:
         UnitsError
             Units do not fit within it.
         """
-        return self._is(self._read(expression), wanted)
+        alone = expression.is_number  # it may have any unit, whatever number it is
+        read = _Read(NUMBER, self._loose_numbers) if alone else self._read(expression)
+        return self._is(read, wanted)
 
     def _is(self, read: _Read, wanted: Unit) -> bool:
         if read.unit.same_dimension(wanted):
@@ -113,7 +120,7 @@ class UnitReader:
         if node.is_Symbol:
             return _Read(self._units[node])
         if node.is_number:
-            return _Read(NUMBER, self._loose_numbers and not _is_pure(node))
+            return _Read(NUMBER, self._loose_numbers and not self._pure(node))
         if node.is_Mul:
             return self._product([self._read(factor) for factor in node.args])
         if node.is_Pow:
@@ -185,6 +192,11 @@ class UnitReader:
         if isinstance(node, sympy.ITE):
             return self._common(node, node.args[1:], "chooses from")
         return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
+
+
+def _is_sign(number: sympy.Expr) -> bool:
+    """Whether a number is what SymPy has of a sign: nobody wrote it as an amount."""
+    return number in (sympy.S.One, sympy.S.NegativeOne) and number.is_Integer
 
 
 def _is_pure(number: sympy.Expr) -> bool:

@@ -6,49 +6,36 @@ Coulomb friction is set-valued at rest, so ``sign(dq)`` is replaced by the *fric
 """
 
 import sympy
+from sympy.core.relational import Relational
 
+from .continuity import jumping_node
 from .errors import ModelError
+from .independence import vanishes
 from .symbols import DIRECTION
-
-_DISCONTINUOUS = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
 
 
 def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Rewrite ``sign(dq)`` and ``Heaviside(dq)`` by the friction direction.
+    """Rewrite what jumps where the velocity changes its sign by the friction direction.
 
-    Powers are reduced by ``direction**2 = 1``, which holds while sliding; the force must then be
-    affine in the direction, as Filippov's convex combination at rest is. ``Abs(dq)`` is continuous
-    and stays.
+    The force must be affine in the direction, as Filippov's convex combination at rest is. What is
+    a polynomial in it becomes that by ``direction**2 = 1``, which holds while sliding: each
+    direction keeps its value, and nothing is multiplied out. What is continuous at rest, such as
+    ``Abs(dq)``, stays.
 
     Raises
     ------
     ModelError
         The force jumps with the velocity in another way.
     """
-    directed = force.subs(
-        {
-            sympy.sign(velocity): DIRECTION,
-            sympy.Heaviside(velocity): (1 + DIRECTION) / 2,
-        }
-    )
-    # An exponential stays whole: the factors of a narrow Gaussian are beyond floating point.
-    bells = [e for e in directed.atoms(sympy.exp) if DIRECTION not in e.free_symbols]
-    whole = {e: sympy.Dummy(real=True) for e in bells}
-    rewritten = (
-        sympy.expand(directed.xreplace(whole))
-        .replace(
-            lambda node: node.is_Pow and node.base == DIRECTION and node.exp.is_Integer,
-            lambda node: DIRECTION if node.exp % 2 else sympy.S.One,
+    rewritten = force.replace(
+        lambda node: _decides(node, velocity), lambda node: directed(node, velocity)
+    ).replace(_is_curved, lambda node: _affine(*_on_both_sides(node)))
+    jump = jumping_node(rewritten, velocity)
+    if jump is not None:
+        raise ModelError(
+            f"the term {jump} jumps with the velocity; write the jump with "
+            f"sign({velocity}), so that the axis can stick there."
         )
-        .xreplace({dummy: e for e, dummy in whole.items()})
-    )
-    for kind in _DISCONTINUOUS:
-        for node in rewritten.atoms(kind):
-            if velocity in node.free_symbols:
-                raise ModelError(
-                    f"the term {node} jumps with the velocity; write the jump with "
-                    f"sign({velocity}), so that the axis can stick there."
-                )
     for term in sympy.Add.make_args(rewritten):
         if DIRECTION in term.diff(DIRECTION).free_symbols:
             raise ModelError(
@@ -56,3 +43,99 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
                 "rest has no meaning; write the jump as a factor of its own."
             )
     return rewritten
+
+
+def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
+    """A step or a choice by the friction direction, if the velocity's sign alone decides it."""
+    if isinstance(node, sympy.Piecewise):
+        return _directed_choice(node, velocity)
+    factor = _factor(node.args[0], velocity)
+    if factor is None:
+        return node
+    sign = sympy.sign(factor) * DIRECTION
+    return sign if isinstance(node, sympy.sign) else (1 + sign) / 2
+
+
+def _decides(node: sympy.Basic, velocity: sympy.Symbol) -> bool:
+    return isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise)) and not {
+        velocity,
+        DIRECTION,
+    }.isdisjoint(node.free_symbols)
+
+
+def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Expr:
+    conditions = [_sides(condition, velocity) for _, condition in node.args]
+    if not any(conditions):
+        return node
+    ahead, back = (
+        sympy.Piecewise(
+            *(
+                (value, pair[side] if pair else condition)
+                for (value, condition), pair in zip(node.args, conditions, strict=True)
+            )
+        ).xreplace({DIRECTION: sympy.Integer(1 - 2 * side)})
+        for side in (0, 1)
+    )
+    at_rest = (ahead - back).xreplace({velocity: sympy.S.Zero})
+    if DIRECTION not in node.free_symbols and vanishes(at_rest):
+        return node
+    return _affine(ahead, back)
+
+
+def _sides(
+    condition: sympy.Basic, velocity: sympy.Symbol
+) -> tuple[sympy.Basic, sympy.Basic] | None:
+    """A condition in either direction; None if no relation in it is decided by the direction."""
+    ahead, back = {}, {}
+    for relation in condition.atoms(Relational):
+        if DIRECTION in relation.free_symbols:
+            ahead[relation], back[relation] = _on_both_sides(relation)
+            continue
+        factor = _factor(relation.lhs - relation.rhs, velocity)
+        if factor is not None:
+            ahead[relation], back[relation] = (relation.func(s * factor, 0) for s in (1, -1))
+    return (condition.xreplace(ahead), condition.xreplace(back)) if ahead else None
+
+
+def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
+    """What multiplies an odd power of the velocity; None if the argument is no such product."""
+    factor, power = argument.as_independent(velocity, as_Add=False)
+    base, exponent = power.as_base_exp()
+    odd = base == velocity and exponent.is_Integer and exponent % 2
+    return factor if odd else None
+
+
+def _is_curved(node: sympy.Basic) -> bool:
+    """Whether a node is a polynomial in the direction, but not affine."""
+    return (
+        isinstance(node, (sympy.Add, sympy.Mul, sympy.Pow))
+        and DIRECTION in node.free_symbols
+        and _is_polynomial(node)
+        and DIRECTION in node.diff(DIRECTION).free_symbols
+    )
+
+
+def _is_polynomial(node: sympy.Basic) -> bool:
+    if DIRECTION not in node.free_symbols or node == DIRECTION:
+        return True
+    if node.is_Pow:
+        return bool(node.exp.is_Integer and node.exp > 0) and _is_polynomial(node.base)
+    if isinstance(node, sympy.Piecewise):
+        return all(
+            DIRECTION not in condition.free_symbols and _is_polynomial(value)
+            for value, condition in node.args
+        )
+    return bool(node.is_Add or node.is_Mul) and all(map(_is_polynomial, node.args))
+
+
+def _on_both_sides(node: sympy.Basic) -> tuple[sympy.Basic, sympy.Basic]:
+    return node.xreplace({DIRECTION: sympy.S.One}), node.xreplace({DIRECTION: sympy.S.NegativeOne})
+
+
+def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:
+    """What has a value for each direction; to the last digit, since the other is times 0."""
+    if ahead == back:
+        return ahead
+    if ahead == -back:
+        return ahead * DIRECTION
+    return ahead * (1 + DIRECTION) / 2 + back * (1 - DIRECTION) / 2

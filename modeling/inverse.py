@@ -5,11 +5,12 @@ an exponent); such an axis is *partially linear*, and its regressor is that of t
 about given parameters.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy
 
 from .errors import ModelError
+from .independence import where_zero, without
 from .slope import slope
 
 _LEAST = sympy.Float(1e-300)
@@ -35,11 +36,17 @@ class Regressor:
     known: sympy.Expr
     nonlinear: tuple[sympy.Symbol, ...] = ()
 
+    def at_rest(self, acceleration: sympy.Symbol) -> "Regressor":
+        """The row where the acceleration is 0; the columns are affine in it."""
+        still = {acceleration: sympy.S.Zero}
+        columns = tuple(column.xreplace(still) for column in self.columns)
+        return replace(self, columns=columns, known=self.known.xreplace(still))
+
 
 def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Regressor:
     """Split the inverse dynamics into its regressor and what is known.
 
-    A parameter is nonlinear if the force has a second derivative by it. In the others the force
+    A parameter is nonlinear if the derivative by it depends on it. In the others the force
     must be affine together, which it is exactly when no derivative by one of them has another.
 
     Raises
@@ -52,22 +59,24 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     ----------
     Equations (3) and (4) of [Brunot2015]_; [GolubPereyra1973]_ for partially linear models.
     """
-    expanded = sympy.expand_mul(force)
-    columns = tuple(sympy.expand_mul(slope(expanded, p, "the force")) for p in parameters)
+    columns = tuple(slope(force, p, "the force") for p in parameters)
     bent = tuple(
-        p
-        for p, column in zip(parameters, columns, strict=True)
-        if p in column.free_symbols and sympy.expand(column.diff(p)) != 0
+        p for p, column in zip(parameters, columns, strict=True) if without(column, {p}) is None
     )
-    straight = set(parameters) - set(bent)
-    for p, column in zip(parameters, columns, strict=True):
-        if p in straight and column.free_symbols & straight:
-            raise _not_linear(expanded, parameters)
-    if not bent:
-        return Regressor(columns=columns, known=expanded.subs(dict.fromkeys(parameters, 0)))
-    columns = tuple(map(_finite_at_rest, columns))
-    left = expanded - sum((p * c for p, c in zip(parameters, columns, strict=True)), sympy.S.Zero)
-    return Regressor(columns=columns, known=left, nonlinear=bent)
+    straight = frozenset(parameters) - set(bent)
+    known = where_zero(force, straight)
+    if known is None:  # as (p**2 + p x)/p where p is 0, which is x + p
+        known = where_zero(sympy.expand(force), straight)
+    row = tuple(
+        without(column, straight) if p in straight else _finite_at_rest(column)
+        for p, column in zip(parameters, columns, strict=True)
+    )
+    if known is None or any(column is None for column in row):
+        raise _not_linear(sympy.expand_mul(force), parameters)
+    bends = (p * column for p, column in zip(parameters, row, strict=True) if p in bent)
+    return Regressor(
+        columns=row, known=sympy.Add(known, *(-bend for bend in bends)), nonlinear=bent
+    )
 
 
 def _finite_at_rest(column: sympy.Expr) -> sympy.Expr:

@@ -5,6 +5,7 @@ each rung's own terms; inertia, gravity, springs and whatever depends on the pos
 """
 
 from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 import sympy
@@ -14,6 +15,7 @@ from .base_terms import Terms, force_terms, reduced_rows
 from .constants import with_numbers
 from .errors import ModelError
 from .friction import with_direction
+from .independence import vanishes, where_zero, without
 from .names import fresh_name
 from .numbers import number
 from .symbols import Coordinate, Parameter
@@ -60,25 +62,43 @@ def friction_ladder(
 
 
 def _split(axis: Axis) -> tuple[list[sympy.Expr], list[sympy.Expr]]:
-    """Terms of the force that stay, and those that are friction.
-
-    A parameter that also stands in a term that stays (a mass in a constant weight) is no friction.
-    """
-    q = axis.coordinate
-    parameters = {p.symbol for p in axis.parameters}
+    """Terms of the force that stay, and those that are friction; nothing is multiplied out."""
+    parameters = _friction_parameters(axis)
     kept: list[sympy.Expr] = []
     friction: list[sympy.Expr] = []
-    for term in sympy.Add.make_args(sympy.expand(axis.force)):
-        used = term.free_symbols
-        moving = used & {q.symbol, q.acceleration}
-        (kept if moving or not used & parameters else friction).append(term)
-    while True:
-        elsewhere = {s for term in kept for s in term.free_symbols & parameters}
-        tied = [term for term in friction if term.free_symbols & elsewhere]
-        if not tied:
-            return kept, friction
-        kept += tied
-        friction = [term for term in friction if term not in tied]
+    for term in sympy.Add.make_args(axis.force):
+        rest = _rest(term, parameters)
+        kept += [rest] if rest != 0 else []
+        friction += [term - rest] if rest != term else []
+    return kept, friction
+
+
+def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
+    """Parameters of forces that depend on the velocity alone.
+
+    A parameter that also stands in a term that stays (a mass in a constant weight) is none.
+    """
+    q = axis.coordinate
+    slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
+    others = frozenset(slopes)
+    beyond: AbstractSet[sympy.Symbol] = {q.symbol, q.acceleration}
+    while beyond:
+        slopes = {p: slope for p, slope in slopes.items() if without(slope, beyond) is not None}
+        others, beyond = frozenset(slopes), others - frozenset(slopes)
+    return others
+
+
+def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
+    """What a term is without some parameters."""
+    inside = term.free_symbols & parameters
+    linear = {p for p in inside if vanishes(term.diff(p, 2))}
+    rest = where_zero(term, linear)
+    if rest is None or rest.free_symbols & parameters:
+        rest = sympy.expand_mul(term if rest is None else rest)
+        return sympy.Add(
+            *(part for part in sympy.Add.make_args(rest) if not part.free_symbols & parameters)
+        )
+    return rest
 
 
 def _laws(
@@ -168,7 +188,7 @@ def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Par
     """The parameter that the axis itself gives a term, if that is all it does."""
     symbols = {p.symbol for p in axis.parameters}
     for p in axis.parameters:
-        own = [term for term in friction if p.symbol in term.free_symbols]
+        own = [term - _rest(term, {p.symbol}) for term in friction if p.symbol in term.free_symbols]
         rest = sympy.Add(*own, -p * factor)
         if own and not _terms(axis, rest, tuple(rest.free_symbols & symbols)).monomials:
             return p

@@ -10,6 +10,7 @@ from .constants import with_numbers
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .errors import ModelError
 from .friction import with_direction
+from .independence import vanishes
 from .inverse import Regressor, inverse_regressor
 from .null_space import Direction, hidden_directions
 from .parameter_map import ParameterMap, parameter_map
@@ -69,12 +70,15 @@ def derive(axis: Axis) -> AxisModel:
         the velocity in a way that is not friction.
     """
     try:
-        force, inertia = _dynamics(axis)
+        balance = _balance(axis)
         base = base_model(axis)
         if base.changed:
             axis = base.axis
-            force, inertia = _dynamics(axis)
+            balance = _balance(axis)
         q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
+        profile = with_numbers(axis.drive.profile)
+        force = balance / profile
+        inertia = inertia_of(force, q)
         idm = inverse_regressor(force, symbols)
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}") from error
@@ -90,7 +94,7 @@ def derive(axis: Axis) -> AxisModel:
         axis=axis,
         force=force,
         inertia=inertia,
-        acceleration=direct_dynamics(force, inertia, q.acceleration),
+        acceleration=direct_dynamics(balance, profile, q),
         idm=idm,
         ddm=direct,
         ddm_refusal=refusal,
@@ -99,16 +103,13 @@ def derive(axis: Axis) -> AxisModel:
     )
 
 
-def _dynamics(axis: Axis) -> tuple[sympy.Expr, sympy.Expr]:
-    """Force with the friction direction in it, and inertia."""
+def _balance(axis: Axis) -> sympy.Expr:
+    """The declared force, the friction direction in it; it has an inertia."""
     q = axis.coordinate
-    profile = with_numbers(axis.drive.profile)
     force = with_direction(with_numbers(axis.force), q.velocity)
-    force = force if profile == 1 else sympy.expand(force / profile)
-    inertia = inertia_of(force, q.acceleration)
-    if inertia == 0:
+    if vanishes(inertia_of(force, q)):
         raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
-    return force, inertia
+    return force
 
 
 def _map(axis: Axis, ddm: DirectRegressor) -> ParameterMap:

@@ -13,7 +13,8 @@ from typing import TypeAlias
 import sympy
 from sympy.polys.matrices import DomainMatrix
 
-from .base_terms import exact, force_terms, reduced_rows
+from .base_terms import force_terms, reduced_rows
+from .independence import exact
 from .inverse import Regressor
 from .symbols import DIRECTION, Coordinate, Parameter
 

@@ -18,17 +18,21 @@ def checked_terms(
 
     Symbols, constants, functions and factors 1, 2 and 1/2 are held to their units. A term with
     another plain number in it passes if it fits with that as a pure number; if not, the number may
-    stand for something with a unit, and the term is returned with the unit that this must be.
+    stand for something with a unit, and the term is returned with the unit that this must be. In a
+    known load, a term without parameters and constants, any number may.
 
     Raises
     ------
     ModelError
         A term has another unit than the drive's; the term and both units are named.
     """
+    parameters = tuple(parameters)
     units = unit_table(coordinate, parameters)
+    unknown = {p.symbol for p in parameters}
     unchecked = []
     for term in sympy.Add.make_args(force):
-        reader = UnitReader(units, loose_numbers=True)
+        load = not term.free_symbols & unknown and not term.atoms(KnownSymbol)
+        reader = UnitReader(units, loose_numbers=True, of_numbers=load)
         try:
             fits = term == 0 or reader.fits(term, coordinate.force_unit)
         except UnitsError as error:

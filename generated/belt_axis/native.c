@@ -11,7 +11,7 @@ static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
 static inline double less(double a, double b) { return (double)(a < b); }
 static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 
-/* Force that the motion needs. 26 operations. */
+/* Force that the motion needs. 19 operations. */
 static inline void inverse_dynamics(
     double q_,
     double dq_,
@@ -27,9 +27,8 @@ static inline void inverse_dynamics(
     const double Fcp_ = parameters_[3];
     const double Fcm_ = parameters_[4];
     const double _0 = fabs(dq_);
-    const double _1 = Fcp_ / 2.0 + 5.000000000000002 * ddq_ + Fcm_ * direction_ / 2.0 + Fcp_ * direction_ / 2.0;
-    const double _2 = _1 + Fvm_ * dq_ / 2.0 + Fvp_ * dq_ / 2.0 + Fvp_ * _0 / 2.0 + ddq_ * m_ - Fcm_ / 2.0;
-    tau_out[0] = _2 - Fvm_ * _0 / 2.0;
+    const double _1 = Fcp_ * (1.0 + direction_) / 2.0 + Fvm_ * (dq_ - _0) / 2.0 + Fvp_ * (dq_ + _0) / 2.0;
+    tau_out[0] = _1 + ddq_ * (5.000000000000002 + m_) - Fcm_ * (1.0 - direction_) / 2.0;
 }
 
 /* tau = row . parameters + known. 9 operations. */
@@ -53,7 +52,7 @@ static inline void idm_regressor(
     known_out[0] = 5.000000000000002 * ddq_;
 }
 
-/* Acceleration that the force causes. 25 operations. */
+/* Acceleration that the force causes. 19 operations. */
 static inline void direct_dynamics(
     double q_,
     double dq_,
@@ -69,9 +68,8 @@ static inline void direct_dynamics(
     const double Fcp_ = parameters_[3];
     const double Fcm_ = parameters_[4];
     const double _0 = fabs(dq_);
-    const double _1 = Fcm_ / 2.0 + tau_ + Fvm_ * _0 / 2.0 - Fcp_ / 2.0 - Fcm_ * direction_ / 2.0 - Fcp_ * direction_ / 2.0;
-    const double _2 = (_1 - Fvm_ * dq_ / 2.0 - Fvp_ * dq_ / 2.0 - Fvp_ * _0 / 2.0) / (5.000000000000002 + m_);
-    ddq_out[0] = _2;
+    const double _1 = tau_ + Fcm_ * (1.0 - direction_) / 2.0 - Fcp_ * (1.0 + direction_) / 2.0 - Fvm_ * (dq_ - _0) / 2.0;
+    ddq_out[0] = (_1 - Fvp_ * (dq_ + _0) / 2.0) / (5.000000000000002 + m_);
 }
 
 /* ddq = row . ddm_parameters + known. 10 operations. */
@@ -126,7 +124,7 @@ static inline void control_start(
     state_out[1] = measured_position_;
 }
 
-/* Acceleration and force under what is held since the last sample. 27 operations. */
+/* Acceleration and force under what is held since the last sample. 21 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,
@@ -145,13 +143,12 @@ static inline void held_acceleration(
     const double Fcm_ = parameters_[4];
     const double _0 = 1.0 / 2.0;
     const double _1 = fabs(dq_);
-    const double _2 = Fcm_ * _0 + tau_ + Fvm_ * _1 * _0 - Fcp_ * _0 - Fcm_ * direction_ * _0 - Fcp_ * direction_ * _0;
-    const double _3 = (_2 - Fvm_ * dq_ * _0 - Fvp_ * dq_ * _0 - Fvp_ * _1 * _0) * (1.0 / (5.000000000000002 + m_));
-    ddq_out[0] = _3;
+    const double _2 = tau_ + Fcm_ * (1.0 - direction_) * _0 - Fcp_ * (1.0 + direction_) * _0 - Fvm_ * (dq_ - _1) * _0;
+    ddq_out[0] = (_2 - Fvp_ * (dq_ + _1) * _0) * (1.0 / (5.000000000000002 + m_));
     tau_out[0] = tau_;
 }
 
-/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 98 operations. */
+/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 71 operations. */
 static inline void plant_step(
     double q_,
     double dq_,
@@ -172,34 +169,27 @@ static inline void plant_step(
     const double Fcm_ = parameters_[4];
     const double _0 = 0.5 * step_;
     const double _1 = 1.0 / 2.0;
-    const double _2 = Fcp_ * _1;
-    const double _3 = Fcm_ * direction_ * _1;
-    const double _4 = Fcp_ * direction_ * _1;
-    const double _5 = fabs(dq_);
-    const double _6 = Fcm_ * _1 + tau_;
-    const double _7 = _6 + Fvm_ * _5 * _1 - _2 - _3 - _4 - Fvm_ * dq_ * _1 - Fvp_ * dq_ * _1 - Fvp_ * _5 * _1;
-    const double _8 = 1.0 / (5.000000000000002 + m_);
-    const double _9 = _7 * _8;
-    const double _10 = dq_ + _0 * _9;
-    const double _11 = fabs(_10);
-    const double _12 = _6 + Fvm_ * _11 * _1 - _2 - _3 - _4 - Fvm_ * _10 * _1 - Fvp_ * _10 * _1 - Fvp_ * _11 * _1;
-    const double _13 = _12 * _8;
-    const double _14 = dq_ + _0 * _13;
-    const double _15 = fabs(_14);
-    const double _16 = _6 + Fvm_ * _15 * _1 - _2 - _3 - _4 - Fvm_ * _14 * _1 - Fvp_ * _14 * _1 - Fvp_ * _15 * _1;
-    const double _17 = _16 * _8;
-    const double _18 = dq_ + step_ * _17;
-    const double _19 = fabs(_18);
-    const double _20 = _6 + Fvm_ * _19 * _1 - _2 - _3 - _4 - Fvm_ * _18 * _1 - Fvp_ * _18 * _1 - Fvp_ * _19 * _1;
-    const double _21 = _20 * _8;
-    const double _22 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _22 * (dq_ + _18 + 2.0 * (_10 + _14));
-    dq_next_out[0] = dq_ + _22 * (_9 + _21 + 2.0 * (_13 + _17));
-    first_slope_out[0] = _9;
-    last_slope_out[0] = _21;
+    const double _2 = fabs(dq_);
+    const double _3 = tau_ + Fcm_ * (1.0 - direction_) * _1 - Fcp_ * (1.0 + direction_) * _1;
+    const double _4 = 1.0 / (5.000000000000002 + m_);
+    const double _5 = (_3 - Fvm_ * (dq_ - _2) * _1 - Fvp_ * (dq_ + _2) * _1) * _4;
+    const double _6 = dq_ + _0 * _5;
+    const double _7 = fabs(_6);
+    const double _8 = (_3 - Fvm_ * (_6 - _7) * _1 - Fvp_ * (_6 + _7) * _1) * _4;
+    const double _9 = dq_ + _0 * _8;
+    const double _10 = fabs(_9);
+    const double _11 = (_3 - Fvm_ * (_9 - _10) * _1 - Fvp_ * (_9 + _10) * _1) * _4;
+    const double _12 = dq_ + step_ * _11;
+    const double _13 = fabs(_12);
+    const double _14 = (_3 - Fvm_ * (_12 - _13) * _1 - Fvp_ * (_12 + _13) * _1) * _4;
+    const double _15 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _15 * (dq_ + _12 + 2.0 * (_6 + _9));
+    dq_next_out[0] = dq_ + _15 * (_5 + _14 + 2.0 * (_8 + _11));
+    first_slope_out[0] = _5;
+    last_slope_out[0] = _14;
 }
 
-/* One sample: measure, control, move for `step` seconds in one friction mode. 112 operations. */
+/* One sample: measure, control, move for `step` seconds in one friction mode. 85 operations. */
 static inline void closed_loop_step(
     double q_,
     double dq_,
@@ -233,35 +223,28 @@ static inline void closed_loop_step(
     const double _4 = 75.00000000000001 * _3;
     const double _5 = 0.5 * step_;
     const double _6 = 1.0 / 2.0;
-    const double _7 = Fcp_ * _6;
-    const double _8 = Fcm_ * direction_ * _6;
-    const double _9 = Fcp_ * direction_ * _6;
-    const double _10 = fabs(dq_);
-    const double _11 = Fcm_ * _6 + _4;
-    const double _12 = _11 + Fvm_ * _10 * _6 - _7 - _8 - _9 - Fvm_ * dq_ * _6 - Fvp_ * dq_ * _6 - Fvp_ * _10 * _6;
-    const double _13 = 1.0 / (5.000000000000002 + m_);
-    const double _14 = _12 * _13;
-    const double _15 = dq_ + _5 * _14;
-    const double _16 = fabs(_15);
-    const double _17 = _11 + Fvm_ * _16 * _6 - _7 - _8 - _9 - Fvm_ * _15 * _6 - Fvp_ * _15 * _6 - Fvp_ * _16 * _6;
-    const double _18 = _17 * _13;
-    const double _19 = dq_ + _5 * _18;
-    const double _20 = fabs(_19);
-    const double _21 = _11 + Fvm_ * _20 * _6 - _7 - _8 - _9 - Fvm_ * _19 * _6 - Fvp_ * _19 * _6 - Fvp_ * _20 * _6;
-    const double _22 = _21 * _13;
-    const double _23 = dq_ + step_ * _22;
-    const double _24 = fabs(_23);
-    const double _25 = _11 + Fvm_ * _24 * _6 - _7 - _8 - _9 - Fvm_ * _23 * _6 - Fvp_ * _23 * _6 - Fvp_ * _24 * _6;
-    const double _26 = _25 * _13;
-    const double _27 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _27 * (dq_ + _23 + 2.0 * (_15 + _19));
-    dq_next_out[0] = dq_ + _27 * (_14 + _26 + 2.0 * (_18 + _22));
+    const double _7 = fabs(dq_);
+    const double _8 = _4 + Fcm_ * (1.0 - direction_) * _6 - Fcp_ * (1.0 + direction_) * _6;
+    const double _9 = 1.0 / (5.000000000000002 + m_);
+    const double _10 = (_8 - Fvm_ * (dq_ - _7) * _6 - Fvp_ * (dq_ + _7) * _6) * _9;
+    const double _11 = dq_ + _5 * _10;
+    const double _12 = fabs(_11);
+    const double _13 = (_8 - Fvm_ * (_11 - _12) * _6 - Fvp_ * (_11 + _12) * _6) * _9;
+    const double _14 = dq_ + _5 * _13;
+    const double _15 = fabs(_14);
+    const double _16 = (_8 - Fvm_ * (_14 - _15) * _6 - Fvp_ * (_14 + _15) * _6) * _9;
+    const double _17 = dq_ + step_ * _16;
+    const double _18 = fabs(_17);
+    const double _19 = (_8 - Fvm_ * (_17 - _18) * _6 - Fvp_ * (_17 + _18) * _6) * _9;
+    const double _20 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _20 * (dq_ + _17 + 2.0 * (_11 + _14));
+    dq_next_out[0] = dq_ + _20 * (_10 + _19 + 2.0 * (_13 + _16));
     next_state_out[0] = _0;
     next_state_out[1] = q1_;
-    ddq_out[0] = _14;
+    ddq_out[0] = _10;
     tau_out[0] = _4;
     control_out[0] = _3;
-    last_slope_out[0] = _26;
+    last_slope_out[0] = _19;
 }
 
 void inverse_dynamics_rows(

@@ -11,7 +11,7 @@ static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
 static inline double less(double a, double b) { return (double)(a < b); }
 static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 
-/* Force that the motion needs. 86 operations. */
+/* Force that the motion needs. 42 operations. */
 static inline void inverse_dynamics(
     double q_,
     double dq_,
@@ -26,25 +26,17 @@ static inline void inverse_dynamics(
     const double fc_ = parameters_[3];
     const double _0 = sin(q_);
     const double _1 = _0 * _0;
-    const double _2 = dq_ * dq_;
-    const double _3 = 0.04000000000000001 - 0.0025000000000000005 * _1;
-    const double _4 = sqrt(_3);
-    const double _5 = _1 * _0;
-    const double _6 = cos(q_);
-    const double _7 = _6 * _6;
-    const double _8 = _7 * _6;
-    const double _9 = 6.250000000000003e-06 * _2 * m_;
-    const double _10 = 3.125000000000001e-07 * _2 * m_ * _5 * _7 / (0.04000000000000001 * _4 - 0.0025000000000000005 * _4 * _1);
-    const double _11 = 0.0016000000000000007 + 6.250000000000003e-06 * (_5 * _0) - 0.0002000000000000001 * _1;
-    const double _12 = J_ * ddq_ + direction_ * fc_ + dq_ * fv_ + 0.0025000000000000005 * ddq_ * m_ * _1;
-    const double _13 = _12 + 0.0025000000000000005 * _2 * m_ * _0 * _6 + 6.250000000000003e-06 * ddq_ * m_ * _1 * _7 / _3;
-    const double _14 = _13 + 0.00025000000000000006 * ddq_ * m_ * _1 * _6 / _4 + _9 * _0 * _8 / _3 + 0.00025000000000000006 * _2 * m_ * _0 * _7 / _4;
-    const double _15 = _14 + _10 + 1.5625000000000006e-08 * _2 * m_ * _5 * _8 / _11 - 0.4903325 * m_ * _0;
-    const double _16 = _15 - 0.00012500000000000003 * _2 * m_ * _5 / _4 - 0.024516625000000004 * m_ * _0 * _6 / _4;
-    tau_out[0] = _16 - _9 * _5 * _6 / _3;
+    const double _2 = 0.04000000000000001 - 0.0025000000000000005 * _1;
+    const double _3 = sqrt(_2);
+    const double _4 = cos(q_);
+    const double _5 = -(0.0025000000000000005 * _0 * _4 / _3 + 0.05 * _0);
+    const double _6 = _4 * _4;
+    const double _7 = 0.005000000000000001 * _1 / _3 - 0.005000000000000001 * _6 / _3 - 1.2500000000000002e-05 * _1 * _6 / pow(_2, 1.5);
+    const double _8 = ddq_ * (J_ + m_ * (_5 * _5)) + direction_ * fc_ + dq_ * fv_ + 9.80665 * m_ * _5 + dq_ * dq_ * m_ * _5 * (_7 - 0.1 * _4) / 2.0;
+    tau_out[0] = _8;
 }
 
-/* tau = row . parameters + known. 69 operations. */
+/* tau = row . parameters + known. 38 operations. */
 static inline void idm_regressor(
     double q_,
     double dq_,
@@ -55,27 +47,21 @@ static inline void idm_regressor(
 {
     const double _0 = sin(q_);
     const double _1 = _0 * _0;
-    const double _2 = dq_ * dq_;
-    const double _3 = 0.04000000000000001 - 0.0025000000000000005 * _1;
-    const double _4 = sqrt(_3);
-    const double _5 = _1 * _0;
-    const double _6 = cos(q_);
-    const double _7 = _6 * _6;
-    const double _8 = _7 * _6;
-    const double _9 = 6.250000000000003e-06 * _2;
-    const double _10 = 3.125000000000001e-07 * _2 * _5 * _7 / (0.04000000000000001 * _4 - 0.0025000000000000005 * _4 * _1);
-    const double _11 = 0.0016000000000000007 + 6.250000000000003e-06 * (_5 * _0) - 0.0002000000000000001 * _1;
-    const double _12 = 0.0025000000000000005 * ddq_ * _1 + 0.0025000000000000005 * _2 * _0 * _6 + 6.250000000000003e-06 * ddq_ * _1 * _7 / _3;
-    const double _13 = _12 + 0.00025000000000000006 * ddq_ * _1 * _6 / _4 + _9 * _0 * _8 / _3 + 0.00025000000000000006 * _2 * _0 * _7 / _4;
-    const double _14 = _13 + _10 + 1.5625000000000006e-08 * _2 * _5 * _8 / _11 - 0.00012500000000000003 * _2 * _5 / _4;
+    const double _2 = 0.04000000000000001 - 0.0025000000000000005 * _1;
+    const double _3 = sqrt(_2);
+    const double _4 = cos(q_);
+    const double _5 = -(0.0025000000000000005 * _0 * _4 / _3 + 0.05 * _0);
+    const double _6 = _4 * _4;
+    const double _7 = 0.005000000000000001 * _1 / _3 - 0.005000000000000001 * _6 / _3 - 1.2500000000000002e-05 * _1 * _6 / pow(_2, 1.5);
+    const double _8 = ddq_ * (_5 * _5) + dq_ * dq_ * _5 * (_7 - 0.1 * _4) / 2.0 - 0.024516625000000004 * _0 * _4 / _3;
     row_out[0] = ddq_;
-    row_out[1] = _14 - 0.024516625000000004 * _0 * _6 / _4 - _9 * _5 * _6 / _3 - 0.4903325 * _0;
+    row_out[1] = _8 - 0.4903325 * _0;
     row_out[2] = dq_;
     row_out[3] = direction_;
     known_out[0] = 0.0;
 }
 
-/* Acceleration that the force causes. 83 operations. */
+/* Acceleration that the force causes. 42 operations. */
 static inline void direct_dynamics(
     double q_,
     double dq_,
@@ -91,20 +77,13 @@ static inline void direct_dynamics(
     const double _0 = sin(q_);
     const double _1 = _0 * _0;
     const double _2 = 0.04000000000000001 - 0.0025000000000000005 * _1;
-    const double _3 = cos(q_);
-    const double _4 = _3 * _3;
-    const double _5 = sqrt(_2);
-    const double _6 = J_ + 0.0025000000000000005 * m_ * _1 + 6.250000000000003e-06 * m_ * _1 * _4 / _2 + 0.00025000000000000006 * m_ * _1 * _3 / _5;
-    const double _7 = dq_ * dq_;
-    const double _8 = _1 * _0;
-    const double _9 = _4 * _3;
-    const double _10 = 6.250000000000003e-06 * _7 * m_;
-    const double _11 = 3.125000000000001e-07 * _7 * m_ * _8 * _4 / (0.04000000000000001 * _5 - 0.0025000000000000005 * _5 * _1);
-    const double _12 = 0.0016000000000000007 + 6.250000000000003e-06 * (_8 * _0) - 0.0002000000000000001 * _1;
-    const double _13 = tau_ + 0.4903325 * m_ * _0 + 0.00012500000000000003 * _7 * m_ * _8 / _5 + 0.024516625000000004 * m_ * _0 * _3 / _5;
-    const double _14 = _13 + _10 * _8 * _3 / _2 - direction_ * fc_ - dq_ * fv_ - 0.0025000000000000005 * _7 * m_ * _0 * _3;
-    const double _15 = _14 - _10 * _0 * _9 / _2 - 0.00025000000000000006 * _7 * m_ * _0 * _4 / _5 - _11 - 1.5625000000000006e-08 * _7 * m_ * _8 * _9 / _12;
-    ddq_out[0] = _15 / _6;
+    const double _3 = sqrt(_2);
+    const double _4 = cos(q_);
+    const double _5 = -(0.0025000000000000005 * _0 * _4 / _3 + 0.05 * _0);
+    const double _6 = _4 * _4;
+    const double _7 = 0.005000000000000001 * _1 / _3 - 0.005000000000000001 * _6 / _3 - 1.2500000000000002e-05 * _1 * _6 / pow(_2, 1.5);
+    const double _8 = tau_ - direction_ * fc_ - dq_ * fv_ - 9.80665 * m_ * _5 - dq_ * dq_ * m_ * _5 * (_7 - 0.1 * _4) / 2.0;
+    ddq_out[0] = _8 / (J_ + m_ * (_5 * _5));
 }
 
 /* Control that the drive applies, within its limit. 11 operations. */
@@ -138,7 +117,7 @@ static inline void control_start(
     state_out[1] = measured_position_;
 }
 
-/* Acceleration and force under what is held since the last sample. 88 operations. */
+/* Acceleration and force under what is held since the last sample. 46 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,
@@ -157,25 +136,16 @@ static inline void held_acceleration(
     const double _1 = _0 * _0;
     const double _2 = 0.04000000000000001 - 0.0025000000000000005 * _1;
     const double _3 = cos(q_);
-    const double _4 = _3 * _3;
-    const double _5 = 1.0 / _2;
-    const double _6 = sqrt(_2);
-    const double _7 = 1.0 / _6;
-    const double _8 = J_ + 0.0025000000000000005 * m_ * _1 + 6.250000000000003e-06 * m_ * _1 * _4 * _5 + 0.00025000000000000006 * m_ * _1 * _3 * _7;
-    const double _9 = dq_ * dq_;
-    const double _10 = _1 * _0;
-    const double _11 = _4 * _3;
-    const double _12 = 6.250000000000003e-06 * _9 * m_;
-    const double _13 = 3.125000000000001e-07 * _9 * m_ * _10 * _4 * (1.0 / (0.04000000000000001 * _6 - 0.0025000000000000005 * _6 * _1));
-    const double _14 = 0.0016000000000000007 + 6.250000000000003e-06 * (_10 * _0) - 0.0002000000000000001 * _1;
-    const double _15 = tau_ + 0.4903325 * m_ * _0 + 0.00012500000000000003 * _9 * m_ * _10 * _7 + 0.024516625000000004 * m_ * _0 * _3 * _7;
-    const double _16 = _15 + _12 * _10 * _3 * _5 - direction_ * fc_ - dq_ * fv_ - 0.0025000000000000005 * _9 * m_ * _0 * _3;
-    const double _17 = _16 - _12 * _0 * _11 * _5 - 0.00025000000000000006 * _9 * m_ * _0 * _4 * _7 - _13;
-    ddq_out[0] = (_17 - 1.5625000000000006e-08 * _9 * m_ * _10 * _11 * (1.0 / _14)) * (1.0 / _8);
+    const double _4 = 1.0 / sqrt(_2);
+    const double _5 = -(0.0025000000000000005 * _0 * _3 * _4 + 0.05 * _0);
+    const double _6 = _3 * _3;
+    const double _7 = 0.005000000000000001 * _1 * _4 - 0.005000000000000001 * _6 * _4 - 1.2500000000000002e-05 * _1 * _6 * (1.0 / pow(_2, 1.5));
+    const double _8 = tau_ - direction_ * fc_ - dq_ * fv_ - 9.80665 * m_ * _5 - dq_ * dq_ * m_ * _5 * (_7 - 0.1 * _3) * (1.0 / 2.0);
+    ddq_out[0] = _8 * (1.0 / (J_ + m_ * (_5 * _5)));
     tau_out[0] = tau_;
 }
 
-/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 360 operations. */
+/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 198 operations. */
 static inline void plant_step(
     double q_,
     double dq_,
@@ -196,96 +166,57 @@ static inline void plant_step(
     const double _0 = 0.5 * step_;
     const double _1 = sin(q_);
     const double _2 = _1 * _1;
-    const double _3 = 0.0025000000000000005 * m_;
-    const double _4 = 0.04000000000000001 - 0.0025000000000000005 * _2;
-    const double _5 = cos(q_);
-    const double _6 = _5 * _5;
-    const double _7 = 6.250000000000003e-06 * m_;
-    const double _8 = 1.0 / _4;
-    const double _9 = sqrt(_4);
-    const double _10 = 0.00025000000000000006 * m_;
-    const double _11 = 1.0 / _9;
-    const double _12 = direction_ * fc_;
-    const double _13 = 0.4903325 * m_;
-    const double _14 = dq_ * dq_;
-    const double _15 = _2 * _1;
-    const double _16 = 0.024516625000000004 * m_;
-    const double _17 = _6 * _5;
-    const double _18 = 6.250000000000003e-06 * _14 * m_;
-    const double _19 = 3.125000000000001e-07 * _14 * m_ * _15 * _6 * (1.0 / (0.04000000000000001 * _9 - 0.0025000000000000005 * _9 * _2));
-    const double _20 = 0.0016000000000000007 + 6.250000000000003e-06 * (_15 * _1) - 0.0002000000000000001 * _2;
-    const double _21 = tau_ + _13 * _1 + 0.00012500000000000003 * _14 * m_ * _15 * _11 + _16 * _1 * _5 * _11;
-    const double _22 = _21 + _18 * _15 * _5 * _8 - _12 - dq_ * fv_ - 0.0025000000000000005 * _14 * m_ * _1 * _5;
-    const double _23 = _22 - _18 * _1 * _17 * _8 - 0.00025000000000000006 * _14 * m_ * _1 * _6 * _11 - _19;
-    const double _24 = (_23 - 1.5625000000000006e-08 * _14 * m_ * _15 * _17 * (1.0 / _20)) * (1.0 / (J_ + _3 * _2 + _7 * _2 * _6 * _8 + _10 * _2 * _5 * _11));
-    const double _25 = q_ + _0 * dq_;
-    const double _26 = dq_ + _0 * _24;
-    const double _27 = sin(_25);
-    const double _28 = _27 * _27;
-    const double _29 = 0.04000000000000001 - 0.0025000000000000005 * _28;
-    const double _30 = cos(_25);
-    const double _31 = _30 * _30;
-    const double _32 = 1.0 / _29;
-    const double _33 = sqrt(_29);
-    const double _34 = 1.0 / _33;
-    const double _35 = _26 * _26;
-    const double _36 = _28 * _27;
-    const double _37 = _31 * _30;
-    const double _38 = 6.250000000000003e-06 * _35 * m_;
-    const double _39 = 3.125000000000001e-07 * _35 * m_ * _36 * _31 * (1.0 / (0.04000000000000001 * _33 - 0.0025000000000000005 * _33 * _28));
-    const double _40 = 0.0016000000000000007 + 6.250000000000003e-06 * (_36 * _27) - 0.0002000000000000001 * _28;
-    const double _41 = tau_ + _13 * _27 + 0.00012500000000000003 * _35 * m_ * _36 * _34 + _16 * _27 * _30 * _34;
-    const double _42 = _41 + _38 * _36 * _30 * _32 - _12 - _26 * fv_ - 0.0025000000000000005 * _35 * m_ * _27 * _30;
-    const double _43 = _42 - _38 * _27 * _37 * _32 - 0.00025000000000000006 * _35 * m_ * _27 * _31 * _34;
-    const double _44 = (_43 - _39 - 1.5625000000000006e-08 * _35 * m_ * _36 * _37 * (1.0 / _40)) * (1.0 / (J_ + _3 * _28 + _7 * _28 * _31 * _32 + _10 * _28 * _30 * _34));
-    const double _45 = q_ + _0 * _26;
-    const double _46 = dq_ + _0 * _44;
-    const double _47 = sin(_45);
-    const double _48 = _47 * _47;
-    const double _49 = 0.04000000000000001 - 0.0025000000000000005 * _48;
-    const double _50 = cos(_45);
-    const double _51 = _50 * _50;
-    const double _52 = 1.0 / _49;
-    const double _53 = sqrt(_49);
-    const double _54 = 1.0 / _53;
-    const double _55 = _46 * _46;
-    const double _56 = _48 * _47;
-    const double _57 = _51 * _50;
-    const double _58 = 6.250000000000003e-06 * _55 * m_;
-    const double _59 = 3.125000000000001e-07 * _55 * m_ * _56 * _51 * (1.0 / (0.04000000000000001 * _53 - 0.0025000000000000005 * _53 * _48));
-    const double _60 = 0.0016000000000000007 + 6.250000000000003e-06 * (_56 * _47) - 0.0002000000000000001 * _48;
-    const double _61 = tau_ + _13 * _47 + 0.00012500000000000003 * _55 * m_ * _56 * _54 + _16 * _47 * _50 * _54;
-    const double _62 = _61 + _58 * _56 * _50 * _52 - _12 - _46 * fv_ - 0.0025000000000000005 * _55 * m_ * _47 * _50;
-    const double _63 = _62 - _58 * _47 * _57 * _52 - 0.00025000000000000006 * _55 * m_ * _47 * _51 * _54;
-    const double _64 = (_63 - _59 - 1.5625000000000006e-08 * _55 * m_ * _56 * _57 * (1.0 / _60)) * (1.0 / (J_ + _3 * _48 + _7 * _48 * _51 * _52 + _10 * _48 * _50 * _54));
-    const double _65 = q_ + step_ * _46;
-    const double _66 = dq_ + step_ * _64;
-    const double _67 = sin(_65);
-    const double _68 = _67 * _67;
-    const double _69 = 0.04000000000000001 - 0.0025000000000000005 * _68;
-    const double _70 = cos(_65);
-    const double _71 = _70 * _70;
-    const double _72 = 1.0 / _69;
-    const double _73 = sqrt(_69);
-    const double _74 = 1.0 / _73;
-    const double _75 = _66 * _66;
-    const double _76 = _68 * _67;
-    const double _77 = _71 * _70;
-    const double _78 = 6.250000000000003e-06 * _75 * m_;
-    const double _79 = 3.125000000000001e-07 * _75 * m_ * _76 * _71 * (1.0 / (0.04000000000000001 * _73 - 0.0025000000000000005 * _73 * _68));
-    const double _80 = 0.0016000000000000007 + 6.250000000000003e-06 * (_76 * _67) - 0.0002000000000000001 * _68;
-    const double _81 = tau_ + _13 * _67 + 0.00012500000000000003 * _75 * m_ * _76 * _74 + _16 * _67 * _70 * _74;
-    const double _82 = _81 + _78 * _76 * _70 * _72 - _12 - _66 * fv_ - 0.0025000000000000005 * _75 * m_ * _67 * _70;
-    const double _83 = _82 - _78 * _67 * _77 * _72 - 0.00025000000000000006 * _75 * m_ * _67 * _71 * _74;
-    const double _84 = (_83 - _79 - 1.5625000000000006e-08 * _75 * m_ * _76 * _77 * (1.0 / _80)) * (1.0 / (J_ + _3 * _68 + _7 * _68 * _71 * _72 + _10 * _68 * _70 * _74));
-    const double _85 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _85 * (dq_ + _66 + 2.0 * (_26 + _46));
-    dq_next_out[0] = dq_ + _85 * (_24 + _84 + 2.0 * (_44 + _64));
-    first_slope_out[0] = _24;
-    last_slope_out[0] = _84;
+    const double _3 = 0.04000000000000001 - 0.0025000000000000005 * _2;
+    const double _4 = cos(q_);
+    const double _5 = 1.0 / sqrt(_3);
+    const double _6 = -(0.0025000000000000005 * _1 * _4 * _5 + 0.05 * _1);
+    const double _7 = 9.80665 * m_;
+    const double _8 = _4 * _4;
+    const double _9 = 0.005000000000000001 * _2 * _5 - 0.005000000000000001 * _8 * _5 - 1.2500000000000002e-05 * _2 * _8 * (1.0 / pow(_3, 1.5));
+    const double _10 = 1.0 / 2.0;
+    const double _11 = tau_ - direction_ * fc_;
+    const double _12 = (_11 - dq_ * fv_ - _7 * _6 - dq_ * dq_ * m_ * _6 * (_9 - 0.1 * _4) * _10) * (1.0 / (J_ + m_ * (_6 * _6)));
+    const double _13 = q_ + _0 * dq_;
+    const double _14 = dq_ + _0 * _12;
+    const double _15 = sin(_13);
+    const double _16 = _15 * _15;
+    const double _17 = 0.04000000000000001 - 0.0025000000000000005 * _16;
+    const double _18 = cos(_13);
+    const double _19 = 1.0 / sqrt(_17);
+    const double _20 = -(0.0025000000000000005 * _15 * _18 * _19 + 0.05 * _15);
+    const double _21 = _18 * _18;
+    const double _22 = 0.005000000000000001 * _16 * _19 - 0.005000000000000001 * _21 * _19 - 1.2500000000000002e-05 * _16 * _21 * (1.0 / pow(_17, 1.5));
+    const double _23 = (_11 - _14 * fv_ - _7 * _20 - _14 * _14 * m_ * _20 * (_22 - 0.1 * _18) * _10) * (1.0 / (J_ + m_ * (_20 * _20)));
+    const double _24 = q_ + _0 * _14;
+    const double _25 = dq_ + _0 * _23;
+    const double _26 = sin(_24);
+    const double _27 = _26 * _26;
+    const double _28 = 0.04000000000000001 - 0.0025000000000000005 * _27;
+    const double _29 = cos(_24);
+    const double _30 = 1.0 / sqrt(_28);
+    const double _31 = -(0.0025000000000000005 * _26 * _29 * _30 + 0.05 * _26);
+    const double _32 = _29 * _29;
+    const double _33 = 0.005000000000000001 * _27 * _30 - 0.005000000000000001 * _32 * _30 - 1.2500000000000002e-05 * _27 * _32 * (1.0 / pow(_28, 1.5));
+    const double _34 = (_11 - _25 * fv_ - _7 * _31 - _25 * _25 * m_ * _31 * (_33 - 0.1 * _29) * _10) * (1.0 / (J_ + m_ * (_31 * _31)));
+    const double _35 = q_ + step_ * _25;
+    const double _36 = dq_ + step_ * _34;
+    const double _37 = sin(_35);
+    const double _38 = _37 * _37;
+    const double _39 = 0.04000000000000001 - 0.0025000000000000005 * _38;
+    const double _40 = cos(_35);
+    const double _41 = 1.0 / sqrt(_39);
+    const double _42 = -(0.0025000000000000005 * _37 * _40 * _41 + 0.05 * _37);
+    const double _43 = _40 * _40;
+    const double _44 = 0.005000000000000001 * _38 * _41 - 0.005000000000000001 * _43 * _41 - 1.2500000000000002e-05 * _38 * _43 * (1.0 / pow(_39, 1.5));
+    const double _45 = (_11 - _36 * fv_ - _7 * _42 - _36 * _36 * m_ * _42 * (_44 - 0.1 * _40) * _10) * (1.0 / (J_ + m_ * (_42 * _42)));
+    const double _46 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _46 * (dq_ + _36 + 2.0 * (_14 + _25));
+    dq_next_out[0] = dq_ + _46 * (_12 + _45 + 2.0 * (_23 + _34));
+    first_slope_out[0] = _12;
+    last_slope_out[0] = _45;
 }
 
-/* One sample: measure, control, move for `step` seconds in one friction mode. 374 operations. */
+/* One sample: measure, control, move for `step` seconds in one friction mode. 212 operations. */
 static inline void closed_loop_step(
     double q_,
     double dq_,
@@ -319,97 +250,58 @@ static inline void closed_loop_step(
     const double _5 = 0.5 * step_;
     const double _6 = sin(q_);
     const double _7 = _6 * _6;
-    const double _8 = 0.0025000000000000005 * m_;
-    const double _9 = 0.04000000000000001 - 0.0025000000000000005 * _7;
-    const double _10 = cos(q_);
-    const double _11 = _10 * _10;
-    const double _12 = 6.250000000000003e-06 * m_;
-    const double _13 = 1.0 / _9;
-    const double _14 = sqrt(_9);
-    const double _15 = 0.00025000000000000006 * m_;
-    const double _16 = 1.0 / _14;
-    const double _17 = direction_ * fc_;
-    const double _18 = 0.4903325 * m_;
-    const double _19 = dq_ * dq_;
-    const double _20 = _7 * _6;
-    const double _21 = 0.024516625000000004 * m_;
-    const double _22 = _11 * _10;
-    const double _23 = 6.250000000000003e-06 * _19 * m_;
-    const double _24 = 3.125000000000001e-07 * _19 * m_ * _20 * _11 * (1.0 / (0.04000000000000001 * _14 - 0.0025000000000000005 * _14 * _7));
-    const double _25 = 0.0016000000000000007 + 6.250000000000003e-06 * (_20 * _6) - 0.0002000000000000001 * _7;
-    const double _26 = _4 + _18 * _6 + 0.00012500000000000003 * _19 * m_ * _20 * _16 + _21 * _6 * _10 * _16;
-    const double _27 = _26 + _23 * _20 * _10 * _13 - _17 - dq_ * fv_ - 0.0025000000000000005 * _19 * m_ * _6 * _10;
-    const double _28 = _27 - _23 * _6 * _22 * _13 - 0.00025000000000000006 * _19 * m_ * _6 * _11 * _16 - _24;
-    const double _29 = (_28 - 1.5625000000000006e-08 * _19 * m_ * _20 * _22 * (1.0 / _25)) * (1.0 / (J_ + _8 * _7 + _12 * _7 * _11 * _13 + _15 * _7 * _10 * _16));
-    const double _30 = q_ + _5 * dq_;
-    const double _31 = dq_ + _5 * _29;
-    const double _32 = sin(_30);
-    const double _33 = _32 * _32;
-    const double _34 = 0.04000000000000001 - 0.0025000000000000005 * _33;
-    const double _35 = cos(_30);
-    const double _36 = _35 * _35;
-    const double _37 = 1.0 / _34;
-    const double _38 = sqrt(_34);
-    const double _39 = 1.0 / _38;
-    const double _40 = _31 * _31;
-    const double _41 = _33 * _32;
-    const double _42 = _36 * _35;
-    const double _43 = 6.250000000000003e-06 * _40 * m_;
-    const double _44 = 3.125000000000001e-07 * _40 * m_ * _41 * _36 * (1.0 / (0.04000000000000001 * _38 - 0.0025000000000000005 * _38 * _33));
-    const double _45 = 0.0016000000000000007 + 6.250000000000003e-06 * (_41 * _32) - 0.0002000000000000001 * _33;
-    const double _46 = _4 + _18 * _32 + 0.00012500000000000003 * _40 * m_ * _41 * _39 + _21 * _32 * _35 * _39;
-    const double _47 = _46 + _43 * _41 * _35 * _37 - _17 - _31 * fv_ - 0.0025000000000000005 * _40 * m_ * _32 * _35;
-    const double _48 = _47 - _43 * _32 * _42 * _37 - 0.00025000000000000006 * _40 * m_ * _32 * _36 * _39;
-    const double _49 = (_48 - _44 - 1.5625000000000006e-08 * _40 * m_ * _41 * _42 * (1.0 / _45)) * (1.0 / (J_ + _8 * _33 + _12 * _33 * _36 * _37 + _15 * _33 * _35 * _39));
-    const double _50 = q_ + _5 * _31;
-    const double _51 = dq_ + _5 * _49;
-    const double _52 = sin(_50);
-    const double _53 = _52 * _52;
-    const double _54 = 0.04000000000000001 - 0.0025000000000000005 * _53;
-    const double _55 = cos(_50);
-    const double _56 = _55 * _55;
-    const double _57 = 1.0 / _54;
-    const double _58 = sqrt(_54);
-    const double _59 = 1.0 / _58;
-    const double _60 = _51 * _51;
-    const double _61 = _53 * _52;
-    const double _62 = _56 * _55;
-    const double _63 = 6.250000000000003e-06 * _60 * m_;
-    const double _64 = 3.125000000000001e-07 * _60 * m_ * _61 * _56 * (1.0 / (0.04000000000000001 * _58 - 0.0025000000000000005 * _58 * _53));
-    const double _65 = 0.0016000000000000007 + 6.250000000000003e-06 * (_61 * _52) - 0.0002000000000000001 * _53;
-    const double _66 = _4 + _18 * _52 + 0.00012500000000000003 * _60 * m_ * _61 * _59 + _21 * _52 * _55 * _59;
-    const double _67 = _66 + _63 * _61 * _55 * _57 - _17 - _51 * fv_ - 0.0025000000000000005 * _60 * m_ * _52 * _55;
-    const double _68 = _67 - _63 * _52 * _62 * _57 - 0.00025000000000000006 * _60 * m_ * _52 * _56 * _59;
-    const double _69 = (_68 - _64 - 1.5625000000000006e-08 * _60 * m_ * _61 * _62 * (1.0 / _65)) * (1.0 / (J_ + _8 * _53 + _12 * _53 * _56 * _57 + _15 * _53 * _55 * _59));
-    const double _70 = q_ + step_ * _51;
-    const double _71 = dq_ + step_ * _69;
-    const double _72 = sin(_70);
-    const double _73 = _72 * _72;
-    const double _74 = 0.04000000000000001 - 0.0025000000000000005 * _73;
-    const double _75 = cos(_70);
-    const double _76 = _75 * _75;
-    const double _77 = 1.0 / _74;
-    const double _78 = sqrt(_74);
-    const double _79 = 1.0 / _78;
-    const double _80 = _71 * _71;
-    const double _81 = _73 * _72;
-    const double _82 = _76 * _75;
-    const double _83 = 6.250000000000003e-06 * _80 * m_;
-    const double _84 = 3.125000000000001e-07 * _80 * m_ * _81 * _76 * (1.0 / (0.04000000000000001 * _78 - 0.0025000000000000005 * _78 * _73));
-    const double _85 = 0.0016000000000000007 + 6.250000000000003e-06 * (_81 * _72) - 0.0002000000000000001 * _73;
-    const double _86 = _4 + _18 * _72 + 0.00012500000000000003 * _80 * m_ * _81 * _79 + _21 * _72 * _75 * _79;
-    const double _87 = _86 + _83 * _81 * _75 * _77 - _17 - _71 * fv_ - 0.0025000000000000005 * _80 * m_ * _72 * _75;
-    const double _88 = _87 - _83 * _72 * _82 * _77 - 0.00025000000000000006 * _80 * m_ * _72 * _76 * _79;
-    const double _89 = (_88 - _84 - 1.5625000000000006e-08 * _80 * m_ * _81 * _82 * (1.0 / _85)) * (1.0 / (J_ + _8 * _73 + _12 * _73 * _76 * _77 + _15 * _73 * _75 * _79));
-    const double _90 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _90 * (dq_ + _71 + 2.0 * (_31 + _51));
-    dq_next_out[0] = dq_ + _90 * (_29 + _89 + 2.0 * (_49 + _69));
+    const double _8 = 0.04000000000000001 - 0.0025000000000000005 * _7;
+    const double _9 = cos(q_);
+    const double _10 = 1.0 / sqrt(_8);
+    const double _11 = -(0.0025000000000000005 * _6 * _9 * _10 + 0.05 * _6);
+    const double _12 = 9.80665 * m_;
+    const double _13 = _9 * _9;
+    const double _14 = 0.005000000000000001 * _7 * _10 - 0.005000000000000001 * _13 * _10 - 1.2500000000000002e-05 * _7 * _13 * (1.0 / pow(_8, 1.5));
+    const double _15 = 1.0 / 2.0;
+    const double _16 = _4 - direction_ * fc_;
+    const double _17 = (_16 - dq_ * fv_ - _12 * _11 - dq_ * dq_ * m_ * _11 * (_14 - 0.1 * _9) * _15) * (1.0 / (J_ + m_ * (_11 * _11)));
+    const double _18 = q_ + _5 * dq_;
+    const double _19 = dq_ + _5 * _17;
+    const double _20 = sin(_18);
+    const double _21 = _20 * _20;
+    const double _22 = 0.04000000000000001 - 0.0025000000000000005 * _21;
+    const double _23 = cos(_18);
+    const double _24 = 1.0 / sqrt(_22);
+    const double _25 = -(0.0025000000000000005 * _20 * _23 * _24 + 0.05 * _20);
+    const double _26 = _23 * _23;
+    const double _27 = 0.005000000000000001 * _21 * _24 - 0.005000000000000001 * _26 * _24 - 1.2500000000000002e-05 * _21 * _26 * (1.0 / pow(_22, 1.5));
+    const double _28 = (_16 - _19 * fv_ - _12 * _25 - _19 * _19 * m_ * _25 * (_27 - 0.1 * _23) * _15) * (1.0 / (J_ + m_ * (_25 * _25)));
+    const double _29 = q_ + _5 * _19;
+    const double _30 = dq_ + _5 * _28;
+    const double _31 = sin(_29);
+    const double _32 = _31 * _31;
+    const double _33 = 0.04000000000000001 - 0.0025000000000000005 * _32;
+    const double _34 = cos(_29);
+    const double _35 = 1.0 / sqrt(_33);
+    const double _36 = -(0.0025000000000000005 * _31 * _34 * _35 + 0.05 * _31);
+    const double _37 = _34 * _34;
+    const double _38 = 0.005000000000000001 * _32 * _35 - 0.005000000000000001 * _37 * _35 - 1.2500000000000002e-05 * _32 * _37 * (1.0 / pow(_33, 1.5));
+    const double _39 = (_16 - _30 * fv_ - _12 * _36 - _30 * _30 * m_ * _36 * (_38 - 0.1 * _34) * _15) * (1.0 / (J_ + m_ * (_36 * _36)));
+    const double _40 = q_ + step_ * _30;
+    const double _41 = dq_ + step_ * _39;
+    const double _42 = sin(_40);
+    const double _43 = _42 * _42;
+    const double _44 = 0.04000000000000001 - 0.0025000000000000005 * _43;
+    const double _45 = cos(_40);
+    const double _46 = 1.0 / sqrt(_44);
+    const double _47 = -(0.0025000000000000005 * _42 * _45 * _46 + 0.05 * _42);
+    const double _48 = _45 * _45;
+    const double _49 = 0.005000000000000001 * _43 * _46 - 0.005000000000000001 * _48 * _46 - 1.2500000000000002e-05 * _43 * _48 * (1.0 / pow(_44, 1.5));
+    const double _50 = (_16 - _41 * fv_ - _12 * _47 - _41 * _41 * m_ * _47 * (_49 - 0.1 * _45) * _15) * (1.0 / (J_ + m_ * (_47 * _47)));
+    const double _51 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _51 * (dq_ + _41 + 2.0 * (_19 + _30));
+    dq_next_out[0] = dq_ + _51 * (_17 + _50 + 2.0 * (_28 + _39));
     next_state_out[0] = _0;
     next_state_out[1] = q1_;
-    ddq_out[0] = _29;
+    ddq_out[0] = _17;
     tau_out[0] = _4;
     control_out[0] = _3;
-    last_slope_out[0] = _89;
+    last_slope_out[0] = _50;
 }
 
 void inverse_dynamics_rows(

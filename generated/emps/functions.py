@@ -238,8 +238,7 @@ def control_terms() -> casadi.Function:
     state = casadi.SX.sym("state", 2)
     q1 = state[0]
     q2 = state[1]
-    _0 = 2.0 * 0.001
-    _row = casadi.horzcat(160.18 * 243.45 * (reference - measured_position), 243.45 * (q2 / _0 - measured_position / _0))
+    _row = casadi.horzcat(160.18 * 243.45 * (reference - measured_position), -(243.45 * (measured_position - q2) / (2.0 * 0.001)))
     return casadi.Function(
         "control_terms",
         [reference, measured_position, measured_velocity, state],

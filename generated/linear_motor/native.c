@@ -11,7 +11,7 @@ static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
 static inline double less(double a, double b) { return (double)(a < b); }
 static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 
-/* Force that the motion needs. 22 operations. */
+/* Force that the motion needs. 18 operations. */
 static inline void inverse_dynamics(
     double q_,
     double dq_,
@@ -26,9 +26,8 @@ static inline void inverse_dynamics(
     const double Fa_ = parameters_[3];
     const double Fb_ = parameters_[4];
     const double _0 = 125.0 * 3.141592653589793 * q_;
-    const double _1 = 1.0 + 0.03 * cos(_0 / 2.0);
-    const double _2 = Fa_ * cos(_0) / _1 + Fb_ * sin(_0) / _1 + Fc_ * direction_ / _1 + Fv_ * dq_ / _1 + M_ * ddq_ / _1;
-    tau_out[0] = _2;
+    const double _1 = (Fa_ * cos(_0) + Fb_ * sin(_0) + Fc_ * direction_ + Fv_ * dq_ + M_ * ddq_) / (1.0 + 0.03 * cos(_0 / 2.0));
+    tau_out[0] = _1;
 }
 
 /* tau = row . parameters + known. 13 operations. */
@@ -50,7 +49,7 @@ static inline void idm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Acceleration that the force causes. 22 operations. */
+/* Acceleration that the force causes. 18 operations. */
 static inline void direct_dynamics(
     double q_,
     double dq_,
@@ -65,9 +64,8 @@ static inline void direct_dynamics(
     const double Fa_ = parameters_[3];
     const double Fb_ = parameters_[4];
     const double _0 = 125.0 * 3.141592653589793 * q_;
-    const double _1 = 1.0 + 0.03 * cos(_0 / 2.0);
-    const double _2 = tau_ - Fa_ * cos(_0) / _1 - Fb_ * sin(_0) / _1 - Fc_ * direction_ / _1 - Fv_ * dq_ / _1;
-    ddq_out[0] = _1 * _2 / M_;
+    const double _1 = tau_ * (1.0 + 0.03 * cos(_0 / 2.0)) - Fa_ * cos(_0) - Fb_ * sin(_0) - Fc_ * direction_;
+    ddq_out[0] = (_1 - Fv_ * dq_) / M_;
 }
 
 /* Control that the drive applies, within its limit. 11 operations. */
@@ -101,7 +99,7 @@ static inline void control_start(
     state_out[1] = measured_position_;
 }
 
-/* Acceleration and force under what is held since the last sample. 25 operations. */
+/* Acceleration and force under what is held since the last sample. 20 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,
@@ -118,14 +116,12 @@ static inline void held_acceleration(
     const double Fa_ = parameters_[3];
     const double Fb_ = parameters_[4];
     const double _0 = 125.0 * 3.141592653589793 * q_;
-    const double _1 = 1.0 + 0.03 * cos(_0 * (1.0 / 2.0));
-    const double _2 = 1.0 / _1;
-    const double _3 = tau_ - Fa_ * cos(_0) * _2 - Fb_ * sin(_0) * _2 - Fc_ * direction_ * _2 - Fv_ * dq_ * _2;
-    ddq_out[0] = _1 * _3 * (1.0 / M_);
+    const double _1 = tau_ * (1.0 + 0.03 * cos(_0 * (1.0 / 2.0))) - Fa_ * cos(_0) - Fb_ * sin(_0) - Fc_ * direction_;
+    ddq_out[0] = (_1 - Fv_ * dq_) * (1.0 / M_);
     tau_out[0] = tau_;
 }
 
-/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 114 operations. */
+/* Motion `step` seconds later in one friction mode (RK4), and its slopes. 94 operations. */
 static inline void plant_step(
     double q_,
     double dq_,
@@ -147,38 +143,31 @@ static inline void plant_step(
     const double _0 = 0.5 * step_;
     const double _1 = 125.0 * 3.141592653589793;
     const double _2 = _1 * q_;
-    const double _3 = 1.0 / 2.0;
-    const double _4 = 1.0 + 0.03 * cos(_2 * _3);
-    const double _5 = 1.0 / _4;
-    const double _6 = Fc_ * direction_;
-    const double _7 = 1.0 / M_;
-    const double _8 = _4 * (tau_ - Fa_ * cos(_2) * _5 - Fb_ * sin(_2) * _5 - _6 * _5 - Fv_ * dq_ * _5) * _7;
-    const double _9 = dq_ + _0 * _8;
-    const double _10 = _1 * (q_ + _0 * dq_);
-    const double _11 = 1.0 + 0.03 * cos(_10 * _3);
-    const double _12 = 1.0 / _11;
-    const double _13 = _11 * (tau_ - Fa_ * cos(_10) * _12 - Fb_ * sin(_10) * _12 - _6 * _12 - Fv_ * _9 * _12);
-    const double _14 = _13 * _7;
-    const double _15 = dq_ + _0 * _14;
-    const double _16 = _1 * (q_ + _0 * _9);
-    const double _17 = 1.0 + 0.03 * cos(_16 * _3);
-    const double _18 = 1.0 / _17;
-    const double _19 = _17 * (tau_ - Fa_ * cos(_16) * _18 - Fb_ * sin(_16) * _18 - _6 * _18 - Fv_ * _15 * _18);
-    const double _20 = _19 * _7;
-    const double _21 = dq_ + step_ * _20;
-    const double _22 = _1 * (q_ + step_ * _15);
-    const double _23 = 1.0 + 0.03 * cos(_22 * _3);
-    const double _24 = 1.0 / _23;
-    const double _25 = _23 * (tau_ - Fa_ * cos(_22) * _24 - Fb_ * sin(_22) * _24 - _6 * _24 - Fv_ * _21 * _24);
-    const double _26 = _25 * _7;
-    const double _27 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _27 * (dq_ + _21 + 2.0 * (_9 + _15));
-    dq_next_out[0] = dq_ + _27 * (_8 + _26 + 2.0 * (_14 + _20));
-    first_slope_out[0] = _8;
-    last_slope_out[0] = _26;
+    const double _3 = Fc_ * direction_;
+    const double _4 = 1.0 / 2.0;
+    const double _5 = tau_ * (1.0 + 0.03 * cos(_2 * _4)) - Fa_ * cos(_2) - Fb_ * sin(_2) - _3 - Fv_ * dq_;
+    const double _6 = 1.0 / M_;
+    const double _7 = _5 * _6;
+    const double _8 = dq_ + _0 * _7;
+    const double _9 = _1 * (q_ + _0 * dq_);
+    const double _10 = tau_ * (1.0 + 0.03 * cos(_9 * _4)) - Fa_ * cos(_9) - Fb_ * sin(_9) - _3 - Fv_ * _8;
+    const double _11 = _10 * _6;
+    const double _12 = dq_ + _0 * _11;
+    const double _13 = _1 * (q_ + _0 * _8);
+    const double _14 = tau_ * (1.0 + 0.03 * cos(_13 * _4)) - Fa_ * cos(_13) - Fb_ * sin(_13) - _3 - Fv_ * _12;
+    const double _15 = _14 * _6;
+    const double _16 = dq_ + step_ * _15;
+    const double _17 = _1 * (q_ + step_ * _12);
+    const double _18 = tau_ * (1.0 + 0.03 * cos(_17 * _4)) - Fa_ * cos(_17) - Fb_ * sin(_17) - _3 - Fv_ * _16;
+    const double _19 = _18 * _6;
+    const double _20 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _20 * (dq_ + _16 + 2.0 * (_8 + _12));
+    dq_next_out[0] = dq_ + _20 * (_7 + _19 + 2.0 * (_11 + _15));
+    first_slope_out[0] = _7;
+    last_slope_out[0] = _19;
 }
 
-/* One sample: measure, control, move for `step` seconds in one friction mode. 128 operations. */
+/* One sample: measure, control, move for `step` seconds in one friction mode. 108 operations. */
 static inline void closed_loop_step(
     double q_,
     double dq_,
@@ -213,40 +202,32 @@ static inline void closed_loop_step(
     const double _5 = 0.5 * step_;
     const double _6 = 125.0 * 3.141592653589793;
     const double _7 = _6 * q_;
-    const double _8 = 1.0 / 2.0;
-    const double _9 = 1.0 + 0.03 * cos(_7 * _8);
-    const double _10 = 1.0 / _9;
-    const double _11 = Fc_ * direction_;
-    const double _12 = _9 * (_4 - Fa_ * cos(_7) * _10 - Fb_ * sin(_7) * _10 - _11 * _10 - Fv_ * dq_ * _10);
-    const double _13 = 1.0 / M_;
-    const double _14 = _12 * _13;
-    const double _15 = dq_ + _5 * _14;
-    const double _16 = _6 * (q_ + _5 * dq_);
-    const double _17 = 1.0 + 0.03 * cos(_16 * _8);
-    const double _18 = 1.0 / _17;
-    const double _19 = _17 * (_4 - Fa_ * cos(_16) * _18 - Fb_ * sin(_16) * _18 - _11 * _18 - Fv_ * _15 * _18);
-    const double _20 = _19 * _13;
-    const double _21 = dq_ + _5 * _20;
-    const double _22 = _6 * (q_ + _5 * _15);
-    const double _23 = 1.0 + 0.03 * cos(_22 * _8);
-    const double _24 = 1.0 / _23;
-    const double _25 = _23 * (_4 - Fa_ * cos(_22) * _24 - Fb_ * sin(_22) * _24 - _11 * _24 - Fv_ * _21 * _24);
-    const double _26 = _25 * _13;
-    const double _27 = dq_ + step_ * _26;
-    const double _28 = _6 * (q_ + step_ * _21);
-    const double _29 = 1.0 + 0.03 * cos(_28 * _8);
-    const double _30 = 1.0 / _29;
-    const double _31 = _29 * (_4 - Fa_ * cos(_28) * _30 - Fb_ * sin(_28) * _30 - _11 * _30 - Fv_ * _27 * _30);
-    const double _32 = _31 * _13;
-    const double _33 = 0.16666666666666666 * step_;
-    q_next_out[0] = q_ + _33 * (dq_ + _27 + 2.0 * (_15 + _21));
-    dq_next_out[0] = dq_ + _33 * (_14 + _32 + 2.0 * (_20 + _26));
+    const double _8 = Fc_ * direction_;
+    const double _9 = 1.0 / 2.0;
+    const double _10 = _4 * (1.0 + 0.03 * cos(_7 * _9)) - Fa_ * cos(_7) - Fb_ * sin(_7) - _8 - Fv_ * dq_;
+    const double _11 = 1.0 / M_;
+    const double _12 = _10 * _11;
+    const double _13 = dq_ + _5 * _12;
+    const double _14 = _6 * (q_ + _5 * dq_);
+    const double _15 = _4 * (1.0 + 0.03 * cos(_14 * _9)) - Fa_ * cos(_14) - Fb_ * sin(_14) - _8 - Fv_ * _13;
+    const double _16 = _15 * _11;
+    const double _17 = dq_ + _5 * _16;
+    const double _18 = _6 * (q_ + _5 * _13);
+    const double _19 = _4 * (1.0 + 0.03 * cos(_18 * _9)) - Fa_ * cos(_18) - Fb_ * sin(_18) - _8 - Fv_ * _17;
+    const double _20 = _19 * _11;
+    const double _21 = dq_ + step_ * _20;
+    const double _22 = _6 * (q_ + step_ * _17);
+    const double _23 = _4 * (1.0 + 0.03 * cos(_22 * _9)) - Fa_ * cos(_22) - Fb_ * sin(_22) - _8 - Fv_ * _21;
+    const double _24 = _23 * _11;
+    const double _25 = 0.16666666666666666 * step_;
+    q_next_out[0] = q_ + _25 * (dq_ + _21 + 2.0 * (_13 + _17));
+    dq_next_out[0] = dq_ + _25 * (_12 + _24 + 2.0 * (_16 + _20));
     next_state_out[0] = _0;
     next_state_out[1] = q1_;
-    ddq_out[0] = _14;
+    ddq_out[0] = _12;
     tau_out[0] = _4;
     control_out[0] = _3;
-    last_slope_out[0] = _32;
+    last_slope_out[0] = _24;
 }
 
 void inverse_dynamics_rows(

@@ -239,8 +239,7 @@ def control_terms() -> casadi.Function:
     state = casadi.SX.sym("state", 2)
     q1 = state[0]
     q2 = state[1]
-    _0 = 2.0 * 0.00025
-    _row = casadi.horzcat(20.0 * 12.0 * (reference - measured_position), 12.0 * (q2 / _0 - measured_position / _0))
+    _row = casadi.horzcat(20.0 * 12.0 * (reference - measured_position), -(12.0 * (measured_position - q2) / (2.0 * 0.00025)))
     return casadi.Function(
         "control_terms",
         [reference, measured_position, measured_velocity, state],

@@ -281,8 +281,7 @@ def control_terms() -> casadi.Function:
     state = casadi.SX.sym("state", 2)
     q1 = state[0]
     q2 = state[1]
-    _0 = 2.0 * 0.0001
-    _row = casadi.horzcat(250.0 * 25.0 * (reference - measured_position), 25.0 * (q2 / _0 - measured_position / _0))
+    _row = casadi.horzcat(250.0 * 25.0 * (reference - measured_position), -(25.0 * (measured_position - q2) / (2.0 * 0.0001)))
     return casadi.Function(
         "control_terms",
         [reference, measured_position, measured_velocity, state],

@@ -11,7 +11,7 @@ static inline double sign(double a) { return (double)((a > 0.0) - (a < 0.0)); }
 static inline double less(double a, double b) { return (double)(a < b); }
 static inline double select(double c, double a, double b) { return c != 0.0 ? a : b; }
 
-/* Force that the motion needs. 12 operations. */
+/* Force that the motion needs. 11 operations. */
 static inline void inverse_dynamics(
     double q_,
     double dq_,
@@ -25,8 +25,8 @@ static inline void inverse_dynamics(
     const double Fc_ = parameters_[2];
     const double Fb_ = parameters_[3];
     const double kb_ = parameters_[4];
-    const double _0 = 9.80665 * M_ + 1263.309363339438 * ddq_ + Fc_ * direction_ + Fv_ * dq_ + M_ * ddq_;
-    tau_out[0] = _0 + kb_ * q_ - Fb_;
+    const double _0 = 9.80665 * M_ + Fc_ * direction_ + Fv_ * dq_ + ddq_ * (1263.309363339438 + M_) + kb_ * q_;
+    tau_out[0] = _0 - Fb_;
 }
 
 /* tau = row . parameters + known. 2 operations. */

@@ -45,7 +45,7 @@ def export(
         Or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
         The first three are functions from the motion to force and to control: C99 with <math.h>
-        only, IEC 61131-3 Structured Text, plain Python.
+        only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
     axis : str or Path, optional
         The axis that was identified, as `load_axis` takes it; needed for a file.
     method : str, optional

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from axisid.codegen.execute import execute
 from axisid.codegen.lower import Lowering
+from axisid.codegen.oracle import Oracle, UndecidedError
 from axisid.codegen.print_casadi import print_function
 from axisid.codegen.program import Builder, Program
 from axisid.modeling import ModelError
-from tests.codegen.oracle import Oracle, UndecidedError
 from tests.strategies.expressions import FLOATS, expressions, operations
 
 X, Y = sympy.symbols("x y", real=True)

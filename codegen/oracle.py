@@ -9,18 +9,23 @@ add and multiply in any order.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Any, TypeAlias
 
 import sympy
-from mpmath import mp, mpf
+from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
+#: Numbers of sixty digits; SymPy's own context is left alone.
+mp = MPContext()
 mp.dps = 60
+mpf = mp.mpf
+Real: TypeAlias = Any  # an mpf
 
 _ROUNDING = mpf(2) ** -51  # of one operation and of a function of the C library, with some to spare
 _UNDERFLOW = mpf(10) ** -307
 _OVERFLOW = mpf(10) ** 300
-_MONOTONE: dict[type[sympy.Basic], Callable[..., mpf]] = {
+_MONOTONE: dict[type[sympy.Basic], Callable[..., Real]] = {
     sympy.exp: mp.exp,
     sympy.log: mp.log,
     sympy.tan: mp.tan,
@@ -42,11 +47,11 @@ class UndecidedError(Exception):
 class Value:
     """A value, and a bound on the error of the same in double precision."""
 
-    exact: mpf
-    error: mpf
+    exact: Real
+    error: Real
 
     @property
-    def ends(self) -> tuple[mpf, mpf, mpf]:
+    def ends(self) -> tuple[Real, Real, Real]:
         """The interval, and its middle."""
         return self.exact - self.error, self.exact, self.exact + self.error
 
@@ -90,9 +95,11 @@ class Oracle:
             return self(next(pair.expr for pair in node.args if self._holds(pair.cond)))
         given = [self(argument) for argument in node.args]
         if node.is_Add:
-            sizes = sum(abs(v.exact) + v.error for v in given)
-            error = sum(v.error for v in given) + len(given) * _ROUNDING * sizes
-            return Value(sum(v.exact for v in given), error)
+            exact, error = sum(v.exact for v in given), sum(v.error for v in given)
+            if len(given) > 2:  # sums in between may be as large as all terms
+                sizes = sum(abs(v.exact) + v.error for v in given)
+                return Value(exact, error + len(given) * _ROUNDING * sizes)
+            return Value(exact, error + _ROUNDING * (abs(exact) + error))
         if node.is_Mul:
             exact = mp.fprod(v.exact for v in given)
             largest = mp.fprod(abs(v.exact) + v.error for v in given)
@@ -140,10 +147,10 @@ class Oracle:
         return bool(condition.func(*held))
 
 
-def _between(function: Callable[..., mpf], *given: Value) -> Value:
+def _between(function: Callable[..., Real], *given: Value) -> Value:
     """A function that changes most towards an end of each argument's interval."""
-    exact = function(*(v.exact for v in given))
     try:
+        exact = function(*(v.exact for v in given))
         reached = [function(*ends) for ends in product(*(v.ends for v in given))]
         return _rounded(exact, max(abs(r - exact) for r in reached))
     except (ValueError, TypeError, ZeroDivisionError) as error:  # beyond where it is defined
@@ -160,6 +167,6 @@ def _power(base: Value, exponent: Value) -> Value:
     return Value(value.exact, value.error + 3 * _ROUNDING * abs(value.exact) + 3 * _UNDERFLOW)
 
 
-def _rounded(exact: mpf, error: mpf) -> Value:
+def _rounded(exact: Real, error: Real) -> Value:
     exact = mpf(exact) if not isinstance(exact, mpf) else exact
     return Value(exact, error + _ROUNDING * (abs(exact) + error) + _UNDERFLOW)
