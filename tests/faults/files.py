@@ -26,6 +26,7 @@ from tests.faults.fault import Fault, Misuse
 
 Make = Callable[[Path], list[object]]
 
+_NO_PLACE = "no file can be made there|the folder does not exist"
 _NOTES = "what the user wrote\n"
 _RESULT = '{"schema": "axisid.identification/1"}\n'
 
@@ -281,7 +282,12 @@ def _write() -> Iterator[Fault]:
             "No space left",
         ),
         ("an export on a full device", _export_to_full, 2, "No space left"),
-        ("a folder in which nothing can be made", _identify("--json", "/proc/r.json"), 2, "folder"),
+        (
+            "a folder in which nothing can be made",
+            _identify("--json", "/proc/r.json"),
+            2,
+            _NO_PLACE,
+        ),
         (
             "one file for two outputs",
             _identify("--json", "r", "--report", "r"),
