@@ -191,7 +191,7 @@ def _read() -> Iterator[Fault]:
         ("a MATLAB file that is a pipe", lambda _: ["sweep", "emps", _pipe("p.mat")], 3, "a pipe"),
         ("a log that is a device", lambda _: ["identify", "emps", "/dev/zero"], 3, "a device"),
         ("a log that is a socket", lambda _: ["identify", "emps", _socket("s.csv")], 3, "a socket"),
-        ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "Is a directory"),
+        ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "it is a folder"),
         (
             "a log in blocks that is a pipe",
             lambda _: ["identify", "emps", _pipe("p.csv"), "--stream"],
