@@ -64,7 +64,9 @@ def check_regular(file: Path, *, folder: bool) -> None:
         where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
         raise DataError(f"{file} cannot be read: {why}{where}. Check the path.") from error
     if stat.S_ISDIR(mode) and not folder:
-        raise DataError(f"{file} cannot be read: it is a folder. Give the file of the log.")
+        raise DataError(
+            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log."
+        )
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise DataError(
             f"{file} is no regular file but a pipe, a device or a socket; save the log to a file."

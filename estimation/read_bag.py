@@ -1,5 +1,6 @@
 """ROS bags (rosbags): the joints of JointState messages, all counted from one origin."""
 
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate
@@ -68,7 +69,7 @@ def read_bag(path: Path, room: Room) -> Table:
 
 def is_bag(path: Path) -> bool:
     """Whether a folder is a ROS 2 bag."""
-    return (path / _METADATA).is_file()
+    return os.path.isfile(path / _METADATA)
 
 
 def bag_of(path: Path) -> Path:

@@ -112,8 +112,9 @@ def read_table(
 
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file or of a bag's folder."""
-    check_regular(file, folder=True)
-    reader = read_bag if is_bag(file) else _FROM_DISK.get(file.suffix.lower())
+    bag = is_bag(file)
+    check_regular(file, folder=bag)
+    reader = read_bag if bag else _FROM_DISK.get(file.suffix.lower())
     try:
         check_kind(file)
         if reader is not None:

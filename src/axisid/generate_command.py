@@ -1,6 +1,7 @@
 """``axisid generate``."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,6 +9,7 @@ import click
 
 from axisid.command_outputs import check_replaced, force_option
 from axisid.completion import complete_axis
+from axisid.earlier_output import is_earlier
 from axisid.option_checks import Command
 from axisid.progress import ProgressLine
 
@@ -50,8 +52,7 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     with ProgressLine("generating") as line:
         files = expected_files(declared, line)
     if not check:
-        targets = {output / path: "generate" for path in files}
-        check_replaced(targets, "--output", axes, force=force)
+        _check_replaced([output / path for path in files], axes, force=force)
         written = write_files(output, files)
         for path in written:
             click.echo(f"wrote {output / path}")
@@ -90,6 +91,20 @@ def _declared(axes: tuple[str, ...]) -> "list[Axis]":
                 "library; rename the axis."
             )
     return declared
+
+
+def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool) -> None:
+    """Refuse to write over what was not generated, or declares an axis.
+
+    A folder with a manifest was generated, whatever has become of its other files.
+    """
+    from axisid.codegen.artefacts import MANIFEST
+
+    manifests = [file for file in files if file.name == MANIFEST and file.is_file()]
+    generated = {file.parent for file in manifests if is_earlier(file, "generate")}
+    for known in (True, False):
+        chosen = {file: "generate" for file in files if (file.parent in generated) == known}
+        check_replaced(chosen, "--output", axes, force=force or known)
 
 
 def _output_option(output: Path) -> list[str]:

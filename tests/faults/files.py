@@ -26,6 +26,7 @@ from tests.faults.fault import Fault, Misuse
 
 Make = Callable[[Path], list[object]]
 
+_NO_PLACE = "no file can be made there|the folder does not exist"
 _NOTES = "what the user wrote\n"
 _RESULT = '{"schema": "axisid.identification/1"}\n'
 
@@ -190,7 +191,7 @@ def _read() -> Iterator[Fault]:
         ("a MATLAB file that is a pipe", lambda _: ["sweep", "emps", _pipe("p.mat")], 3, "a pipe"),
         ("a log that is a device", lambda _: ["identify", "emps", "/dev/zero"], 3, "a device"),
         ("a log that is a socket", lambda _: ["identify", "emps", _socket("s.csv")], 3, "a socket"),
-        ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "Is a directory"),
+        ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "it is a folder"),
         (
             "a log in blocks that is a pipe",
             lambda _: ["identify", "emps", _pipe("p.csv"), "--stream"],
@@ -281,7 +282,12 @@ def _write() -> Iterator[Fault]:
             "No space left",
         ),
         ("an export on a full device", _export_to_full, 2, "No space left"),
-        ("a folder in which nothing can be made", _identify("--json", "/proc/r.json"), 2, "folder"),
+        (
+            "a folder in which nothing can be made",
+            _identify("--json", "/proc/r.json"),
+            2,
+            _NO_PLACE,
+        ),
         (
             "one file for two outputs",
             _identify("--json", "r", "--report", "r"),
