@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy
-from sympy.core.relational import Relational
 from sympy.simplify.fu import TR8
 
-from .friction import directed
+from .cases import Cases
 from .independence import exact
 from .symbols import DIRECTION
 
@@ -58,9 +57,9 @@ def force_terms(
     velocity : sympy.Symbol
     parameters : sequence of sympy.Symbol
     """
-    parts = [_canonical(part, velocity) for part in sympy.Add.make_args(force)]
-    terms = [term for part in parts for term in sympy.Add.make_args(part)]
     unknown = set(parameters)
+    parts = [_canonical(part, velocity, unknown) for part in sympy.Add.make_args(force)]
+    terms = [term for part in parts for term in sympy.Add.make_args(part)]
     bent = {
         s
         for term in terms
@@ -153,68 +152,14 @@ class _Tracked:
         return _Tracked(kept, sizes)
 
 
-def _canonical(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Products of sines and cosines as sums, which are independent; decimals as fractions.
-
-    What is chosen by conditions becomes a sum over the cases, each times a weight of 0 or 1.
-    """
-    cases: dict[sympy.Expr, sympy.Dummy] = {}
-    split = exact(force).replace(
-        lambda node: isinstance(node, sympy.Piecewise) and node.args[-1].cond == sympy.true,
-        lambda node: _by_case(node, velocity, cases),
-    )
-    terms = sympy.Add.make_args(sympy.expand(split))
+def _canonical(
+    force: sympy.Expr, velocity: sympy.Symbol, parameters: AbstractSet[sympy.Symbol]
+) -> sympy.Expr:
+    """Products of sines and cosines as sums, which are independent; decimals as fractions."""
+    cases = Cases(exact(force), velocity, parameters)
+    terms = sympy.Add.make_args(sympy.expand(cases.split))
     waves = [_in_phase(TR8(term)) if term.has(sympy.sin, sympy.cos) else term for term in terms]
-    made = _reduced(sympy.expand(sympy.Add(*waves)), set(cases.values()))
-    for case, weight in reversed(cases.items()):
-        made = made.xreplace({weight: case})
-    return made
-
-
-def _by_case(
-    node: sympy.Piecewise, velocity: sympy.Symbol, cases: dict[sympy.Expr, sympy.Dummy]
-) -> sympy.Expr:
-    values, conditions = zip(*node.args, strict=True)
-    return values[-1] + sum(
-        (value - values[-1]) * _weight(list(conditions[: i + 1]), velocity, cases)
-        for i, value in enumerate(values[:-1])
-    )
-
-
-def _weight(
-    conditions: list[sympy.Basic], velocity: sympy.Symbol, cases: dict[sympy.Expr, sympy.Dummy]
-) -> sympy.Expr:
-    """What is 1 where the last condition holds and none before it, else 0."""
-    *before, last = conditions
-    if not before and isinstance(last, Relational):
-        last = last.canonical
-        if isinstance(last, (sympy.GreaterThan, sympy.StrictGreaterThan)):
-            return 1 - _weight([last.negated], velocity, cases)
-        if isinstance(last, sympy.LessThan):  # the same but at a point
-            last = sympy.StrictLessThan(*last.args)
-    none = [(sympy.S.Zero, condition) for condition in before]
-    case = sympy.Piecewise(*none, (sympy.S.One, last), (sympy.S.Zero, True))
-    weight = directed(case, velocity)
-    opaque = sorted(weight.atoms(sympy.Piecewise), key=sympy.default_sort_key)
-    return weight.xreplace({c: cases.setdefault(c, sympy.Dummy(real=True)) for c in opaque})
-
-
-def _reduced(total: sympy.Expr, weights: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """Powers of weights, which are 0 or 1, and of the direction, which is 1 or -1."""
-
-    def lower(power: sympy.Pow) -> sympy.Expr:
-        base = power.base
-        return base if base in weights or power.exp % 2 else sympy.S.One
-
-    return total.replace(
-        lambda node: (
-            node.is_Pow
-            and (node.base in weights or node.base == DIRECTION)
-            and node.exp.is_Integer
-            and node.exp > 0
-        ),
-        lower,
-    )
+    return cases.joined(sympy.expand(sympy.Add(*waves)))
 
 
 def _in_phase(term: sympy.Expr) -> sympy.Expr:
