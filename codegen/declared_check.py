@@ -194,7 +194,9 @@ def _points(model: AxisModel) -> Iterator[Point]:
             if q.acceleration not in term.free_symbols:
                 some[q.acceleration] = 0.0
             for step in _steps(with_numbers(node), here, there):
-                yield {**start, **some, moved: start[moved] + step}
+                point = {**start, **some, moved: start[moved] + step}
+                if point[q.velocity]:  # at rest the direction may be any
+                    yield point
 
 
 def _value(parameter: Parameter) -> float:

@@ -86,11 +86,17 @@ class BaseModel:
         )
 
 
-def base_model(axis: Axis) -> BaseModel:
+def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     """Derive the base parameters of an axis, and the axis in them.
 
     Parameters that enter other than by sums of products of whole powers count as motion: they stay
     as they are.
+
+    Parameters
+    ----------
+    axis : Axis
+    balance : sympy.Expr, optional
+        Its force by the friction direction, if that is there already.
 
     Raises
     ------
@@ -103,7 +109,9 @@ def base_model(axis: Axis) -> BaseModel:
     [GautierKhalil1990]_; here by a reduced row echelon form, so that it holds for any force.
     """
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
-    found = force_terms(with_direction(with_numbers(axis.force), q.velocity), q.velocity, symbols)
+    if balance is None:
+        balance = with_direction(with_numbers(axis.force), q.velocity)
+    found = force_terms(balance, q.velocity, symbols)
     _check_effects(found.monomials, symbols)
     rows, pivots = reduced_rows(found.weights)
     places = sorted(range(len(pivots)), key=lambda i: _first(found.monomials[pivots[i]]))

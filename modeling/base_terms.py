@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy
-from sympy.core.relational import Relational
 from sympy.simplify.fu import TR8
 
-from .friction import directed
+from .cases import Cases
 from .independence import exact
 from .symbols import DIRECTION
 
-#: Share of a row below which a weight is what rounding left of nothing.
+#: Share of what was added up below which a weight is what rounding left of nothing.
 _ROUNDING = Fraction(1, 10**12)
 _DIGITS = 30  # of an irrational weight
 _EXTREME = 100  # decimal exponent
@@ -58,8 +57,9 @@ def force_terms(
     velocity : sympy.Symbol
     parameters : sequence of sympy.Symbol
     """
-    terms = sympy.Add.make_args(_canonical(force, velocity))
     unknown = set(parameters)
+    parts = [_canonical(part, velocity, unknown) for part in sympy.Add.make_args(force)]
+    terms = [term for part in parts for term in sympy.Add.make_args(part)]
     bent = {
         s
         for term in terms
@@ -67,7 +67,7 @@ def force_terms(
         if not _is_whole_power(factor, unknown)
         for s in factor.free_symbols & unknown
     }
-    table: dict[sympy.Expr, dict[Exponents, sympy.Expr]] = {}
+    table: dict[sympy.Expr, dict[Exponents, list[sympy.Expr]]] = {}
     for term in terms:
         weight, rest = term.as_independent(*term.free_symbols, as_Add=False)
         powers = rest.as_powers_dict()
@@ -75,105 +75,91 @@ def force_terms(
         motion = rest / sympy.Mul(*(p**e for p, e in zip(parameters, exponents, strict=True)))
         if any(exponents) and weight != 0:
             row = table.setdefault(_without_abs(motion, velocity), {})
-            row[exponents] = row.get(exponents, sympy.S.Zero) + weight
+            row.setdefault(exponents, []).append(weight)
     for j, p in enumerate(parameters):
         if p in bent:
-            table[p] = {tuple(int(i == j) for i in range(len(parameters))): sympy.S.One}
-    found = {e for row in table.values() for e, weight in row.items() if weight != 0}
-    monomials = tuple(sorted(found, key=_order))
-    rows = tuple(_fractions(row, monomials) for row in table.values())
+            table[p] = {tuple(int(i == j) for i in range(len(parameters))): [sympy.S.One]}
+    totals = [{e: _total(weights) for e, weights in row.items()} for row in table.values()]
+    monomials = tuple(
+        sorted({e for row in totals for e, total in row.items() if total}, key=_order)
+    )
+    rows = tuple(_fractions(row, monomials) for row in totals)
     return Terms(monomials=monomials, weights=rows, bent=frozenset(bent))
 
 
 def reduced_rows(weights: Sequence[Row]) -> tuple[list[Row], list[int]]:
     """Reduced row echelon form without its zero rows, and its pivot columns.
 
-    Exact, but that what is left of a row by rounding alone counts as zero: a product of decimals
-    computed in floating point is not the product of these decimals.
+    Exact, but that what rounding alone leaves where weights cancel counts as zero: a product of
+    decimals computed in floating point is not the product of these decimals. A weight that is small
+    beside others of its row is none of that: ``(x - 9)**12`` has weights from 1 to 3e11.
     """
-    rows = [_unit(row) for row in weights]
-    columns = range(len(rows[0]) if rows else 0)
-    sizes = [_size(row[j] for row in rows) for j in columns]
-    rows = [_unit([x / size for x, size in zip(row, sizes, strict=True)]) for row in rows]
-    done: list[Row] = []
+    columns = range(len(weights[0]) if weights else 0)
+    sizes = [_size(row[j] for row in weights) for j in columns]
+    rows = [_Tracked.of([x / size for x, size in zip(row, sizes, strict=True)]) for row in weights]
+    done: list[_Tracked] = []
     pivots: list[int] = []
     for j in columns:
-        best = max(rows, key=lambda row: abs(row[j]), default=None)
-        if best is None or abs(best[j]) <= _ROUNDING:
+        best = max(rows, key=lambda row: row.certainty(j), default=None)
+        if best is None or not best.values[j]:
             continue
-        lead = [x / best[j] for x in best]
-        rows = [_less(row, lead, j) for row in rows if row is not best]
-        done = [*(_less(row, lead, j) for row in done), lead]
+        lead = best.over(best.values[j])
+        rows = [row.less(lead, j) for row in rows if row is not best]
+        done = [*(row.less(lead, j) for row in done), lead]
         pivots.append(j)
     scaled = [
-        [x * size / sizes[pivot] for x, size in zip(row, sizes, strict=True)]
+        [x * size / sizes[pivot] for x, size in zip(row.values, sizes, strict=True)]
         for row, pivot in zip(done, pivots, strict=True)
     ]
     return scaled, pivots
 
 
-def _canonical(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Products of sines and cosines as sums, which are independent; decimals as fractions.
+@dataclass(frozen=True, slots=True)
+class _Tracked:
+    """A row, and for each of its weights the size of what was added up to it."""
 
-    What is chosen by conditions becomes a sum over the cases, each times a weight of 0 or 1.
-    """
-    cases: dict[sympy.Expr, sympy.Dummy] = {}
-    split = exact(force).replace(
-        lambda node: isinstance(node, sympy.Piecewise) and node.args[-1].cond == sympy.true,
-        lambda node: _by_case(node, velocity, cases),
-    )
-    terms = sympy.Add.make_args(sympy.expand(split))
+    values: Row
+    sizes: Row
+
+    @classmethod
+    def of(cls, row: Row) -> "_Tracked":
+        """A row as it was given, its largest weight 1."""
+        largest = max(map(abs, row), default=Fraction(0)) or Fraction(1)
+        return cls([x / largest for x in row], [abs(x / largest) for x in row])
+
+    def certainty(self, j: int) -> tuple[Fraction, Fraction]:
+        """How little has cancelled in a weight; then how large it is."""
+        value = abs(self.values[j])
+        return (value / self.sizes[j] if value else Fraction(0)), value
+
+    def over(self, divisor: Fraction) -> "_Tracked":
+        """The row divided by a number."""
+        return _Tracked(
+            [x / divisor for x in self.values], [size / abs(divisor) for size in self.sizes]
+        )
+
+    def less(self, lead: "_Tracked", j: int) -> "_Tracked":
+        """The row less what it has in column j of another, whose weight there is 1."""
+        share, more = self.values[j], self.sizes[j]
+        if not share:
+            return self
+        left = [x - share * y for x, y in zip(self.values, lead.values, strict=True)]
+        sizes = [size + more * y for size, y in zip(self.sizes, lead.sizes, strict=True)]
+        kept = [
+            x if abs(x) > _ROUNDING * size else Fraction(0)
+            for x, size in zip(left, sizes, strict=True)
+        ]
+        return _Tracked(kept, sizes)
+
+
+def _canonical(
+    force: sympy.Expr, velocity: sympy.Symbol, parameters: AbstractSet[sympy.Symbol]
+) -> sympy.Expr:
+    """Products of sines and cosines as sums, which are independent; decimals as fractions."""
+    cases = Cases(exact(force), velocity, parameters)
+    terms = sympy.Add.make_args(sympy.expand(cases.split))
     waves = [_in_phase(TR8(term)) if term.has(sympy.sin, sympy.cos) else term for term in terms]
-    made = _reduced(sympy.expand(sympy.Add(*waves)), set(cases.values()))
-    for case, weight in reversed(cases.items()):
-        made = made.xreplace({weight: case})
-    return made
-
-
-def _by_case(
-    node: sympy.Piecewise, velocity: sympy.Symbol, cases: dict[sympy.Expr, sympy.Dummy]
-) -> sympy.Expr:
-    values, conditions = zip(*node.args, strict=True)
-    return values[-1] + sum(
-        (value - values[-1]) * _weight(list(conditions[: i + 1]), velocity, cases)
-        for i, value in enumerate(values[:-1])
-    )
-
-
-def _weight(
-    conditions: list[sympy.Basic], velocity: sympy.Symbol, cases: dict[sympy.Expr, sympy.Dummy]
-) -> sympy.Expr:
-    """What is 1 where the last condition holds and none before it, else 0."""
-    *before, last = conditions
-    if not before and isinstance(last, Relational):
-        last = last.canonical
-        if isinstance(last, (sympy.GreaterThan, sympy.StrictGreaterThan)):
-            return 1 - _weight([last.negated], velocity, cases)
-        if isinstance(last, sympy.LessThan):  # the same but at a point
-            last = sympy.StrictLessThan(*last.args)
-    none = [(sympy.S.Zero, condition) for condition in before]
-    case = sympy.Piecewise(*none, (sympy.S.One, last), (sympy.S.Zero, True))
-    weight = directed(case, velocity)
-    opaque = sorted(weight.atoms(sympy.Piecewise), key=sympy.default_sort_key)
-    return weight.xreplace({c: cases.setdefault(c, sympy.Dummy(real=True)) for c in opaque})
-
-
-def _reduced(total: sympy.Expr, weights: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """Powers of weights, which are 0 or 1, and of the direction, which is 1 or -1."""
-
-    def lower(power: sympy.Pow) -> sympy.Expr:
-        base = power.base
-        return base if base in weights or power.exp % 2 else sympy.S.One
-
-    return total.replace(
-        lambda node: (
-            node.is_Pow
-            and (node.base in weights or node.base == DIRECTION)
-            and node.exp.is_Integer
-            and node.exp > 0
-        ),
-        lower,
-    )
+    return cases.joined(sympy.expand(sympy.Add(*waves)))
 
 
 def _in_phase(term: sympy.Expr) -> sympy.Expr:
@@ -217,6 +203,20 @@ def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
     return sum(exponents), tuple(-e for e in exponents)
 
 
+def _total(weights: Sequence[sympy.Expr]) -> sympy.Expr:
+    """Sum of weights; 0 where only rounding is left of it."""
+    total = sympy.Add(*weights)
+    if len(weights) == 1 or total == 0:
+        return total
+    size = sum((abs(sympy.N(weight, _DIGITS)) for weight in weights), sympy.S.Zero)
+    return (
+        total
+        if abs(sympy.N(total, _DIGITS))
+        > sympy.Rational(_ROUNDING.numerator, _ROUNDING.denominator) * size
+        else sympy.S.Zero
+    )
+
+
 def _fractions(row: dict[Exponents, sympy.Expr], monomials: Sequence[Exponents]) -> Row:
     scale = _power_of_ten(next((w for w in row.values() if w != 0), sympy.S.One))
     return [_fraction(row.get(e, sympy.S.Zero) * scale) for e in monomials]
@@ -249,15 +249,3 @@ def _power(value: Fraction) -> Fraction:
     """A power of ten near a positive number."""
     digits = len(str(value.numerator)) - len(str(value.denominator))
     return Fraction(10) ** digits
-
-
-def _unit(row: Row) -> Row:
-    largest = max(map(abs, row), default=Fraction(0))
-    return [x / largest for x in row] if largest else row
-
-
-def _less(row: Row, lead: Row, j: int) -> Row:
-    """A row less what it has of another in column j."""
-    share = row[j]
-    left = [x - share * y for x, y in zip(row, lead, strict=True)]
-    return [x if abs(x) > _ROUNDING else Fraction(0) for x in left] if share else row

@@ -6,7 +6,8 @@ symbols that have nothing to do with each other: what is equal there is equal ev
 coincidence.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeAlias
 
 import sympy
 from sympy.core.relational import Relational
@@ -14,7 +15,10 @@ from sympy.core.relational import Relational
 from .independence import exact
 from .symbols import DIRECTION
 
-_POINTS, _PLACES = 6, 101  # a prime, through whose fractions the points walk
+#: Numbers for symbols.
+_Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
+
+_POINTS, _PLACES = 5, 101  # a prime, through whose fractions the points walk
 _DIGITS, _BESIDE = 60, sympy.Float("1e-30", 60)
 _ROUNDING = 1e-12  # what decimals leave, as a share of the force
 _AT_REST = sympy.Rational(3, 7)  # the direction on both sides of rest
@@ -36,8 +40,12 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
     nodes = {node: list(_edges(node, velocity)) for node in force.atoms(*kinds)}
     nodes = {node: edges for node, edges in nodes.items() if edges}
     terms = [term for term in sympy.Add.make_args(force) if term.atoms(*kinds) & nodes.keys()]
+    told = exact(sympy.Add(*terms))
+    others = sorted(told.free_symbols - {velocity, DIRECTION}, key=str)
+    points = [_point(others, i) for i in range(_POINTS)] if nodes else []
+    forces = [(point, told.xreplace(point)) for point in points]
     for node in sorted(nodes, key=sympy.default_sort_key):
-        if not all(_is_continuous(sympy.Add(*terms), velocity, edge) for edge in nodes[node]):
+        if not all(_is_continuous(forces, velocity, exact(edge)) for edge in nodes[node]):
             return node
     return None
 
@@ -54,20 +62,20 @@ def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
                 yield relation.lhs - relation.rhs
 
 
-def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
+def _is_continuous(
+    theres: Sequence[tuple[_Point, sympy.Expr]], velocity: sympy.Symbol, edge: sympy.Expr
+) -> bool:
     """Whether a force has the same value on both sides of an edge, wherever that was found."""
-    force, edge = exact(force), exact(edge)
-    others = sorted((force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}, key=str)
-    jumps: list[float] = []
-    for i in range(_POINTS):
-        point = _point(others, i)
-        there = force.xreplace(point)
-        found = [_jump(there, velocity, v) for v in _places(edge.xreplace(point), velocity)]
-        jumps += [jump for jump in found if jump is not None]
-    return bool(jumps) and max(jumps) < _ROUNDING
+    jumps = [
+        _jump(force, velocity, place)
+        for point, force in theres
+        for place in _places(edge.xreplace(point), velocity)
+    ]
+    seen = [jump for jump in jumps if jump is not None]
+    return bool(seen) and max(seen) < _ROUNDING
 
 
-def _point(symbols: list[sympy.Symbol], i: int) -> dict[sympy.Symbol, sympy.Rational]:
+def _point(symbols: Sequence[sympy.Symbol], i: int) -> _Point:
     """Numbers of sizes from a hundredth to ten; first all positive, then of either sign."""
     steps = [(j + 2) * (7 * i + 37) % _PLACES for j in range(len(symbols))]
     signs = [-1 if i > 1 and step % 2 else 1 for step in steps]
@@ -102,12 +110,34 @@ def _roots(coefficients: list[sympy.Float]) -> list[sympy.Float]:
 def _jump(force: sympy.Expr, velocity: sympy.Symbol, place: sympy.Float) -> float | None:
     """Jump of a force there, over the force's size; None where it has no value."""
     direction = sympy.sign(place) if place else _AT_REST
-    beside, apart = _BESIDE * (abs(place) or 1), 1 + abs(place)
-    above, below, *others = (
-        sympy.N(force.xreplace({velocity: place + step, DIRECTION: direction}), _DIGITS)
-        for step in (beside, -beside, apart, -apart)
-    )
-    if not (above.is_Number and above.is_finite and below.is_Number and below.is_finite):
+
+    def at(step: sympy.Expr) -> sympy.Expr | None:
+        return _value(force, {velocity: place + step, DIRECTION: direction})
+
+    beside = _BESIDE * (abs(place) or 1)
+    above, below = at(beside), at(-beside)
+    if above is None or below is None:
         return None
-    sizes = [abs(value) for value in (above, below, *others) if value.is_Number and value.is_finite]
-    return float(abs(above - below) / (max(sizes) or 1))
+    jump = abs(above - below)
+    if jump <= _ROUNDING * abs(above):
+        return 0.0
+    apart = (at(step) for step in (1 + abs(place), -1 - abs(place)))
+    sizes = [abs(value) for value in (above, below, *apart) if value is not None]
+    return float(jump / max(sizes))
+
+
+def _value(force: sympy.Expr, point: _Point) -> sympy.Expr | None:
+    """A force in many digits; of a choice, only what is chosen is looked at."""
+    chosen = {
+        node: next((value for value, condition in node.args if _holds(condition, point)), node)
+        for node in force.atoms(sympy.Piecewise)
+    }
+    value = sympy.N(force.xreplace(chosen).xreplace(point), _DIGITS)
+    return value if value.is_Number and value.is_finite else None
+
+
+def _holds(condition: sympy.Basic, point: _Point) -> bool:
+    """Whether a condition holds at a point."""
+    if isinstance(condition, (sympy.StrictLessThan, sympy.LessThan)):  # quicker than by SymPy
+        return bool((condition.lhs - condition.rhs).xreplace(point).is_negative)
+    return bool(condition.xreplace(point) == sympy.true)

@@ -86,15 +86,17 @@ def _sides(
     condition: sympy.Basic, velocity: sympy.Symbol
 ) -> tuple[sympy.Basic, sympy.Basic] | None:
     """A condition in either direction; None if no relation in it is decided by the direction."""
-    ahead, back = {}, {}
+    found: dict[int, dict[sympy.Basic, sympy.Basic]] = {1: {}, -1: {}}
     for relation in condition.atoms(Relational):
-        if DIRECTION in relation.free_symbols:
-            ahead[relation], back[relation] = _on_both_sides(relation)
-            continue
-        factor = _factor(relation.lhs - relation.rhs, velocity)
-        if factor is not None:
-            ahead[relation], back[relation] = (relation.func(s * factor, 0) for s in (1, -1))
-    return (condition.xreplace(ahead), condition.xreplace(back)) if ahead else None
+        for side, replaced in found.items():
+            there = relation.xreplace({DIRECTION: sympy.Integer(side)})
+            if isinstance(there, Relational):
+                factor = _factor(there.lhs - there.rhs, velocity)
+                there = there if factor is None else there.func(side * factor, 0)
+            if there != relation:
+                replaced[relation] = there
+    ahead, back = (condition.xreplace(replaced) for replaced in found.values())
+    return None if ahead == back == condition else (ahead, back)
 
 
 def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:

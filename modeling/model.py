@@ -71,7 +71,7 @@ def derive(axis: Axis) -> AxisModel:
     """
     try:
         balance = _balance(axis)
-        base = base_model(axis)
+        base = base_model(axis, balance)
         if base.changed:
             axis = base.axis
             balance = _balance(axis)

@@ -20,6 +20,7 @@ from axisid import (
     Move,
     Parameter,
     UsageError,
+    asymmetric_coulomb,
     derive,
     fix,
     lagrange,
@@ -218,6 +219,23 @@ def test_products_rounded_by_the_user_are_still_products() -> None:
     base = base_model(lift)
     assert len(base.expressions) == 1
     assert base.at((1.0, 2.0)) == pytest.approx((1 + 2 * k,), rel=1e-12)
+
+
+@pytest.mark.parametrize("centre", [9, 90, 900])
+def test_a_small_weight_beside_large_ones_is_no_rounding(centre: int) -> None:
+    """``(q - 900)**8`` has weights from 1 to 4e23, and none of them says anything of b and c."""
+    a, b, c = (Parameter(name, "N m") for name in "abc")
+    bump = a * (q.symbol - centre) ** 8
+    bumpy = newton(
+        "bumpy", coordinate=q, parameters=(J, a, b, c), inertia=J,
+        resistance=(bump, asymmetric_coulomb(b, c, q)), drive=DRIVE,
+    )  # fmt: skip
+    assert not base_model(bumpy).changed
+    d = Parameter("d", "N m")
+    more = replace(
+        bumpy, parameters=(*bumpy.parameters, d), force=bumpy.force + d * (q.symbol - centre) ** 8
+    )
+    assert [str(e) for e in base_model(more).expressions] == ["J", "a + d", "b", "c"]
 
 
 def test_wave_of_a_known_phase_is_a_sine_and_a_cosine() -> None:

@@ -102,6 +102,30 @@ def test_springs_gravity_and_what_depends_on_the_position_stay() -> None:
     assert str(pendulum["viscous"].parameters[-1].unit) == "N m/(rad/s)"
 
 
+def test_what_stays_is_not_multiplied_out() -> None:
+    power = (x.symbol - 2) ** 9
+    axis = stage(
+        k * power / 5 / x.symbol**8 * (1 + sympy.sign(x.velocity)),
+        (c + k * x.symbol) * (1 + sympy.sign(x.velocity)) * 2,
+        (b * x.velocity + c) * sympy.exp(-2),
+        3.5 * (x.symbol - 2) ** 9,
+        parameters=(k, c, b),
+    )
+    ladder = friction_ladder(axis)
+    assert names(ladder["Coulomb"]) == ["m", "k", "Fv", "Fc"]
+    force = ladder["viscous"].force
+    assert sum(node == power for node in sympy.preorder_traversal(force)) == 2
+    gone = {c.symbol: 0, b.symbol: 0, sympy.Symbol("Fv", real=True): 0}
+    assert sympy.expand(force.subs(gone) - axis.force.subs(gone)) == 0
+    assert not {b.symbol, c.symbol} & force.free_symbols
+
+
+def test_friction_whose_amount_is_known_but_not_its_velocity_gives_way() -> None:
+    known = Constant(3.0, "N") * sympy.exp(-((x.velocity / v.symbol) ** 2)) * sympy.sign(x.velocity)
+    axis = stage(known, b * x.velocity, k * x.symbol, parameters=(v, b, k))
+    assert names(friction_ladder(axis)["viscous"]) == ["m", "k", "b"]
+
+
 def test_velocity_terms_of_a_moving_inertia_stay() -> None:
     crank = friction_ladder(AXES["crank"])["viscous"]
     kept = AXES["crank"].force.subs(sympy.Symbol("fc", real=True), 0)

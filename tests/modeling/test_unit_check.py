@@ -140,6 +140,32 @@ def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
         linear(factor * wrong.symbol * q.symbol, parameters=(wrong,))
 
 
+@pytest.mark.parametrize("amount", [0.5, 1, 1.0, 2, -1, -2.0, HALF, 0.49, 3, sympy.pi, -2 * HALF])
+def test_a_known_load_may_be_any_plain_number(amount: Any) -> None:
+    """Which number it is says nothing of its unit; the loads of 0.49 and 0.5 are alike."""
+    (term,) = linear(offset(amount)).unchecked_terms
+    assert term.endswith("(right if its plain numbers stand for kg m/s^2)")
+
+
+@pytest.mark.parametrize("amount", [0.5, 2, -2, 3, 1.0])
+def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> None:
+    for motion in (sympy.sign(q.velocity), q.symbol, q.velocity * sympy.Abs(q.velocity)):
+        assert len(linear(amount * motion).unchecked_terms) == 1
+    assert len(rotary(amount * sympy.cos(theta.symbol)).unchecked_terms) == 1
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_load_without_an_amount_is_refused(sign: int) -> None:
+    with pytest.raises(ModelError, match=r"is in 1 .* gives N,"):
+        linear(sign * sympy.sign(q.velocity))
+
+
+@pytest.mark.parametrize("factor", [2, 0.5])
+def test_a_factor_excuses_no_constant(factor: float) -> None:
+    with pytest.raises(ModelError, match="arm in m"):
+        linear(factor * Constant(0.25, "m", "arm").symbol)
+
+
 UNDRIVEN = """
 name = "test"
 coordinate = { name = "x", unit = "rad" }
