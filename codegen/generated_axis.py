@@ -23,9 +23,10 @@ from axisid.modeling import (
 
 from .arguments import VECTORS, Array, by_sample, checked_arguments
 from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
-from .compiler import NativeUnavailableError
 from .execute import execute
 from .native import Native
+from .native_errors import NativeUnavailableError
+from .slices import slices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,11 +129,16 @@ class GeneratedAxis:
             return library.rows(function, arguments)
         compiled = self.functions[function]
         given, samples = checked_arguments(function, compiled, arguments)
-        columns = [
-            a[:, None] if name in VECTORS else a[None, :]
-            for name, a in zip(compiled.name_in(), given, strict=True)
-        ]
-        return tuple(by_sample(out.full(), samples) for out in compiled.call(columns))
+        names = compiled.name_in()
+        outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
+        for part in slices(samples):
+            columns = [
+                a[:, None] if name in VECTORS else a[None, part]
+                for name, a in zip(names, given, strict=True)
+            ]
+            for output, out in zip(outputs, compiled.call(columns), strict=True):
+                output[part] = by_sample(out.full(), part.stop - part.start)
+        return outputs
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
