@@ -1,8 +1,10 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
+import pickle
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -83,6 +85,13 @@ class GeneratedAxis:
     hidden: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
+        """The declaration, from which another process makes the same again."""
+        return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
+
+    def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
+        return self  # nothing in it changes
 
     @property
     def declared(self) -> Axis:
@@ -197,6 +206,12 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         functions=functions,
         native=Native(texts[NATIVE], functions, enabled=native),
     )
+
+
+@lru_cache(maxsize=32)
+def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
+    """Build a pickled declaration, once in a process: every task of a worker brings it along."""
+    return build(pickle.loads(declared), native=native)  # noqa: S301
 
 
 def _is_uniform(model: AxisModel) -> bool:

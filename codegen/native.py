@@ -202,6 +202,7 @@ class Native:
     """
 
     def __init__(self, text: str, functions: Mapping[str, Any], *, enabled: bool = True) -> None:
+        self.enabled = enabled
         self._text = text
         self._functions = functions
         self._library: NativeLibrary | None = None

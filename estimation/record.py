@@ -1,6 +1,6 @@
 """The record: what was measured, checked once, then read-only."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +70,11 @@ class Record:
         for role, values in self.channels().items():
             if role != "time":
                 check_varies(self._name(), role, float(values.min()), float(values.max()))
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        """Made again from its parts, since arrays forget on the way that they are read-only."""
+        parts = {each.name: getattr(self, each.name) for each in fields(self)}
+        return _made, (type(self), parts)
 
     def __repr__(self) -> str:
         columns = ", ".join(role for role in self.channels() if role != "time")
@@ -207,6 +212,10 @@ class Record:
         mean = float(np.mean(steps[inside]))
         advice = "Resample the log evenly (--resample auto)."
         check_even(self._name(), typical, mean, self.sample_period, advice)
+
+
+def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
+    return kind(**parts)
 
 
 def check_even(source: str, typical: float, mean: float, period: float | None, advice: str) -> None:
