@@ -28,6 +28,7 @@ from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
 from .execute import execute
 from .native import Native
 from .native_errors import NativeUnavailableError
+from .real_numbers import real_array
 from .slices import slices
 
 
@@ -136,7 +137,7 @@ class GeneratedAxis:
         library = self.native.rows(function)
         if library is not None:
             return library.rows(function, arguments)
-        compiled = self.functions[function]
+        compiled = self._function(function)
         given, samples = checked_arguments(function, compiled, arguments)
         names = compiled.name_in()
         outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
@@ -159,8 +160,20 @@ class GeneratedAxis:
         values : array_like
             Length p or m.
         """
-        result, jacobian = self.functions[function](np.asarray(values, dtype=float))
+        compiled = self._function(function)
+        vector = np.ravel(real_array(values, f"{function}: {compiled.name_in(0)}"))
+        if compiled.n_in() != 1 or len(vector) != compiled.size1_in(0):
+            raise UsageError(f"{function} maps no vector of {len(vector)} values.")
+        result, jacobian = compiled(vector)
         return result.full().ravel(), jacobian.full()
+
+    def _function(self, name: str) -> Any:
+        if name not in self.functions:
+            raise UsageError(
+                f"axis {self.axis.name!r} has no function {name!r}; it has "
+                f"{', '.join(self.functions)}."
+            )
+        return self.functions[name]
 
 
 def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from axisid.codegen import real_array
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
@@ -18,7 +19,7 @@ from .provenance import Provenance
 from .read_columnar import parquet_blocks
 from .read_text import text_blocks
 from .readers import file_digest
-from .record import LARGEST_GAP, check_even, check_varies
+from .record import LARGEST_GAP, check_even, check_sample_period, check_varies
 from .roles import Chosen
 
 ROWS = 100_000
@@ -46,6 +47,11 @@ class LogBlocks:
     axis: Axis | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     rows: int = ROWS
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.file, (str, Path)):
+            raise UsageError(f"the log is {self.file!r}; give the path of a file.")
+        object.__setattr__(self, "file", Path(self.file))
 
     def __iter__(self) -> Iterator[dict[str, Array]]:
         """Columns by role, in SI."""
@@ -120,6 +126,7 @@ def extent(
         Time has gaps or is uneven, a value is not finite, a column is constant, there is no time,
         or the position jumps by whole turns.
     """
+    check_sample_period(period)
     check = _Even(source, axis)
     for block in blocks:
         check.add(block)
@@ -139,6 +146,10 @@ class _Even:
 
     def add(self, block: Mapping[str, Array]) -> None:
         """Take the next block."""
+        block = {
+            role: real_array(values, f"{self.source}: the {role}", DataError)
+            for role, values in block.items()
+        }
         for role, values in block.items():
             bad = np.flatnonzero(~np.isfinite(values))
             if bad.size:

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
 _Key = TypeVar("_Key")
-_Value = TypeVar("_Value", covariant=True)
+_Value_co = TypeVar("_Value_co", covariant=True)
 
 
-class FrozenMapping(Mapping[_Key, _Value]):
+class FrozenMapping(Mapping[_Key, _Value_co]):
     """What another mapping held when this was made.
 
     Parameters
@@ -17,10 +17,10 @@ class FrozenMapping(Mapping[_Key, _Value]):
 
     __slots__ = ("_items",)
 
-    def __init__(self, items: Mapping[_Key, _Value]) -> None:
+    def __init__(self, items: Mapping[_Key, _Value_co]) -> None:
         self._items = dict(items)
 
-    def __getitem__(self, key: _Key) -> _Value:
+    def __getitem__(self, key: _Key) -> _Value_co:
         return self._items[key]
 
     def __iter__(self) -> Iterator[_Key]:
