@@ -70,7 +70,8 @@ class Record:
                 raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
         for role, values in self.channels().items():
             object.__setattr__(self, role, self._column(role, values))
-        check_sample_period(self.sample_period)
+        if not (self.sample_period is None or is_real(self.sample_period)):
+            check_sample_period(self.sample_period)
         for name in ("segments", "masked"):
             object.__setattr__(self, name, self._spans(name))
         self._check_lengths()
