@@ -22,6 +22,9 @@ from .print_python import print_python as print_python
 from .print_st import print_st as print_st
 from .progress import Progress as Progress
 from .progress import each as each
+from .real_numbers import is_real as is_real
+from .real_numbers import is_whole as is_whole
+from .real_numbers import real_array as real_array
 from .store import Finding as Finding
 from .store import check_files as check_files
 from .store import expected_files as expected_files

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from axisid.modeling import UsageError
 
-Array = NDArray[np.float64]
+from .real_numbers import Array as Array
+from .real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
 VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held"})
@@ -38,7 +39,10 @@ def checked_arguments(
     """
     if len(arguments) != function.n_in():
         raise UsageError(f"{name} takes {function.n_in()} arguments, not {len(arguments)}.")
-    given = [np.ascontiguousarray(a, dtype=float).ravel() for a in arguments]
+    given = [
+        np.ascontiguousarray(real_array(a, f"{name}: {function.name_in(i)}")).ravel()
+        for i, a in enumerate(arguments)
+    ]
     samples = max((len(a) for i, a in enumerate(given) if is_scalar(function, i)), default=1)
     for i, array in enumerate(given):
         wanted = samples if is_scalar(function, i) else function.size1_in(i)

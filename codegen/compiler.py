@@ -11,11 +11,12 @@ import os
 import platform
 import shlex
 import shutil
-import signal
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+from .native_errors import CompilerHangsError, NativeUnavailableError
+from .workshop import Workshop
 
 FLAGS = (
     "-std=c11",
@@ -28,14 +29,6 @@ FLAGS = (
 )
 _SECONDS = 120.0
 _MOST_OUTPUT = 100_000
-
-
-class NativeUnavailableError(Exception):
-    """Native code cannot be had; the message says why, and the virtual machine serves instead."""
-
-
-class CompilerHangsError(NativeUnavailableError):
-    """The compiler did not finish in time; trying elsewhere would take as long again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,44 +46,31 @@ class Compiler:
     command: tuple[str, ...]
     identity: str
 
-    def compile(self, source: Path, target: Path) -> None:
-        """Compile one file into a shared library.
+    def compile(self, source: Path, target: Path, workshop: Workshop) -> None:
+        """Compile one file into a shared library, both in the workshop's folder.
 
         Raises
         ------
         NativeUnavailableError
             The compiler fails or hangs; what it started is ended.
         """
-        seconds = _seconds()
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        # Into a file: what the compiler starts may outlive it and hold a pipe open.
-        with (source.parent / "output").open("w+b") as output:
-            try:
-                process = subprocess.Popen(  # noqa: S603
-                    command,
-                    cwd=source.parent,
-                    stdin=subprocess.DEVNULL,
-                    stdout=output,
-                    stderr=subprocess.STDOUT,
-                    start_new_session=True,
-                )
-            except OSError as error:
-                raise NativeUnavailableError(
-                    f"{self.command[0]} does not run: {error.strerror}"
-                ) from error
-            try:
-                process.wait(timeout=seconds)
-            except subprocess.TimeoutExpired:
-                raise CompilerHangsError(
-                    f"{self.command[0]} did not finish within {seconds:g} s"
-                ) from None
-            finally:
-                _end(process)
-            output.seek(0)
-            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
-        if process.returncode != 0 or not target.is_file():
+        output = source.with_name("output")
+        try:
+            code = workshop.run(command, output.name)
+        except TimeoutError:
+            raise CompilerHangsError(
+                f"{self.command[0]} did not finish within {workshop.seconds:g} s"
+            ) from None
+        except EOFError:
+            raise NativeUnavailableError("the process that runs the compiler was ended") from None
+        except OSError as error:
+            raise NativeUnavailableError(f"{self.command[0]} does not run: {error}") from error
+        with output.open("rb") as file:
+            said = file.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+        if code != 0 or not target.is_file():
             telling = [line for line in said if "error" in line] or said[-1:]
-            reason = telling[0] if telling else f"exit code {process.returncode}"
+            reason = telling[0] if telling else f"exit code {code}"
             raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
 
 
@@ -125,8 +105,8 @@ def find_compiler() -> Compiler:
     )
 
 
-def _seconds() -> float:
-    """Time limit, from AXISID_COMPILE_SECONDS if that is a sensible number."""
+def most_seconds() -> float:
+    """Time limit of a compiler, from AXISID_COMPILE_SECONDS if that is a sensible number."""
     with contextlib.suppress(ValueError):
         seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
         if math.isfinite(seconds) and 0 < seconds < 1e6:
@@ -147,10 +127,3 @@ def _processor() -> str:
             if line.startswith(("flags", "Features")):
                 return line
     return platform.processor()
-
-
-def _end(process: "subprocess.Popen[bytes]") -> None:
-    """End the compiler and whatever it started."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()

@@ -1,8 +1,10 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
+import pickle
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,9 +25,11 @@ from axisid.modeling import (
 
 from .arguments import VECTORS, Array, by_sample, checked_arguments
 from .artefacts import FUNCTIONS, NATIVE, axis_artefacts, signature
-from .compiler import NativeUnavailableError
 from .execute import execute
 from .native import Native
+from .native_errors import NativeUnavailableError
+from .real_numbers import real_array
+from .slices import slices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +87,13 @@ class GeneratedAxis:
     functions: Mapping[str, Any]
     native: Native
 
+    def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
+        """The declaration, from which another process makes the same again."""
+        return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
+
+    def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
+        return self  # nothing in it changes
+
     @property
     def declared(self) -> Axis:
         """The axis as it was declared."""
@@ -126,13 +137,18 @@ class GeneratedAxis:
         library = self.native.rows(function)
         if library is not None:
             return library.rows(function, arguments)
-        compiled = self.functions[function]
+        compiled = self._function(function)
         given, samples = checked_arguments(function, compiled, arguments)
-        columns = [
-            a[:, None] if name in VECTORS else a[None, :]
-            for name, a in zip(compiled.name_in(), given, strict=True)
-        ]
-        return tuple(by_sample(out.full(), samples) for out in compiled.call(columns))
+        names = compiled.name_in()
+        outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
+        for part in slices(samples):
+            columns = [
+                a[:, None] if name in VECTORS else a[None, part]
+                for name, a in zip(names, given, strict=True)
+            ]
+            for output, out in zip(outputs, compiled.call(columns), strict=True):
+                output[part] = by_sample(out.full(), part.stop - part.start)
+        return outputs
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
@@ -144,8 +160,20 @@ class GeneratedAxis:
         values : array_like
             Length p or m.
         """
-        result, jacobian = self.functions[function](np.asarray(values, dtype=float))
+        compiled = self._function(function)
+        vector = np.ravel(real_array(values, f"{function}: {compiled.name_in(0)}"))
+        if compiled.n_in() != 1 or len(vector) != compiled.size1_in(0):
+            raise UsageError(f"{function} maps no vector of {len(vector)} values.")
+        result, jacobian = compiled(vector)
         return result.full().ravel(), jacobian.full()
+
+    def _function(self, name: str) -> Any:
+        if name not in self.functions:
+            raise UsageError(
+                f"axis {self.axis.name!r} has no function {name!r}; it has "
+                f"{', '.join(self.functions)}."
+            )
+        return self.functions[name]
 
 
 def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
@@ -191,6 +219,12 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         functions=functions,
         native=Native(texts[NATIVE], functions, enabled=native),
     )
+
+
+@lru_cache(maxsize=32)
+def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
+    """Build a pickled declaration, once in a process: every task of a worker brings it along."""
+    return build(pickle.loads(declared), native=native)  # noqa: S301
 
 
 def _is_uniform(model: AxisModel) -> bool:

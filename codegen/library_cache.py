@@ -1,11 +1,11 @@
 """Compiled libraries on disk: built once, checked before they are loaded.
 
 A library is named by the content it is made from, so that an edited axis never meets old code. It
-is built in a private folder, tested, and moved into place whole; its digest stands beside it and is
-compared before the library is loaded.
+is built in a private folder, tried in a process of its own, and moved into place whole; its digest
+stands beside it and is compared before the library is loaded. Only a library that passed its trial
+gets a digest, so that none is ever loaded untried.
 """
 
-import atexit
 import contextlib
 import errno
 import hashlib
@@ -21,14 +21,18 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_path
 
-from .compiler import FLAGS, Compiler, CompilerHangsError, NativeUnavailableError, find_compiler
-from .store import replace_file
+from .compiler import FLAGS, Compiler, find_compiler, most_seconds
+from .native_errors import CompilerHangsError, NativeUnavailableError, WrongLibraryError
+from .regular_file import read_regular
+from .workshop import Workshop
 
 _LOCK_SECONDS = 300.0
 _OLD_SECONDS = 3600.0
+#: Compares what a fresh library computes; raises `WrongLibraryError` if that is wrong.
+Check = Callable[[Workshop], None]
 
 
-def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
+def compiled_library(text: str, check: Check) -> Path:
     """Return the path of the library compiled from a C text, building it if need be.
 
     Parameters
@@ -36,12 +40,13 @@ def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
     text : str
         C11 source.
     check : callable
-        Loads a freshly built library; raises `NativeUnavailableError` if its values are wrong.
+        Calls a freshly built library in the process that tries it.
 
     Raises
     ------
     NativeUnavailableError
-        There is no compiler, it fails or hangs, or no folder can be written to.
+        There is no compiler, it fails or hangs, the library crashes or computes wrong values, or no
+        folder can be written to.
     """
     compiler = find_compiler()
     name = _name(text, compiler)
@@ -52,15 +57,15 @@ def compiled_library(text: str, check: Callable[[Path], None]) -> Path:
         try:
             folder = make()
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_private(folder):
+            if not _is_private(folder, linked=make is _preferred_folder):
                 raise PermissionError(errno.EPERM, "others can write to it")
             with FileLock(folder / f"{name}.lock", timeout=_LOCK_SECONDS):
                 if not _is_intact(folder / name):
-                    build_library(text, compiler, folder / name, check)
+                    _build(text, compiler, folder / name, check)
             return folder / name
         except Timeout as error:
             reasons.append(f"another process holds {error.lock_file}")
-        except CompilerHangsError:
+        except (CompilerHangsError, WrongLibraryError):
             raise
         except NativeUnavailableError as error:
             # A full disk or one without permission to execute looks like a failing compiler.
@@ -79,11 +84,12 @@ def cached_library(text: str) -> Path | None:
 
 
 def _cached(name: str) -> Path | None:
-    try:
-        library = _preferred_folder() / name
-    except RuntimeError:  # there is no home
-        return None
-    return library if _is_private(library.parent) and _is_intact(library) else None
+    for make, linked in ((_preferred_folder, True), (_temporary_folder, False)):
+        with contextlib.suppress(OSError, RuntimeError):  # there is no home, or no folder for files
+            library = make() / name
+            if _is_private(library.parent, linked=linked) and _is_intact(library):
+                return library
+    return None
 
 
 def _name(text: str, compiler: Compiler) -> str:
@@ -97,16 +103,14 @@ def _preferred_folder() -> Path:
 
 
 def _temporary_folder() -> Path:
-    """A folder for this process alone, where the cache cannot be written to."""
-    folder = tempfile.mkdtemp(prefix="axisid-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return Path(folder)
+    """A folder for this user's processes, where the cache cannot be written to."""
+    return Path(tempfile.gettempdir()) / f"axisid-{os.getuid()}"
 
 
-def _is_private(folder: Path) -> bool:
-    """Whether nobody else can put a library there."""
+def _is_private(folder: Path, *, linked: bool) -> bool:
+    """Whether nobody else can put a library there; `linked` folders may be links."""
     try:
-        status = folder.stat()
+        status = folder.stat(follow_symlinks=linked)
     except OSError:
         return False
     shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
@@ -115,38 +119,71 @@ def _is_private(folder: Path) -> bool:
 
 def _digest(library: Path, name: str) -> str:
     """Of the content and the name it goes by: another axis's library in its place is no match."""
-    return hashlib.sha256(name.encode() + library.read_bytes()).hexdigest()
+    return hashlib.sha256(b"tried\0" + name.encode() + read_regular(library)).hexdigest()
 
 
 def _is_intact(library: Path) -> bool:
     try:
-        return library.with_suffix(".sha256").read_text() == _digest(library, library.name)
+        return read_regular(library.with_suffix(".sha256")).decode() == _digest(
+            library, library.name
+        )
     except (OSError, UnicodeDecodeError):
         return False
 
 
-def build_library(
-    text: str, compiler: Compiler, library: Path, check: Callable[[Path], None]
-) -> None:
-    """Compile in a private folder beside the library, test, then move both files into place.
+def build_library(text: str, compiler: Compiler, folder: Path, check: Check) -> Path:
+    """Compile in a folder of its own, and try the library in a process of its own.
 
     Raises
     ------
     NativeUnavailableError
-        The compiler fails, or the library computes wrong values.
+        The compiler fails, or the library crashes or computes wrong values.
     OSError
         The folder cannot be written to.
     """
-    for left in library.parent.glob("build-*"):  # of a build that was killed
-        with contextlib.suppress(OSError):
-            if time.time() - left.stat().st_mtime > _OLD_SECONDS:
-                shutil.rmtree(left, ignore_errors=True)
-    with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as folder:
-        source, target = Path(folder) / "native.c", Path(folder) / f"{secrets.token_hex(8)}.so"
+    source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
+    with Workshop(folder, most_seconds()) as workshop:
         source.write_text(text)
-        compiler.compile(source, target)
-        check(target)
-        with target.open("rb") as file:
-            os.fsync(file.fileno())
-        replace_file(library.with_suffix(".sha256"), _digest(target, library.name))
+        compiler.compile(source, target, workshop)
+        try:
+            workshop.load(target)
+            check(workshop)
+        except OSError as error:
+            raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
+    return target
+
+
+def _build(text: str, compiler: Compiler, library: Path, check: Check) -> None:
+    """Build in a private folder beside the library, then move both files into place.
+
+    Raises
+    ------
+    NativeUnavailableError
+        The compiler fails, or the library crashes or computes wrong values.
+    OSError
+        The folder cannot be written to.
+    """
+    _clear(library.parent)
+    with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
+        folder = Path(name)
+        target = build_library(text, compiler, folder, check)
+        digest = folder / "sha256"
+        digest.write_text(_digest(target, library.name))
+        for file in (target, digest):
+            with file.open("rb") as written:
+                os.fsync(written.fileno())
+        digest.replace(library.with_suffix(".sha256"))
         target.replace(library)
+
+
+def _clear(folder: Path) -> None:
+    """Remove what builds left that were killed together with the process that clears up."""
+    for pattern in ("build-*", ".*.sha256.*"):
+        for left in folder.glob(pattern):
+            with contextlib.suppress(OSError):
+                if time.time() - left.lstat().st_mtime < _OLD_SECONDS:
+                    continue
+                if left.is_dir():
+                    shutil.rmtree(left, ignore_errors=True)
+                else:
+                    left.unlink()

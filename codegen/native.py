@@ -8,21 +8,50 @@ import contextlib
 import ctypes
 import tempfile
 import warnings
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import Array, checked_arguments
-from .compiler import NativeUnavailableError, find_compiler
+from .arguments import Array, checked_arguments, is_scalar
+from .compiler import find_compiler
 from .library_cache import build_library, cached_library, compiled_library
 from .loop_settings import BLOCK, SIGNALS, LoopSettings
+from .native_errors import NativeUnavailableError
 from .self_test import check_library
+from .slices import run_stoppable, slices
+from .workshop import Workshop
 
-_SIZE, _REAL = ctypes.c_ssize_t, ctypes.c_double
+#: Calls a function of a library by name with whole numbers, floats, arrays (their memory) and None.
+Caller = Callable[..., int]
+
+
+class LoadedLibrary:
+    """A library in this process.
+
+    Parameters
+    ----------
+    path : Path
+        Loading executes it, so it must come from the cache.
+
+    Raises
+    ------
+    OSError
+        It does not load, or is not the library of an axis.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._library = ctypes.CDLL(str(path))
+        if not hasattr(self._library, "direct_dynamics_rows"):
+            raise OSError(f"{path} is not the library of an axis")
+
+    def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
+        """Call a function; the interpreter's lock is released."""
+        return int(getattr(self._library, function)(*map(_as_c, arguments)))
 
 
 class NativeLibrary:
@@ -30,17 +59,19 @@ class NativeLibrary:
 
     Parameters
     ----------
-    path : Path
-        The library. Loading executes it, so it must come from the cache.
+    call : callable
+        Calls its functions.
     functions : mapping of str to casadi.Function
         The same functions in the virtual machine; their shapes are the library's.
+    path : Path, optional
+        Where it lies.
     """
 
-    def __init__(self, path: Path, functions: Mapping[str, Any]) -> None:
+    def __init__(
+        self, call: Caller, functions: Mapping[str, Any], path: Path | None = None
+    ) -> None:
         self.path = path
-        self._library = ctypes.CDLL(str(path))
-        if not hasattr(self._library, "direct_dynamics_rows"):
-            raise OSError(f"{path} is not the library of an axis")
+        self._call = call
         self._functions = functions
 
     def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
@@ -48,9 +79,12 @@ class NativeLibrary:
         shapes = self._functions[function]
         given, samples = checked_arguments(function, shapes, arguments)
         outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
-        call = self._library[f"{function}_rows"]
-        call.restype = None
-        call(_SIZE(samples), *map(_address, (*given, *outputs)))
+        by_sample = [is_scalar(shapes, i) for i in range(shapes.n_in())]
+        for part in slices(samples):
+            cut = [a[part] if each else a for a, each in zip(given, by_sample, strict=True)]
+            self._call(
+                f"{function}_rows", part.stop - part.start, *cut, *(out[part] for out in outputs)
+            )
         return outputs
 
     def simulate(
@@ -73,19 +107,25 @@ class NativeLibrary:
             By name; not set from `stopped` on.
         """
         signals = np.empty((len(SIGNALS), len(reference)))
-        stopped = _SIZE(0)
-        status = self._library.simulate(
-            _SIZE(len(reference)),
-            *map(_address, (reference, noise, parameters)),
-            _REAL(settings.period),
-            _REAL(start),
-            _REAL(settings.resolution),
-            _REAL(settings.allowed),
-            _SIZE(settings.substeps),
-            *map(_address, signals),
-            ctypes.byref(stopped),
-        )
-        return int(status), stopped.value, dict(zip(SIGNALS, signals, strict=True))
+        stopped = np.zeros(1, dtype=np.int64)
+
+        def run(stop: NDArray[np.int32]) -> int:
+            return self._call(
+                "simulate",
+                len(reference),
+                *(reference, noise, parameters),
+                float(settings.period),
+                float(start),
+                float(settings.resolution),
+                float(settings.allowed),
+                int(settings.substeps),
+                *signals,
+                stopped,
+                stop,
+            )
+
+        (status,) = run_stoppable([run], len(reference) * settings.substeps)
+        return status, int(stopped[0]), dict(zip(SIGNALS, signals, strict=True))
 
     def simulate_batch(
         self,
@@ -124,32 +164,28 @@ class NativeLibrary:
         blocks = -(-lanes // BLOCK)
         edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
 
-        def run(part: int) -> None:
-            first, last = edges[part], edges[part + 1]
-            if first == last:
-                return
-            self._library.simulate_batch(
-                _SIZE(samples),
-                _SIZE(last - first),
+        def run(first: int, last: int, stop: NDArray[np.int32]) -> int:
+            return self._call(
+                "simulate_batch",
+                samples,
+                last - first,
                 *_strided(reference, first),
                 *_strided(noise, first),
-                _address(parameters[first:]),
-                _address(start[first:]),
-                _address(settings.allowed[first:]),
-                _REAL(settings.period),
-                _REAL(settings.resolution),
-                _SIZE(settings.substeps),
-                *(_address(signals[n][:, first:]) if n in signals else None for n in SIGNALS),
-                _SIZE(lanes),
-                _address(status[first:]),
-                _address(stopped[first:]),
+                parameters[first:],
+                start[first:],
+                settings.allowed[first:],
+                float(settings.period),
+                float(settings.resolution),
+                int(settings.substeps),
+                *(signals[n][:, first:] if n in signals else None for n in SIGNALS),
+                lanes,
+                status[first:],
+                stopped[first:],
+                stop,
             )
 
-        if threads == 1:
-            run(0)
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(run, range(threads)))
+        runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
+        run_stoppable(runs, samples * lanes * settings.substeps)
         return status, stopped, signals
 
 
@@ -166,6 +202,7 @@ class Native:
     """
 
     def __init__(self, text: str, functions: Mapping[str, Any], *, enabled: bool = True) -> None:
+        self.enabled = enabled
         self._text = text
         self._functions = functions
         self._library: NativeLibrary | None = None
@@ -186,10 +223,13 @@ class Native:
     def _loaded(self) -> NativeLibrary:
         path = compiled_library(self._text, self._check)
         try:
-            return NativeLibrary(path, self._functions)
+            return self._load(path)
         except OSError:  # whole, but not for this machine: build it again
             path.unlink(missing_ok=True)
-            return NativeLibrary(compiled_library(self._text, self._check), self._functions)
+            return self._load(compiled_library(self._text, self._check))
+
+    def _load(self, path: Path) -> NativeLibrary:
+        return NativeLibrary(LoadedLibrary(path), self._functions, path)
 
     def compile_afresh(self) -> None:
         """Compile and test the library in a folder of its own, cached or not.
@@ -200,7 +240,7 @@ class Native:
             There is no compiler, or it fails.
         """
         with tempfile.TemporaryDirectory(prefix="axisid-") as folder:
-            build_library(self._text, find_compiler(), Path(folder) / "native.so", self._check)
+            build_library(self._text, find_compiler(), Path(folder), self._check)
 
     def warn_once(self) -> None:
         """Say that the virtual machine runs in place of native code, and why."""
@@ -218,26 +258,28 @@ class Native:
             self._looked = True
             path = cached_library(self._text)
             with contextlib.suppress(OSError):
-                self._library = None if path is None else NativeLibrary(path, self._functions)
+                self._library = None if path is None else self._load(path)
         return self._library if f"void {function}_rows(" in self._text else None
 
-    def _check(self, path: Path) -> None:
-        """Compare a fresh library with the virtual machine at random points."""
-        try:
-            check_library(NativeLibrary(path, self._functions), self._functions, self._text)
-        except (OSError, AttributeError) as error:
-            raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
+    def _check(self, workshop: Workshop) -> None:
+        """Compare a fresh library with the virtual machine, in the process that tries it."""
+        library = NativeLibrary(workshop.call, self._functions)
+        check_library(library, self._functions, self._text)
 
 
-def _address(array: Array | NDArray[Any] | None) -> ctypes.c_void_p | None:
-    return None if array is None else ctypes.c_void_p(array.ctypes.data)
+def _as_c(argument: int | float | NDArray[Any] | None) -> Any:
+    if isinstance(argument, np.ndarray):
+        return ctypes.c_void_p(argument.ctypes.data)
+    if isinstance(argument, float):
+        return ctypes.c_double(argument)
+    return None if argument is None else ctypes.c_ssize_t(argument)
 
 
-def _strided(signal: Array | None, first: int) -> tuple[Any, ctypes.c_ssize_t, ctypes.c_ssize_t]:
-    """Address of a signal's first lane, and its strides over time and lanes in values."""
+def _strided(signal: Array | None, first: int) -> tuple[Array | None, int, int]:
+    """A signal from a lane on, and its strides over time and lanes in values."""
     if signal is None:
-        return None, _SIZE(0), _SIZE(0)
-    over_time = _SIZE(signal.strides[0] // signal.itemsize)
+        return None, 0, 0
+    over_time = signal.strides[0] // signal.itemsize
     if signal.ndim == 1:
-        return _address(signal), over_time, _SIZE(0)
-    return _address(signal[:, first:]), over_time, _SIZE(signal.strides[1] // signal.itemsize)
+        return signal, over_time, 0
+    return signal[:, first:], over_time, signal.strides[1] // signal.itemsize

@@ -13,6 +13,7 @@ from axisid.modeling import Axis, UsageError, derive
 
 from .artefacts import MANIFEST, axis_artefacts
 from .progress import Progress, each
+from .regular_file import read_regular
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,7 +154,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
 
 def _read(path: Path) -> str | None:
     try:
-        return path.read_bytes().decode()
+        return read_regular(path).decode()
     except (FileNotFoundError, NotADirectoryError):
         return None
     except UnicodeDecodeError:

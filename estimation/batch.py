@@ -1,13 +1,21 @@
 """Many closed loops side by side, across processors."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen import SIGNALS, GeneratedAxis, LoopSettings, VirtualLoop, as_generated
+from axisid.codegen import (
+    SIGNALS,
+    GeneratedAxis,
+    LoopSettings,
+    VirtualLoop,
+    as_generated,
+    is_whole,
+    real_array,
+)
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
@@ -23,6 +31,8 @@ from .loop_setup import (
     substeps_at_start,
     too_stiff,
 )
+
+_MOST_THREADS = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +88,7 @@ def simulate_batch(
     signals : sequence of str
         What is wanted: each takes N x B floats. Names as in `Simulation`.
     threads : int, optional
-        As many as there are processors by default.
+        1 to 1024; as many as there are processors by default.
 
     Raises
     ------
@@ -92,8 +102,8 @@ def simulate_batch(
     A lane that fails does not end the others; see `BatchSimulation.failures`.
     """
     axis = as_generated(axis)
-    theta = np.ascontiguousarray(parameters, dtype=float)
-    ref = _aligned(reference)
+    theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
+    ref = _aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     lanes = len(theta)
     if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
@@ -105,6 +115,10 @@ def simulate_batch(
         raise UsageError("no parameter set was given; give at least one lane.")
     first = _starts(start, ref, lanes)
     wanted = _wanted(signals)
+    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
+        raise UsageError(
+            f"the threads are {threads!r}; give a whole number from 1 to {_MOST_THREADS}."
+        )
     looked_at = () if axis.uniform or substeps is not None else VISITED
     away = np.abs(first - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
@@ -128,16 +142,19 @@ def simulate_batch(
 
 
 def _starts(start: ArrayLike | None, reference: Array, lanes: int) -> Array:
-    first = np.broadcast_to(reference[0], lanes) if start is None else np.asarray(start, float)
-    if first.shape != (lanes,):
-        raise UsageError(f"the start has the shape {first.shape}; give one position a lane.")
+    first = reference[0] if start is None else real_array(start, "the start")
+    first = np.broadcast_to(first, lanes) if start is None else first
+    if first.shape != (lanes,) or not np.all(np.isfinite(first)):
+        raise UsageError(
+            f"the start has the shape {first.shape}; give one position a lane, all finite."
+        )
     return np.ascontiguousarray(first)
 
 
 def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
     if noise is None:
         return None
-    lanes = _aligned(noise)
+    lanes = _aligned(noise, "the noise")
     if lanes.shape != shape or not np.all(np.isfinite(lanes)):
         raise UsageError(f"the noise has the shape {lanes.shape}; give {shape}, all finite.")
     return lanes
@@ -146,8 +163,9 @@ def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None
 def _wanted(signals: Sequence[str]) -> list[str]:
     """The generated code's names of the signals."""
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
-    if isinstance(signals, str):
-        raise UsageError(f"the signals are the text {signals!r}; give a list of names.")
+    several = isinstance(signals, Iterable) and not isinstance(signals, str)
+    if not several or not all(isinstance(name, str) for name in signals):
+        raise UsageError(f"the signals are {signals!r}; give a list of names.")
     if unknown := set(signals) - set(known):
         raise UsageError(
             f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."
@@ -155,9 +173,9 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     return [known[name] for name in signals]
 
 
-def _aligned(values: ArrayLike) -> Array:
+def _aligned(values: ArrayLike, what: str) -> Array:
     """The array itself, unless its floats do not lie on whole multiples of their size."""
-    array = np.require(values, dtype=float, requirements=["A"])
+    array = np.require(real_array(values, what), requirements=["A"])
     whole = all(stride % array.itemsize == 0 for stride in array.strides)
     return array if whole else array.copy()
 
@@ -274,7 +292,7 @@ class _Batch:
             self.axis.native.warn_once()
             status, stopped, out = _virtual_batch(self.axis, *arguments)
         else:
-            count = _processors() if self.threads is None else max(1, self.threads)
+            count = _processors() if self.threads is None else int(self.threads)
             status, stopped, out = library.simulate_batch(*arguments, count)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from axisid.codegen import real_array
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
@@ -19,7 +20,7 @@ from .jumps import Jumps, jumps_told
 from .provenance import Provenance
 from .read_columnar import parquet_blocks
 from .read_text import encoding_of, text_blocks
-from .record import LARGEST_GAP, check_even, check_varies
+from .record import LARGEST_GAP, check_even, check_sample_period, check_varies
 from .roles import Chosen
 from .table import Table
 from .unchanged import Watched
@@ -55,6 +56,9 @@ class LogBlocks:
     _passes: "_Passes" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.file, (str, Path)):
+            raise UsageError(f"the log is {self.file!r}; give the path of a file.")
+        object.__setattr__(self, "file", Path(self.file))
         object.__setattr__(self, "_passes", _Passes(self.file))
 
     def __iter__(self) -> Iterator[dict[str, Array]]:
@@ -163,6 +167,7 @@ def extent(
         Time has gaps or is uneven, a value is not finite, a column is constant, there is no time,
         or the position jumps by whole turns.
     """
+    check_sample_period(period)
     check = _Even(source, axis)
     for block in blocks:
         check.add(block)
@@ -182,6 +187,10 @@ class _Even:
 
     def add(self, block: Mapping[str, Array]) -> None:
         """Take the next block."""
+        block = {
+            role: real_array(values, f"{self.source}: the {role}", DataError)
+            for role, values in block.items()
+        }
         for role, values in block.items():
             bad = np.flatnonzero(~np.isfinite(values))
             if bad.size:

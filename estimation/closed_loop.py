@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from axisid.codegen import GeneratedAxis, LoopSettings, VirtualLoop, as_generated
+from axisid.codegen import (
+    GeneratedAxis,
+    LoopSettings,
+    VirtualLoop,
+    as_generated,
+    is_real,
+    real_array,
+)
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
@@ -123,14 +130,18 @@ def simulate(
         The inertia is not positive, or the loop diverges or chatters; the sample is named.
     """
     axis = as_generated(axis)
-    theta, ref = _vector(parameters, "parameters"), _vector(reference, "reference")
+    theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    noise = None if position_noise is None else _vector(position_noise, "position_noise")
+    noise = None if position_noise is None else _vector(position_noise, "the noise")
     if noise is not None and (noise.shape != ref.shape or not np.all(np.isfinite(noise))):
         raise UsageError(
             f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
         )
+    if not (start is None or (is_real(start) and math.isfinite(start))):
+        raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
+    if not np.all(np.isfinite(theta)):
+        raise EstimationError(no_inertia(axis, theta))
     (push,) = axis.rows("direct_dynamics", first, 0.0, [1.0, 0.0], 0.0, theta)
     if not 0 < push[0, 0] - push[1, 0] < math.inf:
         raise EstimationError(no_inertia(axis, theta))
@@ -207,7 +218,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
 
 
 def _vector(values: ArrayLike, what: str) -> Array:
-    vector = np.require(values, dtype=float, requirements=["C", "A"])
+    vector = np.require(real_array(values, what), requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
         raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
     return vector

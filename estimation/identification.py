@@ -1,6 +1,6 @@
 """The four estimators, from an axis and a record to estimates."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -116,6 +116,8 @@ def identify(
 
 
 def _check_arguments(asked: Sequence[str] | None, record: object, covariance: str) -> None:
+    if asked is not None and not isinstance(asked, Iterable):
+        raise UsageError(f"the methods are {asked!r}; give a list of names.")
     for method in asked or ():
         if method not in METHODS:
             raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen import STATUSES, GeneratedAxis
+from axisid.codegen import STATUSES, GeneratedAxis, is_real, is_whole
 from axisid.modeling import ModelError, UsageError
 
 from .arrays import Array
@@ -48,15 +48,15 @@ def check_loop(
         )
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
         raise UsageError("the reference is empty or not finite; give finite positions.")
-    if not (math.isfinite(period) and period > 0):
+    if not (is_real(period) and math.isfinite(period) and period > 0):
         raise UsageError(f"the period is {period!r} s; give a positive number.")
-    if not resolution >= 0 or (resolution and law.continuous):
+    measurable = is_real(resolution) and 0 <= resolution < math.inf
+    if not measurable or (resolution and law.continuous):
         raise UsageError(
             f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
             "takes no samples."
         )
-    whole = isinstance(substeps, (int, np.integer))
-    if substeps is not None and not (whole and 1 <= substeps <= MOST_SUBSTEPS):
+    if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
         raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
 
 
@@ -68,11 +68,22 @@ def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDAr
         for tau in (1.0, 0.0)
     )
     with np.errstate(invalid="ignore"):
-        return np.asarray((push - rest > 0) & np.isfinite(push - rest))
+        finite = np.isfinite(push - rest) & np.isfinite(parameters).all(axis=1)
+        return np.asarray((push - rest > 0) & finite)
 
 
 def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of a parameter set without inertia."""
+    """What to say of a parameter set without inertia, or with what is no number."""
+    endless = [
+        f"{name} = {value}"
+        for name, value in zip(axis.names, parameters, strict=True)
+        if not math.isfinite(value)
+    ]
+    if endless:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
+            "parameters."
+        )
     return (
         f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
         "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "

@@ -87,8 +87,10 @@ class Prefilter:
     silent: tuple[Span, ...] = ()
 
     def __post_init__(self) -> None:
-        whole = (self.order, self.decimate, *(self.drop or ()))
-        if not all(isinstance(n, (int, np.integer)) for n in whole) or len(self.drop or "ab") != 2:
+        ends = (0, 0) if self.drop is None else self.drop
+        pair = isinstance(ends, (tuple, list)) and len(ends) == 2
+        whole = (self.order, self.decimate, *(ends if pair else ()))
+        if not pair or not all(isinstance(n, (int, np.integer)) for n in whole):
             raise UsageError(
                 f"order {self.order!r}, decimation {self.decimate!r} and drop {self.drop!r}: give "
                 "whole numbers, and two of them to drop."

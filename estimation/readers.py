@@ -20,7 +20,7 @@ from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
 from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
-from .record import LARGEST_GAP, Record
+from .record import LARGEST_GAP, Record, check_sample_period
 from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import UNEVEN_GAP, resample
 from .roles import Chosen
@@ -89,6 +89,7 @@ def read_record(
         A role does not exist, a unit is not the role's, or a sampling period is given for columns
         that are resampled by times of their own.
     """
+    check_sample_period(sample_period)
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
     repairs = repairs or Repairs()
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)

@@ -1,11 +1,14 @@
 """The record: what was measured, checked once, then read-only."""
 
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import dataclass, field, fields, replace
+from operator import index
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from axisid.codegen import is_real, real_array
 from axisid.modeling import UsageError
 
 from .arrays import Array, frozen
@@ -62,14 +65,26 @@ class Record:
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
+        for role in ("time", "position"):
+            if getattr(self, role) is None:
+                raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
         for role, values in self.channels().items():
             object.__setattr__(self, role, self._column(role, values))
+        if not (self.sample_period is None or is_real(self.sample_period)):
+            check_sample_period(self.sample_period)
+        for name in ("segments", "masked"):
+            object.__setattr__(self, name, self._spans(name))
         self._check_lengths()
         self._check_spans()
         self._check_time()
         for role, values in self.channels().items():
             if role != "time":
                 check_varies(self._name(), role, float(values.min()), float(values.max()))
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        """Made again from its parts, since arrays forget on the way that they are read-only."""
+        parts = {each.name: getattr(self, each.name) for each in fields(self)}
+        return _made, (type(self), parts)
 
     def __repr__(self) -> str:
         columns = ", ".join(role for role in self.channels() if role != "time")
@@ -136,12 +151,7 @@ class Record:
         return self.provenance.source
 
     def _column(self, role: str, values: ArrayLike) -> Array:
-        if np.ma.is_masked(values) or np.iscomplexobj(values):
-            raise DataError(f"{self._name()}: the {role} is masked or complex; give real numbers.")
-        try:
-            column = frozen(values)
-        except (TypeError, ValueError) as error:
-            raise DataError(f"{self._name()}: the {role} is not numeric: {error}.") from error
+        column = frozen(real_array(values, f"{self._name()}: the {role}", DataError))
         if column.ndim != 1:
             raise DataError(
                 f"{self._name()}: the {role} has the shape {column.shape}; give one row of numbers."
@@ -153,6 +163,16 @@ class Record:
                 f"({bad.size} in all). Remove such rows or repair the log."
             )
         return column
+
+    def _spans(self, name: str) -> tuple[tuple[int, int], ...]:
+        spans = getattr(self, name)
+        try:
+            return tuple((index(start), index(stop)) for start, stop in spans)
+        except (TypeError, ValueError) as error:
+            raise UsageError(
+                f"{self._name()}: the {name} are {spans!r}; give pairs of rows, the first and the "
+                "one after the last."
+            ) from error
 
     def _check_lengths(self) -> None:
         lengths = {role: len(values) for role, values in self.channels().items()}
@@ -209,6 +229,10 @@ class Record:
         check_even(self._name(), typical, mean, self.sample_period, advice)
 
 
+def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
+    return kind(**parts)
+
+
 def check_even(source: str, typical: float, mean: float, period: float | None, advice: str) -> None:
     """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
     if not abs(mean / typical - 1) < _UNEVEN:
@@ -221,6 +245,12 @@ def check_even(source: str, typical: float, mean: float, period: float | None, a
             f"{source}: the sampling period is given as {period:g} s, but the time "
             f"column steps by {typical:g} s. Correct one of them (time is in seconds)."
         )
+
+
+def check_sample_period(period: object) -> None:
+    """Refuse what is no sampling period."""
+    if period is not None and not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(f"the sampling period is {period!r}; give a positive number of seconds.")
 
 
 def check_varies(source: str, role: str, least: float, most: float) -> None:

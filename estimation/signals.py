@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from axisid.codegen import GeneratedAxis
-from axisid.modeling import AxisidError
+from axisid.modeling import AxisidError, UsageError
 
 from .arrays import Array
 from .errors import DataError
@@ -54,6 +54,8 @@ def force_of(axis: GeneratedAxis, source: str, force: Array | None, control: Arr
 
 def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:
     """The prefilter for a record: its segments and masked rows, and its hold if that is open."""
+    if not isinstance(prefilter, Prefilter):
+        raise UsageError(f"the prefilter is {prefilter!r}; give a Prefilter, or leave it out.")
     fitted = replace(
         prefilter,
         hold=chosen_hold(prefilter, axis, measured=record.force is not None),

@@ -6,13 +6,13 @@ are always low-passed alike.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, Progress, as_generated, each
+from axisid.codegen import GeneratedAxis, Progress, as_generated, each, is_real
 from axisid.modeling import Axis, UsageError
 
 from .errors import DataError, EstimationError
@@ -161,6 +161,9 @@ def sweep(
     rate = 1 / record.period
     if cutoffs is None:
         cutoffs = default_cutoffs(rate)
+    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
+        raise UsageError(f"the cut-offs are {cutoffs!r}; give positive numbers, in Hz.")
     if not len(cutoffs):
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results, failures = [], {}

@@ -1,9 +1,11 @@
 """The twin: a simulated record of an axis whose parameters are known."""
 
+import math
+
 import numpy as np
 
-from axisid.codegen import GeneratedAxis, as_generated
-from axisid.modeling import Axis, ModelError, Move, Parameter
+from axisid.codegen import GeneratedAxis, as_generated, is_real
+from axisid.modeling import Axis, ModelError, Move, Parameter, UsageError
 
 from .arrays import Array
 from .closed_loop import simulate
@@ -26,6 +28,8 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     (N,) array
         From 0, in the coordinate's unit.
     """
+    if not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(f"the period is {period!r} s; give a positive number.")
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:

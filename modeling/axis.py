@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType, UnionType
+from types import UnionType
 
 import sympy
 
@@ -11,6 +11,7 @@ from .control import ControlLaw
 from .drive import Drive
 from .errors import ModelError
 from .experiment import Experiment
+from .frozen_mapping import FrozenMapping
 from .names import check_distinct, check_name
 from .numbers import number
 from .size import check_size
@@ -66,7 +67,7 @@ class Axis:
             raise ModelError(
                 f"axis {self.name!r}: the title {self.title!r} is not one line of text."
             )
-        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+        object.__setattr__(self, "columns", FrozenMapping(self.columns))
         self._check_names()
         self._check_symbols()
         self._check_columns()

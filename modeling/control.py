@@ -13,6 +13,7 @@ from types import MappingProxyType
 import sympy
 
 from .errors import ModelError
+from .frozen_mapping import FrozenMapping
 from .names import check_name
 from .numbers import number
 from .symbols import expression
@@ -97,7 +98,7 @@ class ControlLaw:
     def __post_init__(self) -> None:
         object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
         gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
-        object.__setattr__(self, "gains", MappingProxyType(gains))
+        object.__setattr__(self, "gains", FrozenMapping(gains))
         if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
         object.__setattr__(self, "memory", tuple(self.memory))

@@ -7,9 +7,9 @@ does where the truth is known.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 from .errors import ModelError
+from .frozen_mapping import FrozenMapping
 from .numbers import number
 
 _LONGEST = 1e4  # s
@@ -107,7 +107,7 @@ class Experiment:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "moves", tuple(self.moves))
-        object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
+        object.__setattr__(self, "truth", FrozenMapping(self.truth))
         noise = number(self.position_noise, "the position noise")
         object.__setattr__(self, "position_noise", noise)
         if not all(isinstance(move, Move) for move in self.moves):

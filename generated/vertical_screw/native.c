@@ -517,11 +517,13 @@ static void put(double *values, ptrdiff_t at, double value)
         values[at] = value;
 }
 
-/* One simulation. Returns a status; `stopped` is the sample it speaks of. */
+/* One simulation. Returns a status; `stopped` is the sample it speaks of. It ends, with nothing to
+   show, once `stop` is set: its caller was interrupted. */
 int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *parameters,
              double period, double start, double resolution, double allowed, ptrdiff_t substeps,
              double *position, double *velocity, double *acceleration, double *force,
-             double *control, double *direction, double *before, ptrdiff_t *stopped)
+             double *control, double *direction, double *before, ptrdiff_t *stopped,
+             const volatile int *stop)
 {
     struct lane lane = {.q = start};
     const double step = period / (double)substeps;
@@ -536,6 +538,8 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         const double rate = CONTINUOUS && k + 1 < samples ? (reference[k + 1] - r) / period : 0.0;
         const double error = encoder(q, noise ? noise[k] : 0.0, resolution);
         *stopped = k;
+        if (*stop)
+            return DONE;
         if (!(fabs(q - r) <= allowed))
             return isfinite(q) ? OUT_OF_RANGE : NOT_FINITE;
         put(position, k, q);
@@ -660,7 +664,8 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
                            const double *start, const double *allowed, double period,
-                           double resolution, ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
+                           double resolution, ptrdiff_t substeps, struct outputs out, int *status,
+                           ptrdiff_t *stopped, const volatile int *stop)
 {
     struct block b = {0};
     double dead[LANES] = {0.0};
@@ -682,7 +687,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
             stopped[l] = samples;
         }
     }
-    for (ptrdiff_t k = 0; k < samples; ++k) {
+    for (ptrdiff_t k = 0; k < samples && !*stop; ++k) {
         const ptrdiff_t at = k * out.stride;
         double any = 0.0;
         for (int l = 0; l < LANES; ++l) {
@@ -730,14 +735,14 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
 }
 
 /* Many simulations, `lanes` of them: parameters, start and status by lane; references and noise with
-   strides over time and lanes (0 where all lanes share one). */
+   strides over time and lanes (0 where all lanes share one). Interrupted as one simulation is. */
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                     ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
                     const double *start, const double *allowed, double period, double resolution,
                     ptrdiff_t substeps, double *position, double *velocity, double *acceleration,
                     double *force, double *control, double *direction, double *before,
-                    ptrdiff_t stride, int *status, ptrdiff_t *stopped)
+                    ptrdiff_t stride, int *status, ptrdiff_t *stopped, const volatile int *stop)
 {
     for (ptrdiff_t first = 0; first < lanes; first += LANES) {
         const ptrdiff_t left = lanes - first;
@@ -750,6 +755,6 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
                        noise_time, noise_lane, parameters + first * PARAMETERS, start + first,
                        allowed + first, period, resolution, substeps, out, status + first,
-                       stopped + first);
+                       stopped + first, stop);
     }
 }

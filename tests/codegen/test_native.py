@@ -1,12 +1,13 @@
 """Compiled code: the same numbers as the virtual machine, whatever happens around its building."""
 
-import hashlib
+import multiprocessing
 import os
 import shlex
 import signal
 import stat
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,9 +30,10 @@ from axisid import (
     newton,
 )
 from axisid.codegen import GeneratedAxis, axis_artefacts
-from axisid.codegen.compiler import FLAGS, NativeUnavailableError, find_compiler
-from axisid.codegen.library_cache import cached_library, compiled_library
+from axisid.codegen.compiler import FLAGS, find_compiler
+from axisid.codegen.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.native import Native
+from axisid.codegen.native_errors import NativeUnavailableError
 from axisid.modeling import Axis, Drive, Parameter
 from tests.estimation.axes import AXES
 
@@ -43,7 +45,17 @@ STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for temporary files of this test's own."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    return folder
+
+
+@pytest.fixture
+def cache(tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache of this test's own."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("AXISID_CACHE", str(folder))
@@ -62,7 +74,7 @@ def fresh(axis: Axis | None = None) -> GeneratedAxis:
     return build(axis or load_axis("emps"))
 
 
-def accept(_: Path) -> None:
+def accept(_: object) -> None:
     pass
 
 
@@ -276,14 +288,46 @@ def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
     assert not list(cache.glob("*.so"))
 
 
-def test_unwritable_cache_means_a_folder_for_the_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_unwritable_cache_means_one_folder_for_the_user_and_nothing_else(
+    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
     library = fresh().native.library()
     assert library is not None
-    assert tmp_path not in library.path.parents
+    assert library.path is not None
+    assert library.path.parent == temporary / f"axisid-{os.getuid()}"
+    built = library.path.stat().st_mtime_ns
+    context = multiprocessing.get_context("spawn")
+    with context.Pool(2) as pool:
+        assert pool.map(_library, range(2)) == [str(library.path)] * 2
+    assert library.path.stat().st_mtime_ns == built
+    assert [p.name for p in temporary.iterdir()] == [library.path.parent.name]
+
+
+def _library(_: int) -> str:
+    library = fresh().native.library()
+    return str(library and library.path)
+
+
+@pytest.mark.parametrize("squatter", ["link", "writable by all"])
+def test_temporary_folder_of_somebody_else_is_not_trusted(
+    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch, squatter: str
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
+    own = tmp_path / "own"
+    own.mkdir(mode=0o700)
+    folder = temporary / f"axisid-{os.getuid()}"
+    if squatter == "link":
+        folder.symlink_to(own)
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    native = fresh().native
+    assert native.library() is None
+    assert "others can write to it" in native.refusal
+    assert not list(own.iterdir())
 
 
 def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
@@ -315,7 +359,7 @@ def test_library_of_something_else_under_the_right_name_is_built_again(cache: Pa
     subprocess.run(
         [*find_compiler().command, "-shared", "-fPIC", str(source), "-o", str(path)], check=True
     )
-    digest = hashlib.sha256(path.name.encode() + path.read_bytes()).hexdigest()
+    digest = _digest(path, path.name)
     path.with_suffix(".sha256").write_text(digest)
     assert cached_library(TEXTS["emps"]) == path
     assert np.all(np.isfinite(fresh().rows("direct_dynamics", 0.0, 0.0, 1.0, 1.0, np.ones(4))[0]))
@@ -439,8 +483,6 @@ def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:
 
 
 def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
-    from axisid.codegen.library_cache import _digest
-
     path = compiled_library(TEXTS["emps"], accept)
     path.write_bytes(b"junk")
     path.with_suffix(".sha256").write_text(_digest(path, path.name))
@@ -487,7 +529,9 @@ def test_relative_cache_and_compiler_paths_work(
     assert library.path.parent == tmp_path
 
 
-def test_no_home_means_a_folder_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_home_means_a_folder_for_the_user(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def homeless(_: str) -> Path:
         raise RuntimeError("could not determine the home directory")
 

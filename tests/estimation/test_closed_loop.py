@@ -141,9 +141,14 @@ def test_unstable_loop_within_the_drive_limit_stays_bounded(emps2015: GeneratedA
     assert np.abs(loop.control).max() == 10.0
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, np.nan])
-def test_inertia_that_is_not_positive_is_refused(emps2015: GeneratedAxis, mass: float) -> None:
-    with pytest.raises(EstimationError, match="no positive inertia"):
+@pytest.mark.parametrize(
+    ("mass", "says"),
+    [(0.0, "no positive inertia"), (-1.0, "no positive inertia"), (np.nan, "with M = nan")],
+)
+def test_inertia_that_is_not_positive_is_refused(
+    emps2015: GeneratedAxis, mass: float, says: str
+) -> None:
+    with pytest.raises(EstimationError, match=says):
         simulate(emps2015, np.array([mass, 1.0, 1.0]), MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
 
 

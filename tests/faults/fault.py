@@ -1,7 +1,7 @@
 """What the catalogue of faults is made of."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from axisid import AxisidError
@@ -24,6 +24,8 @@ class Fault:
         A regular expression found in what is said, on stderr where the code is not 0.
     after : callable, optional
         Looks at the folder and at standard output when the command has run.
+    environment : mapping of str to str
+        Variables of the command, with ``{folder}`` for the folder.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Fault:
     code: int
     says: str
     after: Callable[[Path, str], None] | None = None
+    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -53,6 +53,8 @@ def test_fault_ends_in_a_sentence_and_an_exit_code(
     fault: Fault, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    for variable, value in fault.environment.items():
+        monkeypatch.setenv(variable, value.format(folder=tmp_path))
     arguments = fault.make(tmp_path)
     kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
     code, out, err = run(*arguments)

@@ -1,0 +1,33 @@
+"""A mapping that nobody changes, and that can be copied and pickled."""
+
+from collections.abc import Iterator, Mapping
+from typing import TypeVar
+
+_Key = TypeVar("_Key")
+_Value_co = TypeVar("_Value_co", covariant=True)
+
+
+class FrozenMapping(Mapping[_Key, _Value_co]):
+    """What another mapping held when this was made.
+
+    Parameters
+    ----------
+    items : mapping
+    """
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[_Key, _Value_co]) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: _Key) -> _Value_co:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[_Key]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return repr(self._items)

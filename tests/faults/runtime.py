@@ -1,0 +1,286 @@
+"""Faults around native code, and arguments that no simulation and no record can start from."""
+
+import os
+import shlex
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from axisid import (
+    DataError,
+    EstimationError,
+    GeneratedAxis,
+    LogBlocks,
+    Prefilter,
+    Record,
+    UsageError,
+    build,
+    derive,
+    identify,
+    load_axis,
+    read_record,
+    simulate,
+    simulate_batch,
+    sweep,
+    twin_record,
+)
+from axisid.codegen import axis_artefacts
+from axisid.codegen.compiler import find_compiler
+from axisid.codegen.library_cache import _name
+from axisid.codegen.native_errors import NativeUnavailableError
+from axisid.estimation import identify_stream, trajectory
+from tests.faults.fault import Fault, Misuse
+
+_RUN: list[object] = ["identify", "emps2015", "--method", "idm-iv"]
+
+
+def _compiler(leaves: str) -> Callable[[Path], list[object]]:
+    """A compiler that says all is well, whatever it leaves."""
+
+    def make(folder: Path) -> list[object]:
+        script = folder / "cc"
+        script.write_text(
+            f'#!/bin/sh\nfor target; do case "$target" in *.so) {leaves};; esac; done\n'
+        )
+        script.chmod(0o755)
+        return _RUN
+
+    return make
+
+
+def _pipes(folder: Path) -> list[object]:
+    """Pipes where the library and its digest should be."""
+    cache = folder / "cache"
+    cache.mkdir(mode=0o700)
+    text = axis_artefacts(derive(load_axis("emps2015")))["native.c"]
+    try:
+        library = cache / _name(text, find_compiler())
+    except NativeUnavailableError:
+        library = cache / "library.so"
+    for file in (library, library.with_suffix(".sha256")):
+        os.mkfifo(file)
+    return _RUN
+
+
+def _virtual(_: Path, out: str) -> None:
+    assert "IDM-IV" in out
+
+
+_OWN = {"AXISID_CACHE": "{folder}/cache", "TMPDIR": "{folder}"}
+
+FAULTS: tuple[Fault, ...] = (
+    Fault(
+        name="half a library from a compiler that says all is well",
+        make=_compiler(f"head -c 5000 {shlex.quote(sys.executable)} > $target"),
+        environment={**_OWN, "CC": "{folder}/cc"},
+        code=0,
+        says="no native code: the compiled library does not load",
+        after=_virtual,
+    ),
+    Fault(
+        name="no library from a compiler that says all is well",
+        make=_compiler("true"),
+        environment={**_OWN, "CC": "{folder}/cc"},
+        code=0,
+        says="no native code: .*cc failed: exit code 0",
+        after=_virtual,
+    ),
+    Fault(
+        name="pipes in the cache of libraries",
+        make=_pipes,
+        environment=_OWN,
+        code=0,
+        says="IDM-IV",
+    ),
+)
+
+
+@cache
+def _axis() -> GeneratedAxis:
+    return build(load_axis("emps2015"))
+
+
+@cache
+def _record() -> Record:
+    return twin_record(_axis())
+
+
+_SHORT = np.linspace(0.0, 0.01, 100)
+_MASKED = np.ma.masked_array(_SHORT, mask=_SHORT > 0.009)
+
+
+def _one(**changed: Any) -> Callable[[], object]:
+    """A simulation with one wrong argument."""
+
+    def call() -> object:
+        given = {"parameters": _axis().nominal, "reference": _SHORT, "period": 1e-3, **changed}
+        return simulate(_axis(), **given)
+
+    return call
+
+
+def _many(**changed: Any) -> Callable[[], object]:
+    """A batch with one wrong argument."""
+
+    def call() -> object:
+        given = {"parameters": [_axis().nominal], "reference": _SHORT, "period": 1e-3, **changed}
+        return simulate_batch(_axis(), **given)
+
+    return call
+
+
+def _columns(**changed: Any) -> dict[str, Any]:
+    record = _record()
+    return {"time": record.time, "position": record.position, "control": record.control, **changed}
+
+
+def _masked_position() -> Any:
+    position = _record().position
+    return np.ma.masked_array(position, mask=np.arange(len(position)) % 100 == 7)
+
+
+def _stream(sample_period: Any = 1e-3, **columns: Any) -> object:
+    blocks = [{"position": _record().position, "control": _record().control, **columns}]
+    return identify_stream(_axis(), blocks, Prefilter(), sample_period=sample_period)
+
+
+_WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
+    ("no threads", _many(threads=0), "the threads are 0; give a whole number from 1 to 1024"),
+    ("a million threads", _many(threads=10**6), "the threads are 1000000; give a whole number"),
+    ("threads as a float", _many(threads=1e6), r"the threads are 1000000\.0; give a whole"),
+    ("half a thread", _many(threads=2.5), r"the threads are 2\.5; give a whole number"),
+    ("threads as a truth value", _many(threads=True), "the threads are True; give a whole"),
+    ("no resolution", _one(resolution=None), "the resolution is None; give 0 or more"),
+    ("no resolution of a batch", _many(resolution=None), "the resolution is None; give 0 or more"),
+    ("an endless resolution", _one(resolution=np.inf), "the resolution is inf; give 0 or more"),
+    ("a period in words", _one(period="a"), "the period is 'a' s; give a positive number"),
+    ("a period of a batch in words", _many(period="a"), "the period is 'a' s; give a positive"),
+    ("substeps as a truth value", _one(substeps=True), "the substeps are True; give 1 to 1024"),
+    ("a start that is no number", _one(start=np.nan), "the start is nan; give a position"),
+    ("starts that are no numbers", _many(start=[np.nan]), "give one position a lane, all finite"),
+    ("a masked reference", _one(reference=_MASKED), "the reference: 10 of the values are masked"),
+    ("a masked reference of a batch", _many(reference=_MASKED), "10 of the values are masked"),
+    ("masked noise", _one(position_noise=_MASKED), "noise: 10 of the values are masked"),
+    ("a complex reference", _one(reference=_SHORT * 1j), "the values are complex; give real"),
+    (
+        "a reference in words",
+        _one(reference="abc"),
+        "the reference: the values are text; give real numbers",
+    ),
+    ("a ragged reference", _one(reference=[[1, 2], [3]]), "the values are not numeric"),
+    (
+        "masked parameters",
+        _one(parameters=np.ma.masked_array([1.0, 1.0, 1.0], mask=[0, 1, 0])),
+        "the parameters: 1 of the values are masked",
+    ),
+    ("signals that are no names", _many(signals=None), "the signals are None; give a list"),
+    (
+        "masked samples of a function",
+        lambda: _axis().rows("idm_regressor", _MASKED, 0, 0, 0),
+        "idm_regressor: q: 10 of the values are masked",
+    ),
+    (
+        "a function that there is not",
+        lambda: _axis().rows("inverse", 0, 0, 0, 0),
+        "axis 'emps2015' has no function 'inverse'; it has inverse_dynamics",
+    ),
+    (
+        "a vector of another length",
+        lambda: _axis().mapped("ddm_from_physical", [1.0]),
+        "ddm_from_physical maps no vector of 1 values",
+    ),
+    (
+        "a masked column of a log",
+        lambda: read_record(_columns(position=_masked_position()), _axis()),
+        "the column 'position' is masked",
+    ),
+    (
+        "a sampling period in words",
+        lambda: Record(**_columns(), sample_period="a"),
+        "the sampling period is 'a'; give a positive number of seconds",
+    ),
+    (
+        "a sampling period of a log in words",
+        lambda: read_record(_columns(), _axis(), sample_period="a"),  # type: ignore[arg-type]
+        "the sampling period is 'a'; give a positive number of seconds",
+    ),
+    (
+        "a sampling period of a stream in words",
+        lambda: _stream(sample_period="a"),
+        "the sampling period is 'a'; give a positive number of seconds",
+    ),
+    (
+        "segments that are no pairs",
+        lambda: Record(**_columns(), segments=[1]),
+        r"the segments are \[1\]; give pairs of rows",
+    ),
+    (
+        "cut-offs in words",
+        lambda: sweep(_axis(), _record(), ["a"]),  # type: ignore[list-item]
+        r"the cut-offs are \['a'\]; give positive numbers",
+    ),
+    (
+        "a prefilter that is none",
+        lambda: identify(_axis(), _record(), 60.0),  # type: ignore[arg-type]
+        r"the prefilter is 60\.0; give a Prefilter",
+    ),
+    (
+        "methods that are no names",
+        lambda: identify(_axis(), _record(), Prefilter(), 1),  # type: ignore[arg-type]
+        "the methods are 1; give a list of names",
+    ),
+    (
+        "a motion at no period",
+        lambda: trajectory((), "a"),  # type: ignore[arg-type]
+        "the period is 'a' s; give a positive number",
+    ),
+    (
+        "a log in blocks that is no path",
+        lambda: LogBlocks(file=1),  # type: ignore[arg-type]
+        "the log is 1; give the path of a file",
+    ),
+)
+
+MISUSES: tuple[Misuse, ...] = (
+    *(Misuse(name=name, call=call, error=UsageError, says=says) for name, call, says in _WRONG),
+    *(
+        Misuse(
+            name=f"{name} that is {value}",
+            call=_one(parameters=parameters),
+            error=EstimationError,
+            says=f"axis 'emps2015' cannot be simulated with {name} = {value}. Give finite",
+        )
+        for name, value, parameters in (
+            ("Fc", "nan", [100.0, 200.0, np.nan]),
+            ("Fv", "inf", [100.0, np.inf, 20.0]),
+        )
+    ),
+    Misuse(
+        name="a mass of nothing",
+        call=_one(parameters=[0.0, 200.0, 20.0]),
+        error=EstimationError,
+        says="axis 'emps2015' has no positive inertia with M = 0 kg",
+    ),
+    Misuse(
+        name="a masked signal of a record",
+        call=lambda: Record(**_columns(position=_masked_position())),
+        error=DataError,
+        says="the position: [0-9]+ of the values are masked; leave them out",
+    ),
+    Misuse(
+        name="a masked signal of a stream",
+        call=lambda: _stream(position=_masked_position()),
+        error=DataError,
+        says="the position: [0-9]+ of the values are masked; leave them out",
+    ),
+    Misuse(
+        name="a record without a position",
+        call=lambda: Record(**_columns(position=None)),
+        error=DataError,
+        says="there is no position; a record needs one",
+    ),
+)

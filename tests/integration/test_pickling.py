@@ -1,0 +1,216 @@
+"""What the library gives can be copied and sent to another process, and is the same there."""
+
+import copy
+import dataclasses
+import multiprocessing
+import operator
+import pickle
+import warnings
+from collections.abc import Iterator, Mapping
+from multiprocessing.pool import Pool
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+import axisid
+from axisid import (
+    LIBRARY,
+    AxisidError,
+    Constant,
+    DataError,
+    EstimationError,
+    GeneratedAxis,
+    ModelError,
+    Prefilter,
+    Record,
+    Repairs,
+    UsageError,
+    build,
+    compare,
+    derive,
+    friction_ladder,
+    identify,
+    load_axis,
+    simulate,
+    simulate_batch,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen import feed_forward
+from axisid.estimation import check_law, identify_stream
+
+FILTER = Prefilter(cutoff=60.0)
+
+
+def sent(what: Any) -> Any:
+    return pickle.loads(pickle.dumps(what))  # noqa: S301
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two objects are equal to the last bit, all the way down."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, GeneratedAxis):
+        return a.signature == b.signature and a.declared == b.declared and same(a.base, b.base)
+    if isinstance(a, np.ndarray):
+        equal = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+        return bool(equal and a.flags.writeable == b.flags.writeable)
+    if dataclasses.is_dataclass(a):
+        names = [field.name for field in dataclasses.fields(a)]
+        return all(same(getattr(a, name), getattr(b, name)) for name in names)
+    if isinstance(a, Mapping):
+        return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, (tuple, list)):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float):
+        return a == b or (a != a and b != b)
+    if isinstance(a, Exception):
+        return str(a) == str(b) and a.args == b.args
+    return bool(a == b)
+
+
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """One of every kind that a user gets to see."""
+    declared = load_axis("emps2015")
+    axis = build(declared)
+    record = twin_record(axis)
+    found = identify(axis, record, FILTER)
+    reference = record.reference
+    assert reference is not None
+    log = tmp_path_factory.mktemp("log") / "log.csv"
+    log.write_text("time,position,force\n0,1,2\n")
+    blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
+    ladder = friction_ladder(declared)
+    return {
+        "axis": declared,
+        "model": derive(declared),
+        "generated axis": axis,
+        "coordinate": declared.coordinate,
+        "parameter": declared.parameters[0],
+        "constant": Constant(2.0, "kg", "plate"),
+        "law": declared.control,
+        "drive": declared.drive,
+        "experiment": declared.experiment,
+        "record": record,
+        "masked record": dataclasses.replace(record, masked=((5, 9),)),
+        "prefilter": FILTER,
+        "repairs": Repairs(),
+        "identification": found,
+        "estimate": found["idm-iv"],
+        "validation": validate(found, record),
+        "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
+        "comparison": compare(ladder, record, FILTER),
+        "simulation": simulate(axis, axis.nominal, reference, record.period),
+        "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
+        "law check": check_law(axis, record),
+        "streamed estimate": identify_stream(axis, blocks, FILTER, sample_period=record.period),
+        "log blocks": axisid.LogBlocks(file=log, axis=declared, columns={"position": "position"}),
+        "feed-forward": feed_forward(
+            derive(declared), {p.name: (1.0, "") for p in declared.parameters}
+        ),
+        **{
+            f"error {kind.__name__}": kind("what was wrong")
+            for kind in (AxisidError, ModelError, UsageError, DataError, EstimationError)
+        },
+    }
+
+
+KINDS = (
+    "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
+    "masked record,prefilter,repairs,identification,estimate,validation,sweep,comparison,"
+    "simulation,batch,law check,streamed estimate,log blocks,feed-forward,error AxisidError,"
+    "error ModelError,error UsageError,error DataError,error EstimationError"
+).split(",")
+
+
+@pytest.fixture(scope="module")
+def elsewhere() -> Iterator[Pool]:
+    """Another process that knows nothing of this one."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        yield pool
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
+    original = objects[kind]
+    assert same(original, copy.deepcopy(original))
+    assert same(original, copy.copy(original))
+    assert same(original, sent(original))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_round_trip_through_another_process_changes_nothing(
+    objects: dict[str, Any], kind: str, elsewhere: Pool
+) -> None:
+    assert same(objects[kind], elsewhere.apply(operator.getitem, ((objects[kind],), 0)))
+
+
+def test_every_public_class_is_among_them(objects: dict[str, Any]) -> None:
+    seen = {type(each) for each in objects.values()}
+    seen |= {type(move) for move in objects["experiment"].moves} | {axisid.Memory}
+    named = [getattr(axisid, name) for name in axisid.__all__]
+    assert {each for each in named if isinstance(each, type)} - seen == set()
+    assert set(KINDS) == set(objects)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_axes_of_the_library_are_equal_elsewhere(name: str, elsewhere: Pool) -> None:
+    axis = load_axis(name)
+    assert elsewhere.apply(load_axis, (name,)) == axis
+    assert sent(axis) == axis
+    assert same(derive(axis), elsewhere.apply(derive, (axis,)))
+
+
+def test_results_of_another_process_are_those_of_this_one(
+    objects: dict[str, Any], elsewhere: Pool
+) -> None:
+    axis, record = objects["generated axis"], objects["record"]
+    theirs = elsewhere.apply(identify, (axis, record, FILTER))
+    assert same(objects["identification"], theirs)
+    assert same(
+        objects["simulation"],
+        elsewhere.apply(simulate, (axis, axis.nominal, record.reference, record.period)),
+    )
+
+
+def test_generated_axis_is_built_once_in_a_process(objects: dict[str, Any]) -> None:
+    axis = objects["generated axis"]
+    first, second = (sent(axis) for _ in range(2))
+    assert first is second
+    assert copy.deepcopy(axis) is axis
+
+
+def test_virtual_machine_stays_the_virtual_machine(elsewhere: Pool) -> None:
+    axis = sent(build(load_axis("emps2015"), native=False))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert axis.native.library() is None
+    assert axis.native.refusal == "it was switched off"
+
+
+def test_record_stays_read_only(objects: dict[str, Any]) -> None:
+    for other in (copy.deepcopy(objects["record"]), sent(objects["record"])):
+        assert isinstance(other, Record)
+        with pytest.raises(ValueError, match="read-only"):
+            other.position[0] = 1.0
+
+
+def test_mappings_of_a_declaration_do_not_change() -> None:
+    law = load_axis("emps").control
+    assert law is not None
+    for gains in (law.gains, copy.deepcopy(law.gains)):
+        assert gains == dict(gains)
+        assert repr(gains) == repr(dict(gains))
+        with pytest.raises(TypeError):
+            gains["kp"] = 1.0  # type: ignore[index]
+
+
+def test_symbols_are_the_same_after_a_round_trip() -> None:
+    plate = Constant(2.0, "kg", "plate")
+    symbol = sent(plate.symbol)
+    assert symbol == plate.symbol
+    assert sympy.simplify(symbol - plate.symbol) == 0
