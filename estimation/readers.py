@@ -13,17 +13,18 @@ from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .jumps import left_jumps
-from .provenance import Provenance, Repair
+from .provenance import LogClock, Provenance, Repair
 from .read_bag import read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
 from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
-from .record import LARGEST_GAP, Record
+from .record import Record
 from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
-from .resampling import UNEVEN_GAP, resample
+from .resampling import Laid, resample
 from .roles import Chosen
 from .table import Samples, Table
+from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_on, open_end
 from .unwrapping import unwrapped
 
 _IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
@@ -155,39 +156,86 @@ def _record(
     repairs: Repairs,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
-    samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
-    empty = _left_empty(found.samples, samples)
+    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
+    read, set_back = _counted_on(found.samples, repairs)
+    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
+    empty = _left_empty(read, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
-    made = [*table.repairs, *made, *empty]
-    split = repairs.gaps is not None
-    segments: tuple[Span, ...] = ()
-    period = sample_period
-    if repairs.resample is not None:
-        even = resample(table.source, samples, masks, repairs.resample, split=split)
-        time, values, masked = even.time, dict(even.columns), even.masked
-        segments, period = even.segments, even.period
-        made += even.repairs
-    else:
-        time, values, masked = together(samples, masks)
-        if split:
-            kept, segments, repair = split_at_gaps(time)
-            time, masked = time[kept], masked[kept]
-            values = {role: v[kept] for role, v in values.items()}
-            made.append(repair)
+    laid = (
+        _as_sampled(samples, masks, sample_period, repairs)
+        if repairs.resample is None
+        else resample(
+            table.source,
+            samples,
+            masks,
+            repairs.resample,
+            split=repairs.gaps is not None,
+            stated=sample_period,
+        )
+    )
     return Record(
-        time=time,
-        **values,
-        sample_period=period,
-        segments=segments,
-        masked=runs(masked),
+        time=laid.time,
+        **laid.columns,
+        sample_period=laid.period,
+        segments=laid.segments,
+        masked=runs(laid.masked),
         provenance=Provenance(
             source=Path(table.source).name,
             sha256=table.sha256,
             columns=found.names,
-            assumed=(*found.notes, *jumps, *jitter_told(time, segments)),
-            repairs=tuple(made),
+            assumed=(*found.notes, *jumps, *jitter_told(laid.time, laid.segments)),
+            repairs=(*table.repairs, *set_back, *made, *empty, *laid.repairs),
+            clock=replace(laid.clock, counted=counted),
         ),
     )
+
+
+def _as_sampled(
+    samples: dict[str, Samples], masks: dict[str, Mask], period: float | None, repairs: Repairs
+) -> Laid:
+    """Columns at the times that they have, cut at gaps if that was asked for."""
+    time, values, masked = together(samples, masks)
+    segments: tuple[Span, ...] = ()
+    made: tuple[Repair, ...] = ()
+    if repairs.gaps is not None:
+        kept, segments, repair = split_at_gaps(time)
+        time, masked, made = time[kept], masked[kept], (repair,)
+        values = {role: v[kept] for role, v in values.items()}
+    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    return Laid(
+        time=time,
+        columns=values,
+        masked=masked,
+        segments=segments,
+        period=period,
+        repairs=made,
+        clock=LogClock(
+            uncertainty=open_end(pieces) if period is None else 0.0, stated=period is not None
+        ),
+    )
+
+
+def _counted_on(
+    samples: dict[str, Samples], repairs: Repairs
+) -> tuple[dict[str, Samples], list[Repair]]:
+    """Samples whose clock goes on where it was set back, of a log that may be cut there.
+
+    Columns with clocks of their own need not have been set back at one time, and stay.
+    """
+    if repairs.gaps is None:
+        return samples, []
+    timed_by = samples["time"].values if "time" in samples else samples["position"].clock
+    clocks = [s.clock for s in samples.values()]
+    if timed_by is None or ("time" not in samples and any(c is not timed_by for c in clocks)):
+        return samples, []
+    clock, count, text = counted_on(timed_by, uneven=repairs.resample is not None)
+    if not count:
+        return samples, []
+    moved = {
+        role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
+        for role, s in samples.items()
+    }
+    return moved, [Repair(kind="clock", count=count, text=text)]
 
 
 def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:

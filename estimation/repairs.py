@@ -13,7 +13,7 @@ from axisid.modeling import Axis, UsageError
 from .arrays import Array, runs
 from .column_units import modulus_si
 from .provenance import Repair
-from .record import LARGEST_GAP
+from .time_steps import LARGEST_GAP
 from .unwrapping import Modulus
 
 Span = tuple[int, int]
