@@ -5,10 +5,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from axisid.codegen import GeneratedAxis
 from axisid.modeling import Axis
 
-from .arrays import runs
+from .arrays import Array, runs
 from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
@@ -225,8 +227,7 @@ def _counted_on(
     if repairs.gaps is None:
         return samples, []
     timed_by = samples["time"].values if "time" in samples else samples["position"].clock
-    clocks = [s.clock for s in samples.values()]
-    if timed_by is None or ("time" not in samples and any(c is not timed_by for c in clocks)):
+    if timed_by is None or not ("time" in samples or _share(samples, timed_by)):
         return samples, []
     clock, count, text = counted_on(timed_by, uneven=repairs.resample is not None)
     if not count:
@@ -236,6 +237,12 @@ def _counted_on(
         for role, s in samples.items()
     }
     return moved, [Repair(kind="clock", count=count, text=text)]
+
+
+def _share(samples: dict[str, Samples], clock: Array) -> bool:
+    """Whether every column has this clock."""
+    clocks = [s.clock for s in samples.values()]
+    return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
 
 
 def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
