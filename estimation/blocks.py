@@ -15,7 +15,7 @@ from .file_kinds import check_kind, check_regular
 from .jumps import Jumps, jumps_told
 from .provenance import LogClock, Provenance
 from .read_columnar import parquet_blocks
-from .read_text import text_blocks
+from .read_text import cut_end_told, text_blocks
 from .readers import file_digest
 from .record import check_even, check_varies
 from .roles import Chosen
@@ -74,8 +74,11 @@ class LogBlocks:
             source=self.file.name,
             sha256=file_digest(self.file),
             columns=first.names,
-            assumed=first.notes,
+            assumed=(*first.notes, *self._cut_end()),
         )
+
+    def _cut_end(self) -> tuple[str, ...]:
+        return cut_end_told(self.file) if self.file.suffix.lower() in _TEXT else ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

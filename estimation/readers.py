@@ -26,7 +26,7 @@ from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import Laid, resample
 from .roles import Chosen
 from .table import Samples, Table
-from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_on, open_end
+from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_by, counted_on, open_end
 from .unwrapping import unwrapped
 
 _IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
@@ -159,7 +159,7 @@ def _record(
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
-    read, set_back = _counted_on(found.samples, repairs)
+    read, retimed = _retimed(found.samples, sample_period, repairs)
     samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(read, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
@@ -186,7 +186,7 @@ def _record(
             sha256=table.sha256,
             columns=found.names,
             assumed=(*found.notes, *jumps, *jitter_told(laid.time, laid.segments)),
-            repairs=(*table.repairs, *set_back, *made, *empty, *laid.repairs),
+            repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
     )
@@ -217,26 +217,28 @@ def _as_sampled(
     )
 
 
-def _counted_on(
-    samples: dict[str, Samples], repairs: Repairs
+def _retimed(
+    samples: dict[str, Samples], period: float | None, repairs: Repairs
 ) -> tuple[dict[str, Samples], list[Repair]]:
-    """Samples whose clock goes on where it was set back, of a log that may be cut there.
+    """Samples whose clock counts a given period, or goes on where it was set back, and which.
 
     Columns with clocks of their own need not have been set back at one time, and stay.
     """
-    if repairs.gaps is None:
+    own = samples["time"].values if "time" in samples else samples["position"].clock
+    if own is None or not ("time" in samples or _share(samples, own)):
         return samples, []
-    timed_by = samples["time"].values if "time" in samples else samples["position"].clock
-    if timed_by is None or not ("time" in samples or _share(samples, timed_by)):
-        return samples, []
-    clock, count, text = counted_on(timed_by, uneven=repairs.resample is not None)
-    if not count:
-        return samples, []
+    clock, made = own, []
+    if period is not None:
+        clock, text = counted_by(own, period)
+        made += [Repair(kind="clock", count=len(clock), text=text)] if text else []
+    if repairs.gaps is not None:
+        clock, count, text = counted_on(clock, uneven=repairs.resample is not None)
+        made += [Repair(kind="clock", count=count, text=text)] if text else []
     moved = {
         role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
         for role, s in samples.items()
     }
-    return moved, [Repair(kind="clock", count=count, text=text)]
+    return moved if made else samples, made
 
 
 def _share(samples: dict[str, Samples], clock: Array) -> bool:
