@@ -105,7 +105,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     if not np.all(np.isfinite(terms)):
         return "the declared law is not finite on this record"
     if used.sum() < 10 * terms.shape[1]:
-        return "the control is at the drive's limit nearly all the time"
+        return "the control is at the drive's limit, or masked, nearly all the time"
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
@@ -197,6 +197,8 @@ def _compared(
     control, reference = np.asarray(record.control), np.asarray(record.reference)
     # Beyond the limit the unit is wrong, not the drive saturated.
     limited = np.isclose(np.abs(control), axis.axis.drive.limit, rtol=1e-6, atol=0.0)
+    for start, stop in record.masked:
+        limited[start : stop + _SETTLE] = True  # a position that was cut off stays in the memory
     limited[:settle] = True
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))

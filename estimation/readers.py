@@ -273,6 +273,7 @@ def _mended(
         made.append(repair)
     jumps = left_jumps(source, samples["position"], axis, gap, modulus)
     if repairs.mask is not None:
-        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis)
+        clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
+        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis, clocks)
         made.append(repair)
     return samples, masks, made, [jumps] if jumps else []
