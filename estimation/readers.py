@@ -25,6 +25,7 @@ from .record import Record
 from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
 from .resampling import Laid, resample
 from .roles import Chosen
+from .spikes import spikes_told
 from .table import Samples, Table
 from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_by, counted_on, open_end
 from .unwrapping import unwrapped
@@ -163,6 +164,7 @@ def _record(
     samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(read, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
+    spiky = spikes_told(samples, axis, numbered=not empty)
     laid = (
         _as_sampled(samples, masks, sample_period, repairs)
         if repairs.resample is None
@@ -185,7 +187,7 @@ def _record(
             source=Path(table.source).name,
             sha256=table.sha256,
             columns=found.names,
-            assumed=(*found.notes, *jumps, *jitter_told(laid.time, laid.segments)),
+            assumed=(*found.notes, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
             repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
