@@ -11,11 +11,12 @@ from axisid.modeling import UsageError
 
 from .arrays import Array
 from .errors import DataError
+from .own_period import own_period
 from .provenance import LogClock, Repair
 from .record import check_stated
 from .repairs import Mask, Span, adjoining, gaps_repair
 from .table import Samples
-from .time_steps import UNEVEN_GAP, advice_on_backward, own_period
+from .time_steps import UNEVEN_GAP, advice_on_backward
 
 _SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
 _MOST_ROWS = 1e8

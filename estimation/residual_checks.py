@@ -117,6 +117,6 @@ def _largest(estimate: Estimate) -> str:
     unit = coordinate.force_unit if estimate.form.left == "force" else coordinate.acceleration_unit
     deviations = abs(residuals[worst]) / residuals.std()
     return (
-        f"; look for outliers at reversals, the largest at sample {sample + 1}, {time:.6g} s after the "
-        f"first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
+        f"; look for outliers at reversals, the largest at sample {sample + 1}, {time:.6g} s after "
+        f"the first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
     )

@@ -71,7 +71,7 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
     found = f"the record is sampled every {logged:.6g} s, the control law runs every "
     found += f"{law.period:.6g} s"
     if own.stated and not own.counted:
-        said = f"{found}, as --sample-period confirms; the two cannot be compared"
+        said = f"{found}, as the period that was given confirms; the two cannot be compared"
         return OtherPeriod(confirmed=True, text=said)
     if own.counted:
         advice = (

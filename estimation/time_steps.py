@@ -20,8 +20,6 @@ _DRIFTS = 0.005  # range of the mean steps of windows
 _EVEN = 0.02  # range of the steps, in periods, below which nothing is said
 _ON = 4.0  # periods after which a clock that was set back is counted on: more than any gap needs
 _SHOWN = 3
-_ROUNDED = 0.1  # of the period: steps so near to whole numbers of it tell how many were lost
-_REFINED = 3  # times; the first guess is off by the share of lost samples
 
 Places = NDArray[np.int64]
 
@@ -141,25 +139,6 @@ def open_end(pieces: Sequence[Array]) -> float:
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     total = float(np.sum(steps)) if len(steps) else 0.0
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
-
-
-def own_period(clock: Array) -> tuple[float, float]:
-    """Sampling period of an uneven clock, s, and what jitter leaves open of it, relative.
-
-    Steps over lost samples count as so many; where jitter hides how many, none counts as lost.
-    """
-    steps = np.diff(clock)
-    steps = steps[steps <= UNEVEN_GAP * np.median(steps)]
-    total = float(np.sum(steps))
-    mean = period = total / len(steps)
-    counts = np.ones(len(steps))
-    for _ in range(_REFINED):
-        counts = np.round(steps / period)
-        period = total / float(np.sum(counts))
-    left = float(np.ptp(steps - period * counts)) / total
-    if float(np.mean(np.abs(steps / period - counts))) <= _ROUNDED:
-        return period, left
-    return mean, left + abs(mean / period - 1)
 
 
 class Drift:
