@@ -13,16 +13,16 @@ from axisid.codegen import real_array
 from axisid.modeling import Axis, UsageError
 
 from .arrays import Array
-from .clocks import steps_told
 from .errors import DataError
 from .file_kinds import check_kind, check_regular
 from .jumps import Jumps, jumps_told
-from .provenance import Provenance
+from .provenance import LogClock, Provenance
 from .read_columnar import parquet_blocks
-from .read_text import encoding_of, text_blocks
-from .record import LARGEST_GAP, check_even, check_sample_period, check_varies
+from .read_text import cut_end_told, encoding_of, text_blocks
+from .record import check_even, check_sample_period, check_varies
 from .roles import Chosen
 from .table import Table
+from .time_steps import LARGEST_GAP, Drift, steps_told
 from .unchanged import Watched
 
 ROWS = 100_000
@@ -94,8 +94,11 @@ class LogBlocks:
             given=str(self.file),
             path=os.path.abspath(self.file),
             columns=first.names,
-            assumed=first.notes,
+            assumed=(*first.notes, *self._cut_end()),
         )
+
+    def _cut_end(self) -> tuple[str, ...]:
+        return cut_end_told(self.file) if self.file.suffix.lower() in _TEXT else ()
 
 
 class _Passes:
@@ -136,11 +139,14 @@ class Extent:
         s
     notes : tuple of str
         What is assumed of its times, and of jumps in its position.
+    clock : LogClock
+        Whose word the period is.
     """
 
     samples: int
     period: float
     notes: tuple[str, ...] = ()
+    clock: LogClock = field(default_factory=LogClock)
 
 
 def extent(
@@ -183,6 +189,7 @@ class _Even:
         self.least, self.most = math.inf, 0.0
         self.jumps = Jumps()
         self.reached: dict[str, tuple[float, float]] = {}  # least and largest value, by role
+        self.drift = Drift()
         self.counts, self.sums = np.zeros(_BINS, dtype=np.int64), np.zeros(_BINS)  # of time steps
 
     def add(self, block: Mapping[str, Array]) -> None:
@@ -196,7 +203,7 @@ class _Even:
             if bad.size:
                 raise DataError(
                     f"{self.source}: the {role} is {values[bad[0]]} in data row "
-                    f"{self.samples + bad[0] + 1}. Remove such rows or repair the log."
+                    f"{self.samples + bad[0] + 1}. {_WHOLE}"
                 )
             least, most = self.reached.get(role, (math.inf, -math.inf))
             least = min(least, float(values.min(initial=math.inf)))
@@ -223,6 +230,7 @@ class _Even:
                 f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. {_WHOLE}"
             )
         self.last = float(time[-1])
+        self.drift.add(time)
         steps = steps[1:] if not self.samples else steps
         self.least = min(self.least, float(steps.min(initial=math.inf)))
         self.most = max(self.most, float(steps.max(initial=0.0)))
@@ -246,6 +254,7 @@ class _Even:
                 f"{middle:.6g} s in the middle. {_WHOLE}"
             )
         check_even(self.source, middle, mean, period, _WHOLE)
+        self.drift.check(self.source, mean, _WHOLE)
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
@@ -263,9 +272,11 @@ class _Even:
         for role, (least, most) in self.reached.items():
             if role != "time":
                 check_varies(self.source, role, least, most)
-        notes = steps_told(self.least, self.most, mean) if self.timed else ()
+        notes = steps_told(self.least, self.most, mean, self.drift) if self.timed else ()
+        spread = (self.most - self.least) / (self.last - self.first) if period is None else 0.0
         return Extent(
             samples=self.samples,
             period=mean if period is None else period,
             notes=((jumps, *notes) if jumps else notes),
+            clock=LogClock(uncertainty=spread, counted=not self.timed, stated=period is not None),
         )

@@ -9,8 +9,7 @@ from .arrays import Array
 from .errors import DataError
 from .repairs import Mask, Span
 from .table import Samples, Table
-
-_EVEN = 0.02  # range of the steps, in periods, below which nothing is said
+from .time_steps import UNEVEN_GAP, drift_of, steps_told
 
 
 def together(
@@ -26,17 +25,11 @@ def together(
 
 def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
-    cuts = [stop - 1 for _, stop in segments[:-1]]
-    steps = np.delete(np.diff(time), cuts)
-    return steps_told(steps.min(), steps.max(), steps.mean()) if steps.size else ()
-
-
-def steps_told(least: float, most: float, mean: float) -> tuple[str, ...]:
-    """The same of the least, the largest and the mean step, s."""
-    if most - least <= _EVEN * abs(mean):
+    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    if not steps.size:
         return ()
-    steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
-    return (f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each",)
+    return steps_told(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
 def timed(
@@ -87,17 +80,31 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
         if timeless.size:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
-                f"({timeless.size} of {len(clock)}). Remove such rows, or resample the "
-                f"others (--resample auto){_or_end(table, timeless[0], len(clock))}."
+                f"({timeless.size} of {len(clock)}). {_advice_on_empty(samples)}"
+                f"{_or_end(table, timeless[0], len(clock))}."
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
             raise DataError(
                 f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
                 f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
-                "Remove such rows, or resample a column that is written less often than the others "
-                f"(--resample auto){_or_end(table, empty[0], len(samples.values))}."
+                f"{_advice_on_empty(samples)}{_or_end(table, empty[0], len(samples.values))}."
             )
+
+
+def _advice_on_empty(samples: Samples) -> str:
+    """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
+    clock = _filled(samples).clock
+    steps = np.zeros(0) if clock is None else np.diff(clock)
+    if steps.size and np.any(steps > UNEVEN_GAP * np.median(steps)):
+        return (
+            "More of them follow one another than can be bridged: resample what is there and cut "
+            "where it is missing (--resample auto --gaps split)"
+        )
+    return (
+        "Remove such rows, or resample a column that is written less often than the others "
+        "(--resample auto)"
+    )
 
 
 def _or_end(table: Table, row: int, rows: int) -> str:

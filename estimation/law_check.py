@@ -24,13 +24,13 @@ from .errors import EstimationError
 from .linear import factor, least_squares
 from .prefilter import Prefilter
 from .record import Record
+from .time_base import clock_of, is_sampled_by, other_period
 
 #: Percent of the recorded control that a law may leave unexplained.
 GOOD_RESIDUAL = 5.0
 _SMOOTH = 0.02  # of the sampling frequency
 _GOOD_FACTOR = 0.05  # distance from 1
 _EXACT_FACTOR = 0.01  # the same where the law fits otherwise
-_SAME_PERIOD = 2e-3
 _LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
 _COLUMN_FAULTS = {
@@ -83,14 +83,21 @@ class LawCheck:
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    record = record.longest()  # a law's memory does not outlast a gap
     law = axis.axis.control
     if law is None:
         return "the axis declares no control law"
+    # The period is the only thing of a law that can be checked without a reference.
+    apart = other_period(law, record.period, clock_of(record))
+    if apart is not None:
+        return apart.text if apart.confirmed else _other_clock(apart.text)
     if record.reference is None or record.control is None:
         return "the record has no reference or no control"
-    if abs(record.period / law.period - 1) > _SAME_PERIOD:
-        return _other_clock(record.period, law.period)
+    if not is_sampled_by(record, law):
+        return (
+            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+            f"{1 / law.period:.6g} Hz"
+        )
+    record = record.longest()  # a law's memory does not outlast a gap
     settle = round(1 / _SMOOTH) if _takes_velocity(law) else _SETTLE
     if len(record.position) < 2 * settle + 10 * len(law.terms):
         return f"the record is too short for it, {len(record.position)} samples"
@@ -98,7 +105,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     if not np.all(np.isfinite(terms)):
         return "the declared law is not finite on this record"
     if used.sum() < 10 * terms.shape[1]:
-        return "the control is at the drive's limit nearly all the time"
+        return "the control is at the drive's limit, or masked, nearly all the time"
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
@@ -125,16 +132,15 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     )
 
 
-def _other_clock(recorded: float, declared: float) -> LawCheck:
-    """A law of differences has other gains at another period."""
+def _other_clock(meaning: str) -> LawCheck:
+    """A law of differences has other gains at another period, and its record another time."""
     return LawCheck(
         factors={},
         residual_percent=None,
         fitted_residual_percent=None,
         delay=0,
         passed=False,
-        meaning=f"the record is sampled every {recorded:.6g} s, the control law runs every "
-        f"{declared:.6g} s: check the time column and its unit, or declare the drive's period",
+        meaning=meaning,
     )
 
 
@@ -191,6 +197,8 @@ def _compared(
     control, reference = np.asarray(record.control), np.asarray(record.reference)
     # Beyond the limit the unit is wrong, not the drive saturated.
     limited = np.isclose(np.abs(control), axis.axis.drive.limit, rtol=1e-6, atol=0.0)
+    for start, stop in record.masked:
+        limited[start : stop + _SETTLE] = True  # a position that was cut off stays in the memory
     limited[:settle] = True
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))

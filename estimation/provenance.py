@@ -10,7 +10,7 @@ class Repair:
     Attributes
     ----------
     kind : str
-        ``tail``, ``wrap``, ``clipped``, ``empty``, ``resample`` or ``gaps``.
+        ``tail``, ``wrap``, ``clipped``, ``empty``, ``clock``, ``resample`` or ``gaps``.
     count : int
         How often it was made: lines left out, jumps undone, samples masked, rows made, gaps.
     text : str
@@ -20,6 +20,28 @@ class Repair:
     kind: str
     count: int
     text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogClock:
+    """Whose word the sampling period of a record is.
+
+    Attributes
+    ----------
+    step : float
+        Sampling period of the log itself, in periods of the record: 1 unless it was resampled.
+    uncertainty : float
+        Relative, of that: what jitter and lost samples leave open.
+    counted : bool
+        The log has no times: its samples were counted by the period that was given.
+    stated : bool
+        The user gave the log's period, beside its times or in place of them.
+    """
+
+    step: float = 1.0
+    uncertainty: float = 0.0
+    counted: bool = False
+    stated: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +65,8 @@ class Provenance:
         What was taken of the file: separator, encoding, units and their conversion.
     repairs : tuple of Repair
         What was done to the data, in this order; only on request.
+    clock : LogClock or None
+        Of a log that was read.
     """
 
     source: str = "arrays"
@@ -53,3 +77,4 @@ class Provenance:
     truth: dict[str, float] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()
     repairs: tuple[Repair, ...] = ()
+    clock: LogClock | None = None

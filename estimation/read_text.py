@@ -1,21 +1,23 @@
 """Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised."""
 
 import io
+import os
 from codecs import IncrementalDecoder, getincrementaldecoder
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import chain, islice
+from pathlib import Path
 
-from .dialect import sniff
+from .dialect import Line, sniff
 from .errors import DataError
 from .provenance import Repair
 from .read_labview import is_labview, plain_lines
 from .read_twincat import is_twincat, read_twincat
 from .table import Table
 from .text_columns import Origins, text_columns, without_comments
-from .text_tail import complete_rows, without_tail
+from .text_tail import complete_rows, cut_told, without_tail
 from .time_stamps import Seen
 
 _NUL_SHARE = 0.3
@@ -23,6 +25,7 @@ _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _PIECE = 1 << 20  # bytes
 _HEAD_LINES = 500  # more than what tells the dialect
 _LONGEST_LINE = 1_000_000  # characters; a file without lines would be read whole in search of one
+_ENDS = 1 << 16  # bytes at the beginning and at the end: more than the rows that tell a cut
 _CODECS = {"utf-8": "utf-8-sig"}  # a mark is no part of the text
 
 
@@ -44,7 +47,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     """
     encoding = encoding_of(source, [content])
     text = _decoded(source, content, encoding)
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = _numbered(text)
     if is_twincat(lines):
         table = read_twincat(source, lines)
         return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
@@ -54,16 +57,19 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         notes = (*told, *notes)
     dialect = sniff(source, lines)
     body = without_comments(lines[dialect.first :])
+    ended = text.endswith(("\n", "\r"))
     repairs: tuple[Repair, ...] = ()
     if drop_tail:
-        body, repair = without_tail(body, dialect)
+        body, repair = without_tail(body, dialect, ended=ended)
         repairs = (repair,)
+    else:
+        notes += cut_told(body, dialect, ended=ended)
     return Table(
         source=source,
         columns=text_columns(source, body, dialect),
         notes=dialect.notes + notes,
         repairs=repairs,
-        incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect),
+        incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect, ended=ended),
     )
 
 
@@ -118,6 +124,35 @@ def _lines(source: str, stream: io.TextIOWrapper) -> Iterator[str]:
                 "check what it holds."
             )
         yield line
+
+
+def cut_end_told(file: Path) -> tuple[str, ...]:
+    """What is said of a text file whose last row looks cut off inside its last number.
+
+    For a file that is read in blocks: its beginning and its end alone are looked at.
+    """
+    with file.open("rb") as raw:
+        head = raw.read(_ENDS)
+        size = raw.seek(0, os.SEEK_END)
+        start = raw.seek(max(size - _ENDS, 0) // 2 * 2)
+        end = raw.read()
+    # Numbers are the same letters in UTF-8 and in Windows-1252; only the first piece has a mark.
+    wide = _utf16(head)
+    marked = "utf-16-le" if head[:1] == b"\xff" else "utf-16-be"
+    encoding = marked if wide == "utf-16" else wide or "latin-1"
+    first, last = (_numbered(piece.decode(encoding, "replace")) for piece in (head, end))
+    try:
+        dialect = sniff(str(file), first[:-1] if start else first)
+    except DataError:
+        return ()  # its beginning is too short for it
+    body = without_comments(last[1:] if start else first[dialect.first :])
+    ended = end.rstrip(b"\0").endswith((b"\n", b"\r"))
+    return cut_told(body, dialect, ended=ended, numbered=False) if body else ()
+
+
+def _numbered(text: str) -> list[Line]:
+    """The filled lines of a text with their numbers."""
+    return [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
 
 
 def encoding_of(source: str, pieces: Iterable[bytes]) -> str:

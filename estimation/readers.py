@@ -5,26 +5,30 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from axisid.codegen import GeneratedAxis
-from axisid.modeling import Axis, UsageError
+import numpy as np
 
-from .arrays import runs
+from axisid.codegen import GeneratedAxis
+from axisid.modeling import Axis
+
+from .arrays import Array, runs
 from .clocks import jitter_told, timed, together
 from .errors import DataError
 from .file_kinds import GZIP, check_kind, check_regular, unpacked
 from .jumps import left_jumps
 from .memory import Room, room_for
-from .provenance import Provenance, Repair
+from .provenance import LogClock, Provenance, Repair
 from .read_bag import bag_of, is_bag, read_bag
 from .read_columnar import read_frame, read_npz, read_parquet
 from .read_matlab import read_matlab
 from .read_measurement import read_mdf, read_tdms
 from .read_text import read_text
-from .record import LARGEST_GAP, Record, check_sample_period
+from .record import Record, check_sample_period
 from .repairs import Mask, Repairs, Span, clipped, split_at_gaps
-from .resampling import UNEVEN_GAP, resample
+from .resampling import Laid, resample
 from .roles import Chosen
+from .spikes import spikes_told
 from .table import Samples, Table
+from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_by, counted_on, open_end
 from .unchanged import changed, digest_of, read_whole, stamps
 from .unwrapping import unwrapped
 
@@ -172,56 +176,100 @@ def _record(
     repairs: Repairs,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
-    _check_period(found.samples, sample_period, repairs)
-    samples = timed(table, found.samples, sample_period, uneven=repairs.resample is not None)
-    empty = _left_empty(found.samples, samples)
+    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
+    read, retimed = _retimed(found.samples, sample_period, repairs)
+    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
+    empty = _left_empty(read, samples)
+    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
+    read, retimed = _retimed(found.samples, sample_period, repairs)
+    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
+    empty = _left_empty(read, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
-    made = [*table.repairs, *made, *empty]
-    split = repairs.gaps is not None
-    segments: tuple[Span, ...] = ()
-    period = sample_period
-    if repairs.resample is not None:
-        even = resample(table.source, samples, masks, repairs.resample, split=split)
-        time, values, masked = even.time, dict(even.columns), even.masked
-        segments, period = even.segments, even.period
-        made += even.repairs
-    else:
-        time, values, masked = together(samples, masks)
-        if split:
-            kept, segments, repair = split_at_gaps(time)
-            time, masked = time[kept], masked[kept]
-            values = {role: v[kept] for role, v in values.items()}
-            made.append(repair)
+    spiky = spikes_told(samples, axis, numbered=not empty)
+    laid = (
+        _as_sampled(samples, masks, sample_period, repairs)
+        if repairs.resample is None
+        else resample(
+            table.source,
+            samples,
+            masks,
+            repairs.resample,
+            split=repairs.gaps is not None,
+            stated=sample_period,
+        )
+    )
     return Record(
-        time=time,
-        **values,
-        sample_period=period,
-        segments=segments,
-        masked=runs(masked),
+        time=laid.time,
+        **laid.columns,
+        sample_period=laid.period,
+        segments=laid.segments,
+        masked=runs(laid.masked),
         provenance=Provenance(
             source=Path(table.source).name,
             sha256=table.sha256,
             given=table.source if table.path else "",
             path=table.path,
             columns=found.names,
-            assumed=(*found.notes, *jumps, *jitter_told(time, segments)),
-            repairs=tuple(made),
+            assumed=(*found.notes, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
+            repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
+            clock=replace(laid.clock, counted=counted),
         ),
     )
 
 
-def _check_period(
-    samples: Mapping[str, Samples], sample_period: float | None, repairs: Repairs
-) -> None:
-    """Refuse a period beside a rate: columns that have times are resampled by these."""
-    if sample_period is None or repairs.resample is None:
-        return
-    if "time" in samples or not any(s.clock is None for s in samples.values()):
-        raise UsageError(
-            f"a sampling period of {sample_period:g} s says nothing of columns that are resampled "
-            "by their own times; leave out --sample-period, or give the rate of the grid "
-            f"(--resample {1 / sample_period:g})."
-        )
+def _as_sampled(
+    samples: dict[str, Samples], masks: dict[str, Mask], period: float | None, repairs: Repairs
+) -> Laid:
+    """Columns at the times that they have, cut at gaps if that was asked for."""
+    time, values, masked = together(samples, masks)
+    segments: tuple[Span, ...] = ()
+    made: tuple[Repair, ...] = ()
+    if repairs.gaps is not None:
+        kept, segments, repair = split_at_gaps(time)
+        time, masked, made = time[kept], masked[kept], (repair,)
+        values = {role: v[kept] for role, v in values.items()}
+    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    return Laid(
+        time=time,
+        columns=values,
+        masked=masked,
+        segments=segments,
+        period=period,
+        repairs=made,
+        clock=LogClock(
+            uncertainty=open_end(pieces) if period is None else 0.0, stated=period is not None
+        ),
+    )
+
+
+def _retimed(
+    samples: dict[str, Samples], period: float | None, repairs: Repairs
+) -> tuple[dict[str, Samples], list[Repair]]:
+    """Samples whose clock counts a given period, or goes on where it was set back, and which.
+
+    Columns with clocks of their own need not have been set back at one time, and stay.
+    """
+    own = samples["time"].values if "time" in samples else samples["position"].clock
+    if own is None or not ("time" in samples or _share(samples, own)):
+        return samples, []
+    clock, made = own, []
+    if period is not None:
+        clock, text = counted_by(own, period)
+        made += [Repair(kind="clock", count=len(clock), text=text)] if text else []
+    if repairs.gaps is not None:
+        clock, count, text = counted_on(clock, uneven=repairs.resample is not None)
+        made += [Repair(kind="clock", count=count, text=text)] if text else []
+    moved = {
+        role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
+        for role, s in samples.items()
+    }
+    return moved if made else samples, made
+
+
+def _share(samples: dict[str, Samples], clock: Array) -> bool:
+    """Whether every column has this clock."""
+    clocks = [s.clock for s in samples.values()]
+    return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
 
 
 def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
@@ -250,6 +298,7 @@ def _mended(
         made.append(repair)
     jumps = left_jumps(source, samples["position"], axis, gap, modulus)
     if repairs.mask is not None:
-        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis)
+        clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
+        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis, clocks)
         made.append(repair)
     return samples, masks, made, [jumps] if jumps else []

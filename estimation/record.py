@@ -14,12 +14,10 @@ from axisid.modeling import UsageError
 from .arrays import Array, frozen
 from .errors import DataError
 from .provenance import Provenance as Provenance
+from .time_steps import advice_on_backward, advice_on_uneven, drift_of, odd_steps, open_end
 
-#: A longer step is a gap, in sampling periods.
-LARGEST_GAP = 1.5
 _PERIOD_TOLERANCE = 0.005  # relative difference of a given period from the time column's
 _UNEVEN = 0.02  # mean step against the median one
-_RARE = 0.01  # share of the steps that may be gaps; more are jitter
 _FEWEST = 3  # rows
 
 
@@ -119,6 +117,11 @@ class Record:
         return float(sum(self.time[b - 1] - self.time[a] for a, b in self.spans) / steps)
 
     @property
+    def period_uncertainty(self) -> float:
+        """What jitter of the time column leaves open of its mean step, relative."""
+        return open_end([self.time[a:b] for a, b in self.spans])
+
+    @property
     def spans(self) -> tuple[tuple[int, int], ...]:
         """First row and the one after the last of each segment; of a whole record, its own."""
         return self.segments or ((0, len(self)),)
@@ -202,8 +205,8 @@ class Record:
             row = back[0] + 2
             raise DataError(
                 f"{self._name()}: time does not increase in data row {row}: after "
-                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. Sort the rows and "
-                "remove repeated ones."
+                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. "
+                f"{advice_on_backward(self.time)}"
             )
         inside = np.ones(len(self) - 1, dtype=bool)
         inside[[start - 1 for start, _ in self.segments[1:]]] = False
@@ -212,21 +215,19 @@ class Record:
     def _check_steps(self, steps: Array, inside: NDArray[np.bool_]) -> None:
         """Refuse steps inside the segments that are not the sampling period."""
         typical = float(np.median(steps[inside]))
-        uneven = (steps > LARGEST_GAP * typical) | (steps * LARGEST_GAP < typical)
-        gaps = np.flatnonzero(uneven & inside)
+        gaps = np.flatnonzero(odd_steps(steps, typical) & inside)
         if gaps.size:
             row = gaps[0] + 2
-            advice = "Cut the log there (--gaps split) or resample it evenly (--resample auto)."
-            if gaps.size > _RARE * len(steps):
-                advice = "That is jitter, no gaps: resample the log evenly (--resample auto)."
             raise DataError(
                 f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
                 f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
-                f"{advice}"
+                f"{advice_on_uneven(steps[inside], typical)}"
             )
         mean = float(np.mean(steps[inside]))
         advice = "Resample the log evenly (--resample auto)."
         check_even(self._name(), typical, mean, self.sample_period, advice)
+        drift = drift_of([self.time[a:b] for a, b in self.spans])
+        drift.check(self._name(), mean, advice)
 
 
 def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
@@ -240,10 +241,16 @@ def check_even(source: str, typical: float, mean: float, period: float | None, a
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
             f"{mean:.6g} s in the mean. {advice}"
         )
-    if period is not None and not abs(period / typical - 1) < _PERIOD_TOLERANCE:
+    if period is not None:
+        check_stated(source, typical, period)
+
+
+def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    if not abs(stated / found - 1) < _PERIOD_TOLERANCE + uncertainty:
         raise DataError(
-            f"{source}: the sampling period is given as {period:g} s, but the time "
-            f"column steps by {typical:g} s. Correct one of them (time is in seconds)."
+            f"{source}: the sampling period is given as {stated:g} s, but the time "
+            f"column steps by {found:g} s. Correct one of them (time is in seconds)."
         )
 
 

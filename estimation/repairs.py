@@ -1,27 +1,23 @@
 """Repairs of a log, made on request only; each says what it did and how often."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.modeling import Axis, UsageError
 
-from .arrays import Array, runs
+from .arrays import Array
+from .clipping import Mask as Mask
+from .clipping import clipped as clipped
 from .column_units import modulus_si
 from .provenance import Repair
-from .record import LARGEST_GAP
+from .time_steps import LARGEST_GAP
 from .unwrapping import Modulus
 
 Span = tuple[int, int]
-Mask = NDArray[np.bool_]
 
-_AT_LIMIT = 1e-6  # relative
-_FLAT = 3  # equal samples at an extreme
-_ABRUPT = 0.2  # of the column's largest step, into or out of a flat extreme
 _FEWEST = 3
 
 
@@ -76,40 +72,6 @@ class Repairs:
         number, _, unit = str(self.wrap).partition(":")
         usual = axis.coordinate.unit if axis is not None else "m or rad"
         return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
-
-
-def clipped(columns: Mapping[str, Array], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
-    """Samples that are cut off, by role.
-
-    The control at the drive's limit; a force that keeps its extreme value for 3 samples or more;
-    a position likewise, unless it comes to rest there.
-    """
-    found: dict[str, Mask] = {}
-    if "position" in columns:
-        found["position"] = _flat_extremes(columns["position"], abrupt=True)
-    if "force" in columns:
-        found["force"] = _flat_extremes(columns["force"], abrupt=False)
-    elif "control" in columns and axis is not None and math.isfinite(axis.drive.limit):
-        found["control"] = np.abs(columns["control"]) >= axis.drive.limit * (1 - _AT_LIMIT)
-    elif "control" in columns:
-        found["control"] = _flat_extremes(columns["control"], abrupt=False)
-    counts = {role: int(mask.sum()) for role, mask in found.items()}
-    told = ", ".join(f"{role} {count}" for role, count in counts.items())
-    text = f"clipped samples masked, with the rows whose filters reach them: {told or 'none'}"
-    return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
-
-
-def _flat_extremes(values: Array, *, abrupt: bool) -> Mask:
-    """Runs of equal samples at the largest or smallest value, (N,)."""
-    mask = np.zeros(len(values), dtype=bool)
-    steps = np.abs(np.diff(values))
-    least = _ABRUPT * float(steps.max(initial=0.0))
-    for extreme in (values.min(), values.max()):
-        for start, stop in runs(values == extreme):
-            ends = [steps[k] for k in (start - 1, stop - 1) if 0 <= k < len(steps)]
-            if stop - start >= _FLAT and (not abrupt or max(ends, default=0.0) >= least > 0):
-                mask[start:stop] = True
-    return mask
 
 
 def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:

@@ -11,12 +11,13 @@ from axisid.modeling import UsageError
 
 from .arrays import Array
 from .errors import DataError
-from .provenance import Repair
+from .own_period import own_period
+from .provenance import LogClock, Repair
+from .record import check_stated
 from .repairs import Mask, Span, adjoining, gaps_repair
 from .table import Samples
+from .time_steps import UNEVEN_GAP, advice_on_backward
 
-#: A longer step is a gap, in median steps: uneven time is bridged, missing time is not.
-UNEVEN_GAP = 3.0
 _SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
@@ -24,8 +25,8 @@ _SPLINED = ("position", "reference")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resampled:
-    """Columns on an even grid.
+class Laid:
+    """Columns of one time: on an even grid, or as they were sampled.
 
     Attributes
     ----------
@@ -36,17 +37,20 @@ class Resampled:
     masked : (N,) array of bool
         Where a neighbour was masked.
     segments : tuple of (int, int)
-    period : float
-        s
+    period : float or None
+        s; None takes the mean step.
     repairs : tuple of Repair
+    clock : LogClock
+        The position's.
     """
 
     time: Array
     columns: Mapping[str, Array]
     masked: Mask
     segments: tuple[Span, ...]
-    period: float
+    period: float | None
     repairs: tuple[Repair, ...]
+    clock: LogClock
 
 
 def resample(
@@ -56,7 +60,8 @@ def resample(
     rate: float | Literal["auto"],
     *,
     split: bool,
-) -> Resampled:
+    stated: float | None = None,
+) -> Laid:
     """Resample columns, each with its own clock.
 
     Parameters
@@ -71,16 +76,23 @@ def resample(
         Hz.
     split : bool
         Whether the log may be cut at gaps.
+    stated : float, optional
+        s; the position's sampling period as the user knows it, in place of its mean step.
 
     Raises
     ------
     UsageError
         The rate is lower than the position's.
     DataError
-        Time does not increase, has gaps that are not to be cut at, or the columns do not overlap.
+        Time does not increase, has gaps that are not to be cut at, is not sampled as was stated, or
+        the columns do not overlap.
     """
-    clocks = {role: _clock(source, role, s) for role, s in samples.items()}
-    own = 1 / float(np.median(np.diff(clocks["position"])))
+    clocks = {role: _clock(source, role, s, split=split) for role, s in samples.items()}
+    period, uncertainty = own_period(clocks["position"])
+    if stated is not None:
+        check_stated(source, period, stated, uncertainty)
+        period, uncertainty = stated, 0.0
+    own = 1 / period
     chosen = own if rate == "auto" else rate
     if chosen < _SAME_RATE * own:
         raise UsageError(
@@ -116,17 +128,22 @@ def resample(
         lost = sum(b[0] - a[1] - 1 / own for a, b in pairwise(covered))
         out = sum(len(g) for g in grids) - len(time)
         repairs.append(gaps_repair(len(covered) - 1, lost, len(kept), out))
-    return Resampled(
+    return Laid(
         time=time,
         columns=columns,
         masked=masked,
         segments=adjoining([len(grid) for _, grid in kept]),
         period=1 / chosen,
         repairs=tuple(repairs),
+        clock=LogClock(
+            step=1.0 if rate == "auto" else period * chosen,
+            uncertainty=uncertainty,
+            stated=stated is not None,
+        ),
     )
 
 
-def _clock(source: str, role: str, samples: Samples) -> Array:
+def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
         raise DataError(f"{source}: the {role} has too few rows, or no times, to be resampled.")
@@ -135,8 +152,8 @@ def _clock(source: str, role: str, samples: Samples) -> Array:
         row = back[0] + 1
         raise DataError(
             f"{source}: the time of the {role} does not increase in data row {row + 1}: after "
-            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. Sort the rows and remove repeated "
-            "ones."
+            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. "
+            f"{advice_on_backward(clock, split=split)}"
         )
     return clock
 

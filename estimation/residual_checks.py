@@ -1,5 +1,6 @@
 """What an estimate's residuals say, as checks."""
 
+import numpy as np
 from scipy.special import chdtri
 
 from .check import Check, passed
@@ -18,7 +19,7 @@ def residual_checks(estimate: Estimate, tests: ResidualTests) -> tuple[Check, ..
         _independence(tests, estimate.chosen),
         _runs(tests, len(estimate.y), estimate.chosen),
         _left_of_the_motion(tests, estimate),
-        _normality(tests, len(estimate.y)),
+        _normality(tests, estimate),
     )
 
 
@@ -87,7 +88,8 @@ def _left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     )
 
 
-def _normality(tests: ResidualTests, rows: int) -> Check:
+def _normality(tests: ResidualTests, estimate: Estimate) -> Check:
+    rows = len(estimate.y)
     normal = tests.jarque_bera_p >= _SIGNIFICANT
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(
@@ -102,5 +104,19 @@ def _normality(tests: ResidualTests, rows: int) -> Check:
         if normal
         else f"the residuals have {shape} tails than normal ones (excess kurtosis "
         f"{tests.excess_kurtosis:.2g}, skewness {tests.skewness:.2g}): intervals rest on the "
-        "number of rows; look for outliers at reversals",
+        f"number of rows{_largest(estimate) if tests.excess_kurtosis > 0 else ''}",
+    )
+
+
+def _largest(estimate: Estimate) -> str:
+    """Where the largest residual is, and how large."""
+    residuals, coordinate = estimate.residuals, estimate.form.axis.axis.coordinate
+    worst = int(np.argmax(np.abs(residuals)))
+    sample = int(estimate.rows[worst])
+    time = sample * estimate.period if estimate.times is None else float(estimate.times[worst])
+    unit = coordinate.force_unit if estimate.form.left == "force" else coordinate.acceleration_unit
+    deviations = abs(residuals[worst]) / residuals.std()
+    return (
+        f"; look for outliers at reversals, the largest at sample {sample + 1}, {time:.6g} s after "
+        f"the first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
     )

@@ -1,6 +1,6 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -11,6 +11,7 @@ from .errors import DataError
 from .table import Samples, Table
 
 _NEEDED = ("position",)
+_CLOCKS = "the file's own clocks are taken"
 _COMPARED = 1000  # columns that a name is compared with
 _NEARLY = 0.8  # how alike names are of which one may be meant for the other
 
@@ -18,8 +19,8 @@ _NEARLY = 0.8  # how alike names are of which one may be meant for the other
 class Chosen:
     """Columns by role, in SI, with what was assumed on the way.
 
-    Of the columns that only the axis declares, the time may be missing where the period is given,
-    the reference always, and the control where there is a force.
+    Of the columns that only the axis declares, the time may be missing where the period is given or
+    the file has clocks of its own, the reference always, and the control where there is a force.
     """
 
     def __init__(
@@ -44,8 +45,31 @@ class Chosen:
             self.names[role] = name
             self.samples[role] = replace(samples, values=values)
             notes += [said for said in (column.note, note) if said and said not in notes]
+        if said := self._own_clocks(asked):
+            notes.append(said)
+            silent.pop("time", None)
         taken = taken_as_si(silent, axis)
         self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
+
+    def _own_clocks(self, asked: Mapping[str, str]) -> str:
+        """Leave out a time column that no user named and that is of another group than the others.
+
+        Where the file has clocks of its own they serve. What is said of it; empty where it stays.
+        """
+        others = {role: s for role, s in self.samples.items() if role != "time"}
+        if "time" in asked or "time" not in self.samples or not _has_clocks(others.values()):
+            return ""
+        rows, needed = len(self.samples["time"].values), len(others["position"].values)
+        if rows == needed:
+            return ""
+        name = self.names.pop("time")
+        del self.samples["time"]
+        return f"the column {name!r} has {rows} rows, the position {needed}: {_CLOCKS} in its place"
+
+
+def _has_clocks(columns: Iterable[Samples]) -> bool:
+    """Whether every column has times of its own."""
+    return all(samples.clock is not None for samples in columns)
 
 
 def _choose(
@@ -84,6 +108,11 @@ def _choose(
     return chosen, tuple(without.values())
 
 
+def _timed(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> bool:
+    """Whether the chosen columns have times of their own."""
+    return bool(chosen) and _has_clocks(table.columns[name].read() for name, *_ in chosen.values())
+
+
 def _without(
     table: Table,
     missing: dict[str, str],
@@ -98,6 +127,10 @@ def _without(
     spared = {}
     if has_period:
         spared["time"] = "counted by the sampling period"
+    if "time" in missing and _has_clocks(
+        table.columns[name].read() for name, *_ in chosen.values()
+    ):
+        spared["time"] = _CLOCKS
     if "force" in chosen:
         spared["control"] = "so the control law is not compared with the record"
     spared["reference"] = "so least squares only, no instruments"
@@ -133,6 +166,8 @@ def _lacking(
     named = [*missing, *others]
     columns = "column" if len(named) == 1 else "columns"
     advice = table.missing or f"Name the {columns} with {_to_name(named)}."
+    if "time" in missing and _timed(table, chosen):
+        advice += " The columns have clocks of their own: leave the time out, and these serve."
     return (
         f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} {advice}"
     )

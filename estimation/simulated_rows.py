@@ -13,8 +13,7 @@ from .forms import Equations, Form
 from .loop_setup import no_control_law
 from .prefilter import Prefilter
 from .record import Record
-
-_PERIOD_TOLERANCE = 0.01
+from .time_base import is_sampled_by
 
 
 class LoopDataError(DataError):
@@ -39,10 +38,10 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             f"{record.provenance.source} has no reference column, from which the closed loop "
             "is simulated; name it with --columns reference=NAME."
         )
-    if abs(record.period / law.period - 1) > _PERIOD_TOLERANCE:
+    if not is_sampled_by(record, law):
         raise LoopDataError(
-            f"the record is sampled every {record.period:g} s, the control law of axis "
-            f"{axis.axis.name!r} every {law.period:g} s; instruments need a record at the "
+            f"the record is sampled every {record.period:.6g} s, the control law of axis "
+            f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
             "law's period. Declare the drive's period."
         )
     return record.reference

@@ -44,6 +44,8 @@ class StreamedEstimate:
         Of the regressor.
     silenced : int
         Samples near reversals that were left out.
+    time_base : str
+        What speaks against the log's sampling period; empty where nothing does.
     """
 
     axis: GeneratedAxis
@@ -58,6 +60,7 @@ class StreamedEstimate:
     equation_error_percent: float
     condition_number: float
     silenced: int
+    time_base: str = ""
 
     @property
     def parameters(self) -> Named:
@@ -127,7 +130,8 @@ class StreamedEstimate:
             "Not checked: instruments, control law, timing and residuals need the whole log in "
             "memory, as a piece of it is. Identify such a piece without --stream too.",
         )
-        verdict = f"{failed('bounds', self.beyond_bounds)}\n\n" if self.beyond_bounds else ""
+        faults = {"control law": self.time_base, "bounds": self.beyond_bounds}
+        verdict = "".join(f"{failed(name, why)}\n\n" for name, why in faults.items() if why)
         listed = "\n".join(numbered(i, note) for i, note in enumerate(notes, 1))
         return f"{heading}\n\n{table}\n\n{verdict}{listed}\n"
 
@@ -146,6 +150,7 @@ class StreamedEstimate:
             "prefilter": prefilter_dict(self.prefilter, self.period),
             "parameters": {name: value_dict(v) for name, v in self.parameters.items()},
             "beyond_bounds": self.beyond_bounds or None,
+            "time_base": self.time_base or None,
             "rows": self.rows,
             "lags": self.lags,
             "equation_error_percent": self.equation_error_percent,

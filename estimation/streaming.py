@@ -27,6 +27,7 @@ from .provenance import Provenance
 from .reversals import near_turns, rest_below
 from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals, force_of
 from .streamed import StreamedEstimate
+from .time_base import other_period
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
 
@@ -84,6 +85,7 @@ def identify_stream(
     with np.errstate(all="ignore"):
         solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
     robust, hac, lags = _hac(rows, solution, size)
+    apart = other_period(generated.axis.control, found.period, found.clock)
     squares = float(solution.residuals @ solution.residuals)
     gram = solution.inverse_factor @ solution.inverse_factor.T
     return StreamedEstimate(
@@ -99,6 +101,7 @@ def identify_stream(
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
         silenced=rows.silenced,
+        time_base=apart.text if apart is not None and not apart.confirmed else "",
     )
 
 

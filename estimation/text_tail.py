@@ -2,6 +2,7 @@
 
 import csv
 
+from .cut_number import NEIGHBOURS, cut_number
 from .dialect import Dialect, Line, is_number
 from .provenance import Repair
 from .time_stamps import is_stamp
@@ -10,10 +11,19 @@ _LONGEST = 50  # lines; more is no end but another table
 _SHOWN = 40  # characters
 
 
-def complete_rows(rows: list[Line], dialect: Dialect) -> int:
-    """How many rows there are before the lines at the end that are none; all if these are many."""
+def complete_rows(rows: list[Line], dialect: Dialect, *, ended: bool = True) -> int:
+    """How many rows there are before the lines at the end that are none; all if these are many.
+
+    Parameters
+    ----------
+    rows : list of (int, str)
+    dialect : Dialect
+    ended : bool
+        Whether the last line has its end; one that the logger was stopped in has not.
+    """
     kinds = [_kind(cell, dialect) for cell in _cells(rows[0][1], dialect)]
-    first = len(rows) - 1 if _ends_early(rows, dialect) else len(rows)
+    early = _ends_early(rows, dialect) or bool(cut_in_number(rows, dialect, ended=ended))
+    first = len(rows) - 1 if early else len(rows)
     for count in range(first, max(len(rows) - _LONGEST, 1) - 1, -1):
         cells = _cells(rows[count - 1][1], dialect)
         alike = len(cells) == len(kinds) and all(
@@ -34,9 +44,38 @@ def _ends_early(rows: list[Line], dialect: Dialect) -> bool:
     )
 
 
-def without_tail(rows: list[Line], dialect: Dialect) -> tuple[list[Line], Repair]:
+def cut_in_number(rows: list[Line], dialect: Dialect, *, ended: bool) -> str:
+    """Why the last row looks cut off inside its last number; empty where it does not."""
+    lines = [line.rstrip() for _, line in rows[-NEIGHBOURS - 1 :]]
+    of_all = [_cells(line, dialect) for line in lines]
+    width = len(dialect.names)
+    if len(of_all[-1]) != width:
+        return ""  # cut off in another cell, which shows
+    alike = [(cells[-1], line[-1]) for cells, line in zip(of_all, lines, strict=True) if cells]
+    cells = [cell.replace(",", ".") if dialect.comma else cell for cell, _ in alike]
+    return cut_number(cells, [end for _, end in alike], ended=ended)
+
+
+def cut_told(
+    rows: list[Line], dialect: Dialect, *, ended: bool, numbered: bool = True
+) -> tuple[str, ...]:
+    """What is said of a last row that looks cut off inside its last number; empty for none."""
+    why = cut_in_number(rows, dialect, ended=ended)
+    if not why:
+        return ()
+    number, line = rows[-1]
+    where = f"line {number}, the last," if numbered else "the last line"
+    return (
+        f"{where} looks cut off inside its last number, {_cells(line, dialect)[-1]!r}: {why}; "
+        "leave it out with --tail drop",
+    )
+
+
+def without_tail(
+    rows: list[Line], dialect: Dialect, *, ended: bool = True
+) -> tuple[list[Line], Repair]:
     """The rows without the lines at the end that are none, and what is said of them."""
-    count = complete_rows(rows, dialect)
+    count = complete_rows(rows, dialect, ended=ended)
     left_out = rows[count:]
     if not left_out:
         return rows, Repair(kind="tail", count=0, text="no incomplete lines at the end")

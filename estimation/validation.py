@@ -27,6 +27,7 @@ from .simulated_rows import (
     simulated_right,
 )
 from .summary import heading_text, record_lines, text_table
+from .time_base import clock_of, other_period
 
 _TWICE, _SMALL = 2.0, 10.0  # times, percent
 
@@ -82,12 +83,15 @@ class Validation:
         In the order of the result's estimates; the object iterates over them.
     same_record : bool
         Whether it is the record that the estimates were made from.
+    time_base : str
+        What speaks against the record's sampling period; empty where nothing does.
     """
 
     record: Record
     unit: str
     methods: tuple[MethodValidation, ...]
     same_record: bool = False
+    time_base: str = ""
 
     def __iter__(self) -> Iterator[MethodValidation]:
         return iter(self.methods)
@@ -122,6 +126,8 @@ class Validation:
         """What is missing and why, and which estimates do not hold."""
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
         notes = [f"no simulation: {reason}" for reason in reasons]
+        if self.time_base:
+            notes.append(f"believe nothing before this is mended: {self.time_base}")
         if self.same_record:
             notes.append(
                 "this is the record that the estimates were made from, so it says nothing new; "
@@ -164,6 +170,7 @@ class Validation:
                 }
                 for v in self
             ],
+            "time_base": self.time_base or None,
         }
 
 
@@ -193,11 +200,13 @@ def validate(result: Identification, record: Record) -> Validation:
             for estimate in result.estimates.values()
         )
     own, other = result.record.provenance.sha256, record.provenance.sha256
+    apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
         same_record=record is result.record or (bool(own) and own == other),
+        time_base=apart.text if apart is not None and not apart.confirmed else "",
     )
 
 

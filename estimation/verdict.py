@@ -73,7 +73,8 @@ def _control_law(law: LawCheck | str) -> Check:
         figure=law.residual_percent,
         threshold=GOOD_RESIDUAL,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
-        "where a factor is off 1 by more than 1 % and three deviations, or for a delay",
+        "where a factor is off 1 by more than 1 % and three deviations, for a delay, and for a "
+        "sampling period that is more than 0.05 % from the law's",
         meaning=law.meaning,
     )
 

@@ -56,8 +56,16 @@ def read_data(folder: Path, output: Path) -> Data:
     np.savetxt(joined, np.column_stack(columns), delimiter=",", header=header, comments="")
     files = {name: folder / file for name, file in MOTIONS.items()}
     files["identification run"] = joined
+    # The other motions were logged at rates of their own, which the axis does not declare.
+    periods: dict[str, float | None] = {
+        name: float(np.diff(table["time"]).mean()) for name, table in tables.items()
+    }
+    periods["identification run"] = None
     return Data(
-        records={name: read_record(file, axis) for name, file in files.items()},
+        records={
+            name: read_record(file, axis, sample_period=periods[name])
+            for name, file in files.items()
+        },
         velocity={name: table["velocity"] for name, table in tables.items()},
     )
 

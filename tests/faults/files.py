@@ -329,14 +329,14 @@ def _looped_figures(folder: Path) -> list[object]:
     return ["identify", "emps2015", _log(folder), "--figures", _loop("loop"), "--json", "r.json"]
 
 
+def _period_beside_rate(folder: Path) -> list[object]:
+    asked = ("--resample", "auto", "--sample-period", "2e-3")
+    return ["identify", "emps2015", _log(folder), *asked]
+
+
 def _ask() -> Iterator[Fault]:
     """Options that would be ignored."""
     given = (
-        (
-            "a period beside a rate",
-            ("--resample", "auto", "--sample-period", "2e-3"),
-            "--resample 5",
-        ),
         ("lags without HAC", ("--covariance", "iid", "--lags", "3"), "--lags is of HAC"),
         ("lags with robust deviations", ("--lags", "3", "--covariance", "robust"), "--lags is of"),
         (
@@ -363,6 +363,12 @@ def _ask() -> Iterator[Fault]:
     )
     for name, options, says in given:
         yield Fault(name=name, make=_identify(*options), code=2, says=says)
+    yield Fault(
+        name="a period beside a rate, against the clock",
+        make=_period_beside_rate,
+        code=3,
+        says="given as 0.002 s, but the time column steps by 0.001 s",
+    )
     yield Fault(
         name="room for a twin",
         make=lambda _: ["identify", "emps2015", "--max-memory", "1"],

@@ -1,0 +1,96 @@
+"""Whether the last number of a text log was cut off as the logger stopped: its neighbours tell."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+#: Rows above the last that are looked at.
+NEIGHBOURS = 400
+_FEWEST = 20  # of them; among fewer, digits are alike by chance
+_FEWEST_ENDED = 100  # the same where the last line has its end, as one that was cut off has not
+_FAR = 5.0  # times the largest bend among them
+_NUMBER = re.compile(r"[+-]?(?P<whole>\d*)(?P<decimals>\.\d*)?(?P<power>[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Written:
+    """How a number is written: the characters of its parts, with the mark that begins them."""
+
+    value: float
+    whole: int
+    decimals: int
+    power: int
+    mantissa: float
+    exponent: int
+
+
+def cut_number(cells: Sequence[str], ends: Sequence[str], *, ended: bool) -> str:
+    """Why the last of a column of numbers looks cut off; empty where it does not.
+
+    It is cut where the lines above end with a sign that its own lacks; where the rows above all
+    have as many decimals or as long an exponent, and it has less; and, in a file that breaks off
+    within a line, where it has fewer decimals than any of them or is far from them, and digits that
+    are missing would explain its value.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The last cell of each row, with a decimal point.
+    ends : sequence of str
+        The last character of each row's line.
+    ended : bool
+        Whether the last line has its end.
+    """
+    *above, last = map(_written, cells)
+    known = [number for number in above if number is not None]
+    if last is None or len(known) < (_FEWEST_ENDED if ended else _FEWEST):
+        return ""
+    if len({*ends[:-1]}) == 1 and not ends[0].isalnum() and ends[-1] != ends[0]:
+        return f"the lines above end with {ends[0]!r}"
+    if last.power < min(n.power for n in known) == max(n.power for n in known):
+        return "the numbers above it have a longer exponent"
+    fewest = min(n.decimals for n in known)
+    if last.decimals < fewest == max(n.decimals for n in known):
+        return f"the numbers above it have {fewest - 1} decimals"
+    powers = [n.power for n in known if n.power]
+    if ended or last.power >= min(powers, default=1):
+        return ""
+    values = np.array([n.value for n in known])
+    expected = 2 * values[-1] - values[-2]
+    bend = float(np.abs(np.diff(values, 2)).max())
+    if not _explained(last, expected, 2 * bend, known):
+        return ""
+    if last.decimals < fewest:
+        return f"every number above it has {fewest - 1} decimals or more"
+    if abs(last.value - expected) > _FAR * bend:
+        return f"the numbers above it lead to {expected:.6g}"
+    return ""
+
+
+def _written(cell: str) -> _Written | None:
+    found = _NUMBER.fullmatch(cell)
+    if found is None or not any(letter.isdigit() for letter in cell):
+        return None
+    whole, decimals, power = (len(found[name] or "") for name in ("whole", "decimals", "power"))
+    mantissa = cell[: len(cell) - power]
+    return _Written(
+        value=float(cell),
+        whole=whole,
+        decimals=decimals,
+        power=power,
+        mantissa=float(mantissa),
+        exponent=int(cell[len(mantissa) + 1 :]) if power else 0,
+    )
+
+
+def _explained(last: _Written, expected: float, reach: float, known: Sequence[_Written]) -> bool:
+    """Whether digits that are missing would bring a number to within reach of what is expected."""
+    along = abs(expected) if not last.mantissa else float(np.sign(last.mantissa)) * expected
+    size, unit = abs(last.mantissa), 10.0 ** -max(last.decimals - 1, 0)
+    missing = 0 if last.decimals else max(max(n.whole for n in known) - last.whole, 0)
+    exponents = {n.exponent for n in known if n.power > last.power}
+    scales = 10.0 ** np.array([*range(missing + 1), *exponents])
+    least, most = size * scales - reach, (size + unit) * scales + reach
+    return bool(np.any((least <= along) & (along <= most)))
