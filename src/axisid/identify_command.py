@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from axisid.command_inputs import METHODS, axis_and_record
+from axisid.command_inputs import METHODS, axis_and_record, leave_out_option
 from axisid.command_outputs import check_folder, check_json, check_output, json_option
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
@@ -58,6 +58,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="A parameter that is known apart from the record, SI, with its standard deviation; again "
     "for each.",
 )
+@leave_out_option
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--validate",
@@ -128,6 +129,7 @@ def identify(
     stream: bool,
     json_file: str | None,
     fix: tuple[str, ...],
+    left_out: tuple[str, ...],
     no_native: bool,
     report: str | None,
     figures: str | None,
@@ -159,10 +161,12 @@ def identify(
             "--figures": figures,
         }
         asked = [option for option, given in beyond.items() if given]
-        identify_streamed(axis, record, filtering, reading, json_file, asked)
+        identify_streamed(axis, record, filtering, reading, json_file, asked, left_out)
         return
 
-    generated, data = axis_and_record(axis, record, reading, second, fixed=fix, no_native=no_native)
+    generated, data = axis_and_record(
+        axis, record, reading, second, fixed=fix, left_out=left_out, no_native=no_native
+    )
 
     from axisid.estimation import identify as run
     from axisid.estimation.signals import measured_signals

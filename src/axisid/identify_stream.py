@@ -15,6 +15,7 @@ def identify_streamed(
     reading: Reading,
     json_file: str | None,
     beyond: list[str],
+    left_out: tuple[str, ...] = (),
 ) -> None:
     """Identify from a log that is read in blocks; some options ask for more than that can give."""
     if record is None or beyond:
@@ -24,10 +25,10 @@ def identify_streamed(
         )
     from axisid.codegen import build
     from axisid.estimation import identify_stream
-    from axisid.modeling import load_axis
+    from axisid.modeling import leave_out, load_axis
 
     with ProgressLine(f"reading {record} in blocks"):
-        generated = build(load_axis(axis), native=False)
+        generated = build(leave_out(load_axis(axis), *left_out), native=False)
         blocks = reading.blocks(record, generated)
         result = identify_stream(
             generated,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from axisid.command_inputs import axis_and_record
+from axisid.command_inputs import axis_and_record, leave_out_option
 from axisid.command_outputs import check_json, check_output, json_option, put_json
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
@@ -28,6 +28,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
 @record_options
+@leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -39,6 +40,7 @@ def sweep(
     points: int,
     filtering: Filtering,
     reading: Reading,
+    left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -54,7 +56,7 @@ def sweep(
         raise click.BadParameter(
             f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
         )
-    generated, data = axis_and_record(axis, record, reading, no_native=no_native)
+    generated, data = axis_and_record(axis, record, reading, left_out=left_out, no_native=no_native)
 
     from axisid.estimation import default_cutoffs
     from axisid.estimation import sweep as run
