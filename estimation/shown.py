@@ -115,6 +115,8 @@ def check_shown(
     if reach is None or rows <= regressor.shape[1] or not finite:
         return
     noise = max(_unexplained(regressor, left, rows), _ROUNDING * reach.force)
+    if not np.isfinite(noise):
+        return  # the signals' size is refused where it is regressed
     unseen = _unseen(axis, reach, np.linalg.norm(regressor, axis=0), noise)
     if unseen:
         turns = ", without the samples near reversals and rests" if without_turns else ""
@@ -139,8 +141,11 @@ def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> di
     found: dict[str, str] = {}
     natural = natural_sizes(axis, reach)
     for j, p in enumerate(axis.axis.parameters):
-        if axis.nonlinear[j] or norms[j] == 0:
-            continue  # a slope about a point; a silent column is refused wherever it is factored
+        if axis.nonlinear[j]:
+            continue  # its column is a slope about a point
+        if norms[j] == 0:
+            found[p.name] = f"the column of {p.name} is zero in every row"
+            continue
         needed = _STANDS_OUT * noise / float(norms[j])
         there = needed * float(reach.columns[j])
         seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"

@@ -11,8 +11,8 @@ from axisid.command_inputs import METHODS, axis_and_record, leave_out_option
 from axisid.command_outputs import check_folder, check_json, check_output, json_option
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
+from axisid.identify_blocks import identify_streamed
 from axisid.identify_outputs import put_identification
-from axisid.identify_stream import identify_streamed
 from axisid.progress import ProgressLine
 from axisid.record_options import Reading, record_options
 
