@@ -23,6 +23,7 @@ from .regression import Fit, Regressions, adding
 from .results import Identification
 from .signals import settled
 from .simulated_rows import LoopDataError, loop_reference
+from .simulation_check import rests_first
 from .variable_projection import variable_projection
 
 #: Every method: model form, then estimator.
@@ -279,8 +280,11 @@ class _Study:
             return remarks
         if relative_error_percent(measured.left - simulated, measured.left) > _NOT_FOLLOWING:
             remarks.append(
-                "the simulated loop does not follow the record; check the control law, the "
-                "reference and the signs and units of the columns"
+                "the simulated loop does not follow the record; "
+                + (
+                    rests_first(self._on.rest)
+                    or "check the control law, the reference and the signs and units of the columns"
+                )
             )
         speed = np.abs(self._on.signals.velocity)
         starts = [start for start, _ in self.record.spans]

@@ -15,6 +15,7 @@ from .forms import Equations, Form, InverseForm
 from .linear import Factored, Solution, factor, instrumental_variables
 from .pace import NEAR, Pace
 from .regression import Fit, Regressions
+from .simulation_check import rests_first
 from .variable_projection import damped_step, search_bounds
 
 _MOST = 20
@@ -82,15 +83,23 @@ class Iteration:
                     nearest = last
                 physical = self._next(last, physical, self._pace.share)
         if nearest is None or nearest.size > NEAR:
-            raise EstimationError(
-                f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-                f"{self._axis.describe(physical)}. Check the control law against the record, and "
-                "start from better nominal values."
-            )
+            raise self._moving(physical)
         with self._naming():
             end = self._next(nearest, nearest.start, 1.0)
             reached, _ = self._reached(self._on.rows(form.at(end)), end)
             return self._ended(nearest, reached, (_jumping(nearest.size),))
+
+    def _moving(self, physical: Array) -> EstimationError:
+        rests = rests_first(self._on.rest)
+        cause = (
+            f"It may be that {rests}."
+            if rests
+            else "Check the control law against the record, and start from better nominal values."
+        )
+        return EstimationError(
+            f"{self._method} still moves after {_MOST} iterations; the last estimate is "
+            f"{self._axis.describe(physical)}. {cause}"
+        )
 
     def _reached(self, measured: Equations, physical: Array) -> tuple[_Reached, Array]:
         """The loop simulated with the next iterate, parameters (p,), and its regressor."""

@@ -10,7 +10,7 @@ from axisid.modeling import AxisidError
 from .arrays import Array, relative_error_percent
 from .closed_loop import Simulation
 from .estimate import FOLLOWING, Iterate
-from .excitation import motion_lacks
+from .excitation import motion_lacks, resting
 from .forms import Equations, Form, InverseForm
 from .linear import Factored, Solution, factor
 from .prefilter import Prefilter
@@ -64,6 +64,11 @@ class Regressions:
         loops = simulated_loops(self.axis, self.record, physical)
         right = simulated_right(form, loops, physical, self.prefilter, self.record.period)
         return loops, *right
+
+    @property
+    def rest(self) -> float:
+        """Part of the samples of a fit at which the axis stands still."""
+        return resting(self.signals, self.record, self.prefilter)
 
     def lacking(self) -> str:
         """What the motion lacks, as a sentence; empty if nothing is known to lack."""

@@ -5,6 +5,10 @@ from .estimate import FOLLOWING, Estimate
 
 NAME = "simulation"
 _CLOSELY = 10.0  # percent
+_CAUSES = (
+    "check the law, signs and units, or see whether the record is noise, or a motion that the "
+    "model does not have"
+)
 _MOSTLY = 0.3  # of the samples that the fit has
 
 
@@ -32,7 +36,7 @@ def following(judged: Estimate, rest: float) -> Check:
         meaning=_followed(error)
         if good
         else f"the simulated loop leaves {error:.3g} % of the {judged.form.left} unexplained; "
-        f"{_cause(rest)}",
+        f"{rests_first(rest) or _CAUSES}",
     )
 
 
@@ -42,15 +46,12 @@ def _followed(error: float) -> str:
     return f"the simulated loop follows the record but for {error:.2g} %"
 
 
-def _cause(rest: float) -> str:
-    """What to look at first."""
-    if rest > _MOSTLY:
-        return (
-            f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
-            "friction takes any force and no model gives it: leave the rests out (--reversals "
-            "leave-out), then check the law, signs and units"
-        )
+def rests_first(rest: float) -> str:
+    """What to say of a fit that is mostly of an axis at rest; empty for another."""
+    if rest <= _MOSTLY:
+        return ""
     return (
-        "check the law, signs and units, or see whether the record is noise, or a motion that the "
-        "model does not have"
+        f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
+        "friction takes any force and no model gives it: leave the rests out (--reversals "
+        "leave-out), then check the law, signs and units"
     )
