@@ -11,6 +11,7 @@ _GRAVE = (
     "bounds",
     "fixed values",
     "force against control",
+    "control against limit",
     "self-test",
 )
 #: What the others are worth, the cause before what follows from it.

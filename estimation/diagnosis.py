@@ -10,15 +10,17 @@ from .arrays import Array
 from .check import Check
 from .errors import DataError, EstimationError
 from .estimate import Estimate
-from .excitation import Excitation, excitation
-from .force_check import force_checks
+from .excitation import Excitation, excitation, resting
+from .force_check import force_checks, limit_checks
 from .forms import InverseForm
 from .instruments import Endogeneity, InstrumentTests, endogeneity_of, instrument_tests
 from .law_check import LawCheck, check_law
+from .left_over import constant_check, ripple_check
 from .physical import fixed_check
 from .prefilter import Prefilter
 from .record import Record
-from .signals import measured_signals
+from .shown import Reach
+from .signals import Signals, measured_signals
 from .verdict import verdict
 
 #: Which estimate is judged: the first of these that there is.
@@ -60,14 +62,17 @@ def diagnose(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimates: Mapping[str, Estimate]
 ) -> Diagnosis:
     """Test a result; each method where it was run."""
-    judged = judged_method(estimates)
+    method = judged_method(estimates)
+    judged = estimates[method]
     law = check_law(axis, record)
-    instruments = _instruments(estimates[judged])
+    instruments = _instruments(judged)
     tested = endogeneity_of(estimates.get("idm-iv"))
-    moved = _excitation(axis, record, prefilter, estimates[judged])
-    alignment = _alignment(axis, record, prefilter, estimates[judged])
+    signals = measured_signals(axis, record, prefilter)
+    weights = prefilter.weights(len(record), record.period)
+    moved = _excitation(axis, signals, weights, record, prefilter, judged)
+    alignment = _alignment(axis, record, prefilter, judged)
     return Diagnosis(
-        judged=judged,
+        judged=method,
         law=law,
         instruments=instruments,
         endogeneity=tested,
@@ -76,7 +81,7 @@ def diagnose(
         verdict=(
             *verdict(
                 estimates,
-                estimates[judged],
+                judged,
                 law=law,
                 instruments=instruments,
                 tested=tested,
@@ -84,9 +89,13 @@ def diagnose(
                 alignment=alignment,
                 hold=str(prefilter.hold),
                 reversals=prefilter.reversals,
+                rest=resting(signals, record, prefilter),
             ),
-            *fixed_check(estimates[judged]),
+            *fixed_check(judged),
             *force_checks(axis, record),
+            *limit_checks(axis, record),
+            constant_check(judged, weights, law, axis.axis.drive.gain),
+            ripple_check(judged, signals, prefilter),
         ),
     )
 
@@ -101,14 +110,22 @@ def _instruments(estimate: Estimate) -> InstrumentTests | None:
 
 
 def _excitation(
-    axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimate: Estimate
+    axis: GeneratedAxis,
+    signals: Signals,
+    weights: Array,
+    record: Record,
+    prefilter: Prefilter,
+    estimate: Estimate,
 ) -> tuple[Excitation, ...]:
-    signals = measured_signals(axis, record, prefilter)
-    rows = (
-        InverseForm(axis).at(estimate.physical).equations(signals).reduced(prefilter, record.period)
+    every = InverseForm(axis).at(estimate.physical).equations(signals)
+    return excitation(
+        axis,
+        signals,
+        every.reduced(prefilter, record.period),
+        weights,
+        estimate.physical,
+        Reach.of(signals, every, prefilter.kept(len(record), record.period)),
     )
-    weights = prefilter.weights(len(record), record.period)
-    return excitation(axis, signals, rows, weights, estimate.physical)
 
 
 def _alignment(

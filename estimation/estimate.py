@@ -110,6 +110,9 @@ class Estimate:
         Of the physical parameters by the logarithm of the gain; None where it is exact.
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
+    not_simulated : str
+        Why the loop cannot be simulated with the estimate where its law and its reference are
+        there: too stiff, no inertia, diverging. Else empty.
     filter_bias : (p,) array or None
         What the prefilter alone moves the physical parameters by; None where the loop could not be
         simulated.
@@ -139,6 +142,7 @@ class Estimate:
     remarks: tuple[str, ...]
     assumed: Covariance
     times: Array | None = None
+    not_simulated: str = ""
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
     gain_slopes: Array | None = None

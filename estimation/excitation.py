@@ -13,12 +13,18 @@ from numpy.typing import NDArray
 
 from axisid.codegen import GeneratedAxis
 
-from .arrays import Array
-from .forms import Equations, InverseForm
+from .arrays import Array, runs
+from .forms import Equations
+from .prefilter import Prefilter
+from .record import Record
+from .reversals import REST
+from .shown import Reach, natural_sizes
 from .signals import Signals
+from .without_turns import dependence
 
-_SIGNALS = ("position", "velocity", "acceleration", "direction")
-_PROBES = 16
+#: Rows for each parameter below which deviations cannot be believed.
+FEW_ROWS = 10
+_FEWEST = 16  # samples at steady speed
 _MOVING = 0.05  # of the largest speed
 _REVERSED = 0.01  # of the samples in motion
 _ONE_SPEED = 0.1  # spread of the cruising speed, relative
@@ -45,6 +51,13 @@ class Excitation:
         The parameters whose columns it nearly repeats.
     lacking : tuple of str
         What of the motion this parameter would need, in words; empty if nothing is known to lack.
+    rows : float
+        How many rows as heavy as one another would tell of it what the rows do: few where the term
+        acts in few.
+    largest_share : float
+        Its largest part of the force, anywhere along the record, over the largest force.
+    natural : float
+        What the force and the motion make of its unit, see `natural_sizes`.
     """
 
     name: str
@@ -52,6 +65,9 @@ class Excitation:
     inflation: float
     alike: tuple[str, ...]
     lacking: tuple[str, ...]
+    rows: float
+    largest_share: float
+    natural: float
 
     def __repr__(self) -> str:
         alike = f", like {' and '.join(self.alike)}" if self.alike else ""
@@ -63,6 +79,8 @@ class Excitation:
         """Why the record does not show the parameter, for after "because"."""
         if self.alike:
             why = f"its column nearly repeats that of {', '.join(self.alike)}"
+        elif self.rows < FEW_ROWS:
+            why = f"it acts in few rows (as if in {self.rows:.2g})"
         else:
             why = (
                 f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
@@ -79,6 +97,7 @@ def excitation(
     equations: Equations,
     weights: Array,
     physical: Array,
+    reach: Reach | None,
 ) -> tuple[Excitation, ...]:
     """Judge every parameter's column of the inverse model.
 
@@ -93,15 +112,19 @@ def excitation(
         Of the rows, as `Prefilter.weights` has them.
     physical : (p,) array
         An estimate.
+    reach : Reach or None
+        Of the force and of each column along the record, with that estimate.
     """
     X = equations.regressor
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(physical) * size / np.linalg.norm(equations.left)
-    needs = _needs(axis)
+    needs, nowhere = dependence(axis), np.zeros(len(physical))
+    anywhere = nowhere if reach is None else np.abs(physical) * reach.columns / reach.force
+    natural = nowhere + np.inf if reach is None else natural_sizes(axis, reach)
     found = []
     for j, name in enumerate(axis.names):
-        inflation, partners = _repetition(unit, j)
+        inflation, partners, rows = _repetition(unit, j)
         together = [j, *partners]
         found.append(
             Excitation(
@@ -110,6 +133,9 @@ def excitation(
                 inflation=inflation,
                 alike=tuple(axis.names[i] for i in partners),
                 lacking=_lacking(signals, X / weights[:, None], shares, needs, together),
+                rows=rows,
+                largest_share=float(anywhere[j]),
+                natural=float(natural[j]),
             )
         )
     return tuple(found)
@@ -121,37 +147,45 @@ def motion_lacks(signals: Signals) -> tuple[str, ...]:
     return tuple(fact for fact in facts if fact)
 
 
-def _repetition(unit: Array, j: int) -> tuple[float, list[int]]:
-    """Variance inflation of a column, and the columns it is made of where that is large."""
+def resting(signals: Signals, record: Record, prefilter: Prefilter) -> float:
+    """Part of the samples of a fit, signals (N,), at which the axis stands still."""
+    used = prefilter.kept(len(record), record.period)
+    for start, stop in prefilter.silent:
+        used[start:stop] = False
+    still = np.zeros(len(record), dtype=bool)
+    for first, last in record.spans:
+        speed, position = signals.velocity[first:last], signals.position[first:last]
+        slow = np.abs(speed) < _MOVING * np.abs(signals.velocity).max()
+        for start, stop in runs(slow):
+            # Creeping gets somewhere; noise at rest does not.
+            drift = abs(position[stop - 1] - position[start]) / ((stop - start) * record.period)
+            still[first + start : first + stop] = drift < REST * np.abs(signals.velocity).max()
+    return float(np.mean(still[used])) if used.any() else 0.0
+
+
+def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
+    """Variance inflation of a column, those it is made of where that is large, and its rows.
+
+    The rows are those of the part that is its own: the inverse of the sum of their squared weights.
+    """
     others = [i for i in range(unit.shape[1]) if i != j]
     if not others:
-        return 1.0, []
+        return 1.0, [], _rows_of(unit[:, j])
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
     left = unit[:, j] - unit[:, others] @ weights
     unexplained = float(left @ left)
     inflation = 1 / unexplained if unexplained > 0 else np.inf
     if inflation < _ALIKE:
-        return inflation, []
+        return inflation, [], _rows_of(left)
     most = np.abs(weights).max()
-    return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > _PARTNER * most]
+    alike = [i for i, w in zip(others, weights, strict=True) if abs(w) > _PARTNER * most]
+    return inflation, alike, _rows_of(left)
 
 
-def _needs(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
-    """Which columns, (p,), depend on which signal: each is changed alone, at random places."""
-    rng = np.random.default_rng(0)
-    base = {name: rng.uniform(0.1, 1.0, _PROBES) for name in _SIGNALS}
-    base["direction"] = np.ones(_PROBES)
-    form = InverseForm(axis)
-
-    def columns(motion: dict[str, Array]) -> Array:
-        return form.equations(Signals(force=np.zeros(_PROBES), **motion)).regressor
-
-    with np.errstate(all="ignore"):
-        there = columns(base)
-        return {
-            name: np.any(columns({**base, name: -0.7 * base[name]}) != there, axis=0)
-            for name in _SIGNALS
-        }
+def _rows_of(column: Array) -> float:
+    """How many rows of equal size a column is as good as."""
+    size = float(np.linalg.norm(column))
+    return 1.0 / float(np.sum((column / size) ** 4)) if size > 0 else 0.0
 
 
 def _lacking(
@@ -189,7 +223,7 @@ def _one_speed(signals: Signals) -> str:
     """One cruising speed; accelerating through others in between does not tell them apart well."""
     steady = np.abs(signals.acceleration) < _STEADY * np.abs(signals.acceleration).max()
     speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
-    if len(speeds) < _PROBES:
+    if len(speeds) < _FEWEST:
         return ""
     low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
     return "there is one speed only" if high - low < _ONE_SPEED * middle else ""

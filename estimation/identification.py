@@ -1,37 +1,30 @@
 """The four estimators, from an axis and a record to estimates."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import numpy as np
 
 from axisid.codegen import GeneratedAxis, as_generated
-from axisid.modeling import Axis, AxisidError, ModelError, UsageError
+from axisid.modeling import Axis, ModelError, UsageError
 
 from .arrays import Array, relative_error_percent
-from .closed_loop import Simulation
 from .covariance import Covariance, Hac, Published, Robust, delta_method
 from .errors import DataError, EstimationError
-from .estimate import FOLLOWING, STILL, Estimate, Iterate
-from .excitation import motion_lacks
+from .estimate import Estimate
+from .excitation import FEW_ROWS
 from .forms import DirectForm, Equations, Form, InverseForm
-from .linear import (
-    Factored,
-    Solution,
-    condition_number,
-    factor,
-    instrumental_variables,
-    least_squares,
-)
+from .iteration import Iteration, at_point
+from .linear import condition_number, least_squares
 from .made_again import filter_bias, slopes_by_gain
 from .prefilter import Prefilter
 from .record import Record, check_record
+from .regression import Fit, Regressions, adding
 from .results import Identification
-from .signals import measured_signals, settled
-from .simulated_rows import LoopDataError, loop_reference, simulated_loops, simulated_right
-from .variable_projection import damped_step, search_bounds, variable_projection
+from .signals import settled
+from .simulated_rows import LoopDataError, loop_reference
+from .simulation_check import rests_first
+from .variable_projection import variable_projection
 
 #: Every method: model form, then estimator.
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -39,14 +32,8 @@ METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 #: What residuals may be assumed to be: autocorrelated, of any variance, alike and independent.
 COVARIANCES = ("hac", "robust", "iid")
 
-_MOST_ITERATIONS = 20
-# The iteration stops when no parameter moves by more than this share of its deviation.
-_ROUNDING = 1e-9  # the same as a share of the value, for records without noise
 _IN_MOTION = 0.25  # of the largest speed
-#: Rows for each parameter below which deviations cannot be believed.
-FEW_ROWS = 10
 _NOT_FOLLOWING = 100.0  # %
-_WORSE = 2.0  # simulation errors
 _AT_BOUND = 1e-6
 
 
@@ -131,7 +118,7 @@ def _check_arguments(asked: Sequence[str] | None, record: object, covariance: st
 
 
 class _Study:
-    """One axis, one record, one prefilter."""
+    """The estimates of one axis from one record."""
 
     def __init__(
         self,
@@ -153,124 +140,47 @@ class _Study:
                 f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
                 "the combination as one parameter."
             )
-        self._measured = measured_signals(axis, record, prefilter)
+        self._on = Regressions(axis, record, prefilter)
 
     def estimate(self, method: str) -> Estimate:
         """Run one method: regress, map to physical parameters, simulate."""
         model, estimator = method.split("-")
         form: Form = InverseForm(self.axis) if model == "idm" else DirectForm(self.axis)
         if estimator == "iv":
-            with _adding("Instruments need it; idm-ls and ddm-ls do without."):
+            with adding("Instruments need it; idm-ls and ddm-ls do without."):
                 loop_reference(self.axis, self.record)
         if not self.axis.is_linear:
             # Both estimators start where least squares ends; it searches more widely.
             form = self._nearest(form)
-        fit = self._fit_once(form) if estimator == "ls" else self._iterate(method, form)
+        # What the record shows of a parameter is a matter of its own column, which only the
+        # inverse model has.
+        self._on.rows(form if isinstance(form, InverseForm) else InverseForm(self.axis))
+        fit = self._fit_once(form) if estimator == "ls" else Iteration(method, form, self._on).fit()
         return self._result(method, form, fit)
 
     def _nearest(self, form: Form) -> Form:
         """A partially linear model linearised about its least-squares estimate."""
         if not isinstance(form, InverseForm):
             return form
-        return form.at(variable_projection(form, self._rows))
+        return form.at(variable_projection(form, self._on.rows))
 
-    def _rows(self, form: Form) -> Equations:
-        """The measured rows of a form."""
-        return form.equations(self._measured).reduced(self.prefilter, self.record.period)
-
-    def _factored(self, form: Form, measured: Equations) -> Factored:
-        with _adding(self._lacking()):
-            return factor(measured.regressor, [q.expression or q.name for q in form.quantities])
-
-    def _fit_once(self, form: Form) -> "_Fit":
+    def _fit_once(self, form: Form) -> Fit:
         """Least squares. It needs no simulation; the simulation error is a courtesy."""
-        measured = self._rows(form)
-        solution = least_squares(measured.left - measured.known, self._factored(form, measured))
+        measured = self._on.rows(form)
+        regressor = self._on.factored(form, measured)
+        solution = least_squares(measured.left - measured.known, regressor)
         if not self.axis.is_linear:
             # The search ends within the bounds, where a step of the linearised model might not.
-            solution = _at_point(solution, measured, form.start)
+            solution = at_point(solution, measured, form.start)
         try:
-            loops, known, Z = self._simulated(form, form.physical(solution.theta)[0])
+            loops, known, Z = self._on.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
             reason = f"no simulation error, since {error}"
-            return _Fit(measured, solution, None, (), (), None, (reason,))
-        return _Fit(measured, solution, None, (), loops, Z @ solution.theta + known, ())
+            fault = str(error) if isinstance(error, EstimationError) else ""
+            return Fit(measured, solution, None, (), (), None, (reason,), fault)
+        return Fit(measured, solution, None, (), loops, Z @ solution.theta + known, ())
 
-    def _iterate(self, method: str, form: Form) -> "_Fit":
-        """Instruments from the loop simulated with the last estimate, until it stands still."""
-        iterates: list[Iterate] = []
-        measured = self._rows(form)
-        regressor = self._factored(form, measured)
-        physical, still = form.start, False
-        solution: Solution | None = None
-        instruments: Factored | None = None
-        while len(iterates) <= _MOST_ITERATIONS:
-            if iterates and not self.axis.is_linear:
-                measured = self._rows(form.at(physical))
-                regressor = self._factored(form, measured)
-            with _naming(f"{method}, iterate {len(iterates)}"):
-                loops, known, Z = self._simulated(form, physical)
-                # Of the point that is simulated, which a damped step leaves short of the solution.
-                theta = form.regressed(physical)
-                # The loop satisfies the model row by row, so this is its left side.
-                simulated = Z @ theta + known
-                error = relative_error_percent(measured.left - simulated, measured.left)
-                iterates.append(
-                    Iterate(physical=physical, theta=theta, simulation_error_percent=error)
-                )
-                if solution is not None and instruments is not None and still:
-                    self._check_valley(iterates)
-                    if not self.axis.is_linear:
-                        solution = _at_point(solution, measured, physical)
-                    return _Fit(
-                        measured, solution, instruments, tuple(iterates), loops, simulated, ()
-                    )
-                instruments = factor(Z, regressor.names, "the simulated loop")
-                solution = instrumental_variables(
-                    measured.left - measured.known, regressor, instruments
-                )
-                goal, jacobian = form.physical(solution.theta)
-                deviation = np.sqrt(np.diag(delta_method(Published().matrix(solution), jacobian)))
-                allowed = STILL * deviation + _ROUNDING * np.abs(goal)
-                # Of the whole step: a damped one may be small far from the solution.
-                still = bool(np.all(np.abs(goal - physical) <= allowed))
-                physical = self._next(form, instruments, physical, goal, still=still)
-        raise EstimationError(
-            f"{method} still moves after {_MOST_ITERATIONS} iterations; the last estimate is "
-            f"{self.axis.describe(physical)}. Check the control law against the record, and start "
-            "from better nominal values."
-        )
-
-    def _next(
-        self, form: Form, instruments: Factored, physical: Array, goal: Array, *, still: bool
-    ) -> Array:
-        """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
-        if self.axis.is_linear or not isinstance(form, InverseForm):
-            return goal
-        if still:
-            return np.clip(goal, *search_bounds(self.axis))
-        return damped_step(form, self._rows, instruments, physical, goal)
-
-    def _check_valley(self, iterates: list[Iterate]) -> None:
-        """A partially linear model's equations have several solutions, most of them wrong."""
-        first, last = (iterates[i].simulation_error_percent for i in (0, -1))
-        if not self.axis.is_linear and last > _WORSE * first:
-            raise EstimationError(
-                f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
-                f"{self.axis.describe(iterates[-1].physical)}, whose loop leaves {last:.3g} %; "
-                "that is another solution of the same equations. Believe idm-ls, or record a "
-                "motion that stays longer where the nonlinear terms change."
-            )
-
-    def _simulated(
-        self, form: Form, physical: Array
-    ) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        loops = simulated_loops(self.axis, self.record, physical)
-        right = simulated_right(form, loops, physical, self.prefilter, self.record.period)
-        return loops, *right
-
-    def _result(self, method: str, form: Form, fit: "_Fit") -> Estimate:
+    def _result(self, method: str, form: Form, fit: Fit) -> Estimate:
         measured, solution, simulated = fit.measured, fit.solution, fit.simulated
         y = measured.left
         physical, jacobian = form.physical(solution.theta)
@@ -306,6 +216,7 @@ class _Study:
             condition_number=condition_number(measured.regressor),
             iterates=fit.iterates,
             covariance_names={name: c.describe(solution) for name, c in self.covariances.items()},
+            not_simulated=fit.not_simulated,
             remarks=(
                 *self._remarks(measured, simulated),
                 *fit.remarks,
@@ -334,14 +245,14 @@ class _Study:
         times = self.record.time[self._row_numbers.astype(int)] - self.record.time[0]
         return np.asarray(times, dtype=float)
 
-    def _made_again(self, form: Form, fit: "_Fit", physical: Array) -> dict[str, Array | None]:
+    def _made_again(self, form: Form, fit: Fit, physical: Array) -> dict[str, Array | None]:
         """What the gain and the filter alone move the estimate by."""
         bias: Array | None = None
         slopes: tuple[Array | None, Array | None] = (None, None)
         try:
             if self._gain_relative_sd:
                 slopes = slopes_by_gain(
-                    form, self._measured, self.prefilter, self.record.period, fit.instruments
+                    form, self._on.signals, self.prefilter, self.record.period, fit.instruments
                 )
             if fit.follows:
                 bias = filter_bias(
@@ -350,10 +261,6 @@ class _Study:
         except (DataError, EstimationError):
             pass  # a simulated record that cannot be regressed says nothing
         return {"gain_slopes": slopes[0], "theta_gain_slopes": slopes[1], "filter_bias": bias}
-
-    def _lacking(self) -> str:
-        facts = motion_lacks(self._measured)
-        return f"In this record {', and '.join(facts)}." if facts else ""
 
     @staticmethod
     def _not_finite(method: str, form: Form) -> EstimationError:
@@ -375,10 +282,13 @@ class _Study:
             return remarks
         if relative_error_percent(measured.left - simulated, measured.left) > _NOT_FOLLOWING:
             remarks.append(
-                "the simulated loop does not follow the record; check the control law, the "
-                "reference and the signs and units of the columns"
+                "the simulated loop does not follow the record; "
+                + (
+                    rests_first(self._on.rest)
+                    or "check the control law, the reference and the signs and units of the columns"
+                )
             )
-        speed = np.abs(self._measured.velocity)
+        speed = np.abs(self._on.signals.velocity)
         starts = [start for start, _ in self.record.spans]
         if speed[starts].max() > _IN_MOTION * speed.max():
             what = "a segment of the record" if self.record.segments else "the record"
@@ -387,53 +297,6 @@ class _Study:
                 "in the simulation error; begin it at rest, or drop more at the start"
             )
         return remarks
-
-
-@dataclass(frozen=True, slots=True)
-class _Fit:
-    """A solution of measured rows, with the loops simulated from it."""
-
-    measured: Equations
-    solution: Solution
-    instruments: Factored | None
-    iterates: tuple[Iterate, ...]
-    loops: tuple[Simulation, ...]
-    simulated: Array | None
-    remarks: tuple[str, ...]
-
-    @property
-    def follows(self) -> bool:
-        """Whether the simulated loops move as the record does, so that they stand for it."""
-        if self.simulated is None:
-            return False
-        left = self.measured.left
-        return relative_error_percent(left - self.simulated, left) < FOLLOWING
-
-
-def _at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
-    """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    left = measured.left - measured.known - measured.regressor @ physical
-    return replace(solution, theta=physical, residuals=left)
-
-
-@contextmanager
-def _adding(what: str) -> Iterator[None]:
-    """Say more in an error, if there is more to say."""
-    try:
-        yield
-    except AxisidError as error:
-        if what:
-            raise type(error)(f"{error} {what}") from error
-        raise
-
-
-@contextmanager
-def _naming(what: str) -> Iterator[None]:
-    """Say in an estimation error where it arose."""
-    try:
-        yield
-    except EstimationError as error:
-        raise EstimationError(f"{what}: {error}") from error
 
 
 def _outside_bounds(axis: GeneratedAxis, physical: Array) -> list[str]:

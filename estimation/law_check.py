@@ -67,6 +67,9 @@ class LawCheck:
         The same with the factors: what no gain explains. None without factors.
     delay : int
         Samples by which the recorded control follows the declared law best.
+    constant : float or None
+        What the recorded control is more than the law in the mean, in the drive's unit; None for a
+        record of another period than the law's.
     passed : bool
         Whether instruments simulated with this law can be believed.
     meaning : str
@@ -77,6 +80,7 @@ class LawCheck:
     residual_percent: float | None
     fitted_residual_percent: float | None
     delay: int
+    constant: float | None
     passed: bool
     meaning: str
 
@@ -119,6 +123,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
         residual_percent=declared,
         fitted_residual_percent=fitted,
         delay=shift,
+        constant=float(np.mean((control - terms.sum(axis=1))[used])),
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         if passed
@@ -139,6 +144,7 @@ def _other_clock(meaning: str) -> LawCheck:
         residual_percent=None,
         fitted_residual_percent=None,
         delay=0,
+        constant=None,
         passed=False,
         meaning=meaning,
     )

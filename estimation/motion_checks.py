@@ -9,13 +9,15 @@ from axisid.modeling import Parameter
 from .arrays import Array
 from .check import Check, passed
 from .estimate import Estimate
-from .excitation import Excitation
+from .excitation import FEW_ROWS, Excitation
 from .physical import physical_parameters
 from .value import Value
 
 _MOST_CONDITION = 100.0
 _MOST_RELATIVE_SD = 30.0  # percent
 _NOTHING = 0.01  # of the force
+_NOWHERE = 0.05  # of the largest force, anywhere along the record
+_SMALL = 0.1  # of what the force and the motion make of the unit
 
 
 def conditioning(X: Array) -> Check:
@@ -38,17 +40,19 @@ def conditioning(X: Array) -> Check:
 def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
     """Every parameter against its own deviation; a vague one with the reason."""
     values = estimate.parameters
-    vague = [s for s in shown if values[s.name].relative_deviation_percent > _MOST_RELATIVE_SD]
+    relative = {s.name: _relative_percent(s, values[s.name]) for s in shown}
+    vague = [s for s in shown if relative[s.name] > _MOST_RELATIVE_SD]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
     hidden = [s for s in vague if s not in small]
-    worst = max(v.relative_deviation_percent for v in values.values())
+    worst = max(relative.values())
     return Check(
         name="precision",
         status=passed(not hidden),
         figure=worst if np.isfinite(worst) else None,
         threshold=_MOST_RELATIVE_SD,
-        source="relative HAC deviation in percent; a parameter whose part of the force is below "
-        "1 %, deviation included, may be as vague as it is",
+        source="relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
+        "rows tell of the parameter; one whose part of the force is below 1 %, deviation "
+        "included, may be as vague as it is, unless it could be as large as the unit allows",
         meaning="; ".join(
             f"{s.name} is not identified by this record, because {s.reason}" for s in hidden
         )
@@ -99,9 +103,24 @@ def beyond_bounds(values: Mapping[Parameter, float]) -> str:
     return f"{said}: check the signs and units of the record"
 
 
+def _relative_percent(shown: Excitation, value: Value) -> float:
+    """Relative deviation; in few rows residuals are small since the estimate follows them."""
+    few = shown.rows < FEW_ROWS
+    deviation = max(value.deviation, value.sd) if few else value.deviation
+    return 100.0 * deviation / abs(value.value) if value.value else float("inf")
+
+
 def _is_nothing(shown: Excitation, value: Value) -> bool:
-    """Known to be small, not unknown: no other column and no missing motion hides it."""
+    """Known to be small, not unknown: no other column and no missing motion hides it.
+
+    A term that acts beyond the rows, or beyond the motion, is small in them whatever it is.
+    """
     if shown.alike or shown.lacking or not value.value:
         return False
-    largest = abs(value.value) + 2 * value.deviation
-    return shown.share * largest / abs(value.value) < _NOTHING
+    largest = abs(value.value) + 2 * max(value.deviation, value.sd)
+    times = largest / abs(value.value)
+    return (
+        shown.share * times < _NOTHING
+        and shown.largest_share * times < _NOWHERE
+        and largest < _SMALL * shown.natural
+    )

@@ -19,6 +19,7 @@ from .serialised import (
     diagnosis_dict,
     drawn_dict,
     estimate_dict,
+    left_out_dict,
     physical_dict,
     prefilter_dict,
     record_dict,
@@ -192,6 +193,7 @@ class Identification:
             "schema": SCHEMA,
             "axis": self.axis.axis.name,
             "signature": self.axis.signature,
+            "left_out": left_out_dict(self.axis),
             "record": record_dict(self.record),
             "prefilter": prefilter_dict(self.prefilter, self.record.period),
             "estimates": [

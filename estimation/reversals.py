@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 
-_REST = 1e-3  # of the largest speed
+#: Of the largest speed, below which an axis rests.
+REST = 1e-3
 
 
 def rest_below(velocities: Iterable[Array]) -> float:
     """Speed below which an axis rests, from the stretches of its filtered velocity."""
-    return _REST * max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
+    return REST * max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:

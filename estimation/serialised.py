@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from axisid.codegen import Quantity
+from axisid.codegen import GeneratedAxis, Quantity
 
 from .arrays import Array, finite
 from .estimate import Estimate
@@ -133,6 +133,11 @@ def physical_dict(physical: Physical | None) -> dict[str, Any]:
             "remarks": list(physical.remarks),
         }
     }
+
+
+def left_out_dict(axis: GeneratedAxis) -> dict[str, float | None]:
+    """What stands for the parameters that were left out, by name."""
+    return {p.name: p.known for p in axis.declared.left_out}
 
 
 def value_dict(value: Value) -> dict[str, Any]:

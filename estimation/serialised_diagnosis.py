@@ -87,6 +87,9 @@ def _excitation(shown: Excitation) -> dict[str, Any]:
         "inflation": finite(shown.inflation),
         "alike": list(shown.alike),
         "lacking": list(shown.lacking),
+        "rows": shown.rows,
+        "largest_share": finite(shown.largest_share),
+        "natural": finite(shown.natural),
     }
 
 

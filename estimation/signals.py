@@ -14,8 +14,6 @@ from .errors import DataError
 from .prefilter import Prefilter
 from .record import Record
 
-#: Share of the samples near reversals from which they are kept unless told otherwise.
-MOST_SILENT = 0.6  # of the samples; a motion that only reverses has nothing else to show
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 _SAME = 0.02  # relative, of such a factor
 
@@ -67,10 +65,26 @@ def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefil
         return replace(fitted, reversals="keep")
     check_filter(fitted, axis, len(record), record.period, record.provenance.source)
     silent = fitted.near_reversals(record.position, record.period)
-    taken = sum(stop - start for start, stop in silent)
-    if prefilter.reversals is None and axis.is_linear and taken > MOST_SILENT * len(record):
+    left_out = replace(fitted, reversals="leave-out", silent=silent)
+    if prefilter.reversals is None and axis.is_linear and _too_little(left_out, axis, record):
         return replace(fitted, reversals="keep")
-    return replace(fitted, reversals="leave-out", silent=silent)
+    return left_out
+
+
+def _too_little(left_out: Prefilter, axis: GeneratedAxis, record: Record) -> bool:
+    """Whether a parameter is hardly shown without the samples near reversals and rests."""
+    from .without_turns import LEAST_LEFT, Information
+
+    starts = [start for start, _ in record.spans]
+    unknown = np.zeros(len(record))
+    signals = filtered_signals(left_out, record.position, unknown, record.period, starts)
+    near = np.zeros(len(record), dtype=bool)
+    for start, stop in left_out.silent:
+        near[start:stop] = True
+    found = Information(axis)
+    kept = left_out.kept(len(record), record.period)
+    found.add(signals, kept, near, float(np.abs(signals.velocity).max()))
+    return found.remaining < LEAST_LEFT
 
 
 def check_filter(

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen import GeneratedAxis
+from axisid.modeling import left_out_text
 
 from .arrays import Array, finite
 from .motion_checks import beyond_bounds, is_outside
 from .prefilter import Prefilter
 from .provenance import Provenance
-from .serialised import origin_dict, prefilter_dict, value_dict
+from .serialised import left_out_dict, origin_dict, prefilter_dict, value_dict
 from .summary import failed, heading_text, number_with_sd, numbered, text_table
 from .value import Named, Value, student_interval
 
@@ -102,6 +103,7 @@ class StreamedEstimate:
         heading = heading_text(
             {
                 "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+                "left out": left_out_text(self.axis.declared),
                 "record": f"{source.source}, {self.samples} samples of {1e3 * self.period:.6g} ms, "
                 "read in blocks",
                 "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
@@ -141,6 +143,7 @@ class StreamedEstimate:
             "schema": STREAM_SCHEMA,
             "axis": self.axis.axis.name,
             "signature": self.axis.signature,
+            "left_out": left_out_dict(self.axis),
             "record": {
                 **origin_dict(self.provenance),
                 "assumed": list(self.provenance.assumed),

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen import GeneratedAxis, as_generated
 from axisid.modeling import Axis, UsageError
@@ -20,14 +21,16 @@ from .arrays import Array
 from .blocks import Extent, extent
 from .covariance import bartlett, first_lags, lags_of, most_lags
 from .errors import EstimationError
-from .forms import InverseForm
+from .forms import Equations, InverseForm
 from .linear import Solution, condition_number, factor, least_squares
 from .prefilter import LIGHT, Prefilter
 from .provenance import Provenance
-from .reversals import near_turns, rest_below
-from .signals import MOST_SILENT, check_filter, chosen_hold, filtered_signals, force_of
+from .reversals import REST, near_turns, rest_below
+from .shown import Reach, check_shown
+from .signals import Signals, check_filter, chosen_hold, filtered_signals, force_of
 from .streamed import StreamedEstimate
 from .time_base import other_period
+from .without_turns import LEAST_LEFT, Information
 
 _FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
 
@@ -72,7 +75,7 @@ def identify_stream(
     chosen = chosen or Prefilter.suited(found.period)
     rows = _Rows(generated, blocks, chosen, found, told.source)
     triangle, size, left = _factored(rows)
-    if chosen.reversals is None and rows.silenced > MOST_SILENT * found.samples:
+    if chosen.reversals is None and rows.information.remaining < LEAST_LEFT:
         kept = replace(chosen, reversals="keep")
         rows = _Rows(generated, blocks, kept, found, told.source)
         triangle, size, left = _factored(rows)
@@ -82,6 +85,15 @@ def identify_stream(
             f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
             "record longer, or decimate less."
         )
+    check_shown(
+        generated,
+        rows.reach,
+        triangle[:, :-1],
+        triangle[:, -1],
+        rows=size,
+        source=told.source,
+        without_turns=rows.rest is not None,
+    )
     with np.errstate(all="ignore"):
         solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
     robust, hac, lags = _hac(rows, solution, size)
@@ -146,15 +158,26 @@ class _Rows:
             silent=(),
         )
         self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
-        self.reach = self.prefilter.turn_reach(self.period) if left_out else 0
+        self.turns = self.prefilter.turn_reach(self.period) if left_out else 0
         self.rest = rest_below(self._velocities()) if left_out else None
-        self.silenced = 0  # samples near reversals, of the last pass
+        self._begin()
 
     def __iter__(self) -> Iterator[tuple[Array, Array]]:
         """Regressor (n, p) and left side less what is known (n,), with the left side itself."""
-        self.silenced = 0
+        self._begin()
         for piece in self._pieces():
             yield from self._between(*piece)
+
+    def _begin(self) -> None:
+        """Before a pass: what it finds beside the rows."""
+        self.silenced = 0  # samples near reversals
+        self.information = Information(self.axis)
+        self._reaches: list[Reach] = []
+
+    @property
+    def reach(self) -> Reach | None:
+        """Of the samples of the last pass that are kept."""
+        return Reach.joined(self._reaches) if self._reaches else None
 
     def _velocities(self) -> Iterator[Array]:
         """Filtered velocity, stretch by stretch."""
@@ -163,7 +186,7 @@ class _Rows:
 
     def _pieces(self) -> Iterator[tuple[Array, Array, int, int, int]]:
         """Position and force from `begin` on, whose samples from `start` to `stop` are due."""
-        around = sum(self.margins) + self.reach + 2  # two more for the central differences
+        around = sum(self.margins) + self.turns + 2  # two more for the central differences
         position, force = np.empty(0), np.empty(0)
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
         for block in self.blocks:
@@ -189,14 +212,16 @@ class _Rows:
         signals = filtered_signals(f, position, force, period, [0])
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
-        low = max(start - smoothing, cut, begin + (motion + self.reach + 2 if begin else 0))
+        low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
         weights = np.ones(len(position))
         both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
+        near = np.zeros(len(position), dtype=bool)
         if self.rest is not None:
-            near = near_turns(signals.velocity, self.reach, self.rest)
+            near = near_turns(signals.velocity, self.turns, self.rest)
             both[near] = 0.0
             self.silenced += int(near[start - begin : stop - begin].sum())
+        self._look(signals, equations, near, begin, start, stop)
         for first, last in f.silent_ends(self.samples, period):
             both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
         if not rows.size:
@@ -209,6 +234,25 @@ class _Rows:
                 f"the regressor of {self.source} is not finite; check the signals' size."
             )
         yield np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]), kept[:, -2]
+
+    def _look(
+        self,
+        signals: Signals,
+        equations: Equations,
+        near: NDArray[np.bool_],
+        begin: int,
+        start: int,
+        stop: int,
+    ) -> None:
+        """Take note of the samples from `start` to before `stop` that are not dropped."""
+        low, high = self.prefilter.dropped(self.period)
+        kept = np.zeros(len(near), dtype=bool)
+        first, last = max(start, low), min(stop, self.samples - high)
+        kept[first - begin : max(last, first) - begin] = True
+        found = Reach.of(signals, equations, kept)
+        self._reaches += [] if found is None else [found]
+        if self.rest is not None:
+            self.information.add(signals, kept, near, self.rest / REST)
 
 
 def _factored(rows: _Rows) -> tuple[Array, int, float]:

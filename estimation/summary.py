@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen import GeneratedAxis, Quantity
-from axisid.modeling import Parameter
+from axisid.modeling import Parameter, left_out_text
 
 from .check import Check
 from .conclusion import by_weight, conclusion
@@ -118,6 +118,7 @@ def _heading(axis: GeneratedAxis, record: Record) -> str:
     return heading_text(
         {
             "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+            "left out": left_out_text(axis.declared),
             **record_lines(record),
             "truth": _truth(axis.declared.parameters, source.truth),
             "": _truth([p for p, _ in axis.base.combined], source.truth),

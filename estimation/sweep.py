@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axisid.codegen import GeneratedAxis, Progress, as_generated, each, is_real
-from axisid.modeling import Axis, UsageError
+from axisid.modeling import Axis, UsageError, left_out_text
 
 from .errors import DataError, EstimationError
 from .estimate import Estimate
+from .excitation import FEW_ROWS
 from .filter_check import filter_bias
-from .identification import FEW_ROWS, METHODS, identify
+from .identification import METHODS, identify
 from .instruments import STRONG_F, biased_parameters, endogeneity_of, instrument_tests
 from .law_check import check_law
 from .prefilter import Prefilter, matching_decimation
@@ -82,7 +83,12 @@ class Sweep:
         if "idm-iv" in methods:
             methods = [m for m in methods if m != "ddm-iv"]  # the same estimate
         heading = record_lines(self.results[0].record)
-        told = heading_text({name: heading[name] for name in ("assumed", "repaired")})
+        told = heading_text(
+            {
+                "left out": left_out_text(self.results[0].axis.declared),
+                **{name: heading[name] for name in ("assumed", "repaired")},
+            }
+        )
         blocks = [told] if told else []
         for quantity in self.results[0].axis.parameters:
             header = ["cut-off [Hz]", "1 of"]

@@ -48,7 +48,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     if not np.isfinite(search.error(starts[0])):
         raise EstimationError(
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
-            "and bounds of the right size."
+            f"and bounds of the right size. At the first, {search.reason(starts[0])}"
         )
     found = [
         minimise(
@@ -178,6 +178,14 @@ class _Projected:
         except EstimationError:
             return np.inf
         return float(residuals @ residuals)
+
+    def reason(self, bent: Array) -> str:
+        """Why there is no estimate."""
+        try:
+            self.solved(bent)
+        except EstimationError as error:
+            return str(error)
+        return "the residuals are not finite."
 
     @property
     def _left(self) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .alignment import Alignment
 from .check import Check, passed
-from .estimate import CURVED, FOLLOWING, Estimate
+from .estimate import CURVED, Estimate
 from .excitation import Excitation
 from .filter_check import filter_bias
 from .instruments import (
@@ -25,6 +25,7 @@ from .instruments import (
 from .law_check import GOOD_RESIDUAL, LawCheck
 from .motion_checks import conditioning, precision, within_bounds
 from .residual_checks import residual_checks
+from .simulation_check import following
 
 _SELF_TEST = 1e-6
 _ALIGNED = 0.35  # samples; what rounding by the filter may look like is up to 0.15
@@ -42,6 +43,7 @@ def verdict(
     alignment: Alignment | str,
     hold: str,
     reversals: str | None,
+    rest: float,
 ) -> tuple[Check, ...]:
     """Hold what was measured of a result against thresholds; see `Diagnosis`."""
     ls, iv = estimates.get("idm-ls"), estimates.get("idm-iv")
@@ -57,7 +59,7 @@ def verdict(
         precision(judged, moved),
         within_bounds(judged),
         _delta_method(direct or estimates.get("ddm-ls")),
-        _following(judged),
+        following(judged, rest),
         *residual_checks(judged, judged.residual_tests),
         filter_bias(judged, reversals),
         _alignment(judged, alignment, hold, strength),
@@ -183,26 +185,6 @@ def _delta_method(direct: Estimate | None) -> Check:
         if straight
         else f"the map from the direct model to {', '.join(bent)} bends within the uncertainty: "
         "take intervals from draws (--draws 10000, or propagate() in Python)",
-    )
-
-
-def _following(judged: Estimate) -> Check:
-    error = judged.simulation_error_percent
-    if error is None:
-        return Check.missing("simulation", "the closed loop could not be simulated")
-    good = error < FOLLOWING
-    return Check(
-        name="simulation",
-        status=passed(good),
-        figure=error,
-        threshold=FOLLOWING,
-        source="simulation error in percent of the left side; at 50 the loop explains three "
-        "quarters of its power, at 100 nothing",
-        meaning="the simulated loop follows the record"
-        if good
-        else f"the simulated loop leaves {error:.3g} % of the {judged.form.left} unexplained; "
-        "check the law, signs and units, or see whether the record is noise, or a motion that the "
-        "model does not have",
     )
 
 

@@ -65,6 +65,8 @@ from .identifiability import describe_loss as describe_loss
 from .identifiability import rounded as rounded
 from .ladder import friction_ladder as friction_ladder
 from .lagrange import lagrange as lagrange
+from .left_out import leave_out as leave_out
+from .left_out import left_out_text as left_out_text
 from .library import LIBRARY as LIBRARY
 from .loading import load_axis as load_axis
 from .model import AxisModel as AxisModel

@@ -47,6 +47,9 @@ class Axis:
         The motion of the axis's twin.
     title : str
         One line for tables.
+    left_out : tuple of Parameter
+        Parameters that are not identified, each with the `known` value that stands for it in the
+        force; see `leave_out`.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Axis:
     columns: Mapping[str, str] = field(default_factory=dict)
     experiment: Experiment | None = None
     title: str = ""
+    left_out: tuple[Parameter, ...] = ()
 
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")

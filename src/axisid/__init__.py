@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from axisid.modeling import gravity as gravity
     from axisid.modeling import gravity_moment as gravity_moment
     from axisid.modeling import lagrange as lagrange
+    from axisid.modeling import leave_out as leave_out
     from axisid.modeling import load_axis as load_axis
     from axisid.modeling import load_dependent as load_dependent
     from axisid.modeling import motor_inertia as motor_inertia
@@ -90,8 +91,9 @@ _STAGES = {
         "MEASURED_POSITION MEASURED_VELOCITY Memory ModelError Move PERIOD Parameter REFERENCE "
         "UsageError asymmetric_coulomb asymmetric_viscous back_and_forth cascade_pd "
         "cascade_pd_averaged cascade_pd_difference cogging coulomb cubic_spring derive end_stop "
-        "fix friction_ladder gain gravity gravity_moment lagrange load_axis load_dependent "
-        "motor_inertia newton offset periodic_coulomb quadratic spring stribeck viscous"
+        "fix friction_ladder gain gravity gravity_moment lagrange leave_out load_axis "
+        "load_dependent motor_inertia newton offset periodic_coulomb quadratic spring stribeck "
+        "viscous"
     ),
     "axisid.codegen": "GeneratedAxis build",
     "axisid.estimation": (

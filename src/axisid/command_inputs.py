@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from axisid.progress import ProgressLine
 from axisid.record_options import LOG_ENDINGS, Reading
 
@@ -14,6 +16,16 @@ if TYPE_CHECKING:
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
+leave_out_option = click.option(
+    "--leave-out",
+    "left_out",
+    multiple=True,
+    metavar="NAME",
+    help="A parameter that is not identified, as the record does not show it: held at what --fix "
+    "says, else at 0 (at its nominal value if it enters nonlinearly); again for each.",
+)
+
+
 def axis_and_record(
     axis: str,
     record: str | None,
@@ -21,22 +33,26 @@ def axis_and_record(
     second: str | None = None,
     *,
     fixed: tuple[str, ...] = (),
+    left_out: tuple[str, ...] = (),
     no_native: bool,
 ) -> "tuple[GeneratedAxis, Record]":
     """The axis that was named, and its record or its twin's."""
     with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
         from axisid.codegen import build
         from axisid.estimation import twin_record
-        from axisid.modeling import UsageError, fix, load_axis, read_fixed
+        from axisid.modeling import UsageError, fix, leave_out, load_axis, read_fixed
 
         if Path(axis).suffix.lower() in LOG_ENDINGS:
             raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
-        generated = build(fix(load_axis(axis), **read_fixed(fixed)), native=not no_native)
+        whole = fix(load_axis(axis), **read_fixed(fixed))
+        generated = build(leave_out(whole, *left_out), native=not no_native)
         if record is not None:
             return generated, reading.record(record, generated)
         if reading.given and second is None:
             raise UsageError(f"{' and '.join(reading.given)} describe a record; name its file.")
-        return generated, twin_record(generated)
+        # The twin has every term, as an axis does whatever is identified of it.
+        own = build(whole, native=not no_native) if left_out else generated
+        return generated, twin_record(own)
 
 
 def file_of(argument: str) -> Path:

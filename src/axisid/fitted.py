@@ -8,7 +8,7 @@ from typing import Any
 
 from axisid.codegen import signature
 from axisid.estimation import JUDGED, DataError, Identification, Value
-from axisid.modeling import AxisModel, UsageError, derive, load_axis
+from axisid.modeling import AxisModel, UsageError, derive, leave_out, load_axis
 from axisid.result_file import read_json
 
 _SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
@@ -93,7 +93,7 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
     if axis is None:
         raise UsageError(f"{result} does not hold the axis; give the one it was identified with.")
     written = _read(Path(result))
-    model = derive(load_axis(axis))
+    model = derive(leave_out(load_axis(axis), **(written.get("left_out") or {})))
     try:
         fitted = FittedAxis(
             model=model,

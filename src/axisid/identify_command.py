@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from axisid.command_inputs import METHODS, axis_and_record
+from axisid.command_inputs import METHODS, axis_and_record, leave_out_option
 from axisid.command_outputs import Target, check_folder, check_targets, force_option, json_option
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
@@ -70,6 +70,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="A parameter that is known apart from the record, SI, with its standard deviation; again "
     "for each.",
 )
+@leave_out_option
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--validate",
@@ -141,6 +142,7 @@ def identify(
     stream: bool,
     json_file: str | None,
     fix: tuple[str, ...],
+    left_out: tuple[str, ...],
     no_native: bool,
     report: str | None,
     figures: str | None,
@@ -160,7 +162,7 @@ def identify(
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
     check_targets(targets, (record, axis, second), force=force)
     if stream:
-        identify_streamed(axis, record, method, filtering, reading, json_file)
+        identify_streamed(axis, record, method, filtering, reading, json_file, left_out)
         return
     _check_idle(covariance, json_file)
     if figures is not None:
@@ -169,7 +171,9 @@ def identify(
         drawn = {f"{name}.{figure_format}": "figure" for name in NAMES}
         check_folder(figures, "--figures", drawn, force=force)
 
-    generated, data = axis_and_record(axis, record, reading, second, fixed=fix, no_native=no_native)
+    generated, data = axis_and_record(
+        axis, record, reading, second, fixed=fix, left_out=left_out, no_native=no_native
+    )
 
     from axisid.estimation import identify as run
     from axisid.estimation.signals import measured_signals

@@ -8,7 +8,7 @@ from axisid.option_checks import check_allowed
 from axisid.progress import ProgressLine
 from axisid.record_options import RECORD_OPTIONS, Reading
 
-_KNOWN = ("--stream", "--json", "--force")
+_KNOWN = ("--stream", "--json", "--force", "--leave-out")
 
 
 def identify_streamed(
@@ -18,6 +18,7 @@ def identify_streamed(
     filtering: Filtering,
     reading: Reading,
     json_file: str | None,
+    left_out: tuple[str, ...] = (),
 ) -> None:
     """Identify from a log that is read in blocks; some options ask for more than that can give."""
     own = "--stream identifies a RECORD by idm-ls alone"
@@ -27,10 +28,10 @@ def identify_streamed(
     check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *known), own)
     from axisid.codegen import build
     from axisid.estimation import identify_stream
-    from axisid.modeling import load_axis
+    from axisid.modeling import leave_out, load_axis
 
     with ProgressLine(f"reading {record} in blocks"):
-        generated = build(load_axis(axis), native=False)
+        generated = build(leave_out(load_axis(axis), *left_out), native=False)
         blocks = reading.blocks(record, generated)
         result = identify_stream(
             generated,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from axisid.command_inputs import axis_and_record
+from axisid.command_inputs import axis_and_record, leave_out_option
 from axisid.command_outputs import Target, check_targets, force_option, json_option, put_json
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
@@ -30,6 +30,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
 @record_options
+@leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -42,6 +43,7 @@ def sweep(
     points: int,
     filtering: Filtering,
     reading: Reading,
+    left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -60,7 +62,7 @@ def sweep(
         )
     if figure is not None:
         import axisid.figures  # noqa: F401 - refused before anything is computed
-    generated, data = axis_and_record(axis, record, reading, no_native=no_native)
+    generated, data = axis_and_record(axis, record, reading, left_out=left_out, no_native=no_native)
 
     from axisid.estimation import default_cutoffs
     from axisid.estimation import sweep as run

@@ -252,6 +252,7 @@ def _settings(result: dict[str, Any]) -> dict[str, Any]:
     return {
         "axis": result["axis"],
         "generated code": result["signature"],
+        "left out": result.get("left_out") or None,
         "record": record["source"],
         "sha256": record["sha256"],
         "samples": record["samples"],

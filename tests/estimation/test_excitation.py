@@ -186,9 +186,19 @@ def test_excitation_is_in_json() -> None:
     result = moved(*ALL)
     written = result.to_dict()["excitation"]
     assert list(written) == ["m", "b", "c", "f", "k"]
-    assert set(written["m"]) == {"share", "inflation", "alike", "lacking"}
+    members = {"share", "inflation", "alike", "lacking", "rows", "largest_share", "natural"}
+    assert set(written["m"]) == members
 
 
 def test_what_the_motion_shows_prints_in_a_line() -> None:
-    shown = Excitation(name="b", share=0.123, inflation=9.0, alike=("c",), lacking=("one speed",))
+    shown = Excitation(
+        name="b",
+        share=0.123,
+        inflation=9.0,
+        alike=("c",),
+        lacking=("one speed",),
+        rows=90.0,
+        largest_share=0.2,
+        natural=700.0,
+    )
     assert repr(shown) == "b: 12.3 % of the force, like c, one speed"

@@ -28,6 +28,9 @@ NAMES = [
     *RESIDUAL_CHECKS,
     "filter bias",
     "alignment",
+    "control against limit",
+    "constant force",
+    "ripple",
 ]
 
 

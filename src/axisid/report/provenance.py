@@ -8,6 +8,7 @@ from importlib.metadata import version
 from axisid import __version__
 from axisid.estimation import Identification
 from axisid.estimation.typeset import readable_unit
+from axisid.modeling import left_out_text
 
 from .prose import unbroken
 
@@ -46,6 +47,7 @@ def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
     return {
         "made": "" if made is None else made.isoformat(" ", "seconds"),
         "axis": result.axis.axis.name,
+        "left out": left_out_text(result.axis.declared),
         "record": f"SIMULATED: {source.source}" if source.truth else source.source,
         "truth": truth_text(result),
         "file as named": source.given,
