@@ -4,8 +4,8 @@ Right logs of twins, of the library and drawn at random, each with one random fa
 are read and identified with nothing asked for. Each run is ``refused`` with a sentence, ``told`` (a
 check of the verdict fails, or a warning), ``harmless`` (every parameter is within three deviations
 or 2 % of the truth), or ``SILENT``: wrong, and nothing said. ``broken`` is any other error than a
-sentence, ``hung`` is more than 10 s. The control group, the same logs without a fault, counts false
-alarms; faults are put into those logs that raise none.
+sentence, ``hung`` is more than 10 s of work. The control group, the same logs without a fault,
+counts false alarms; faults are put into those logs that raise none.
 
     python benchmarks/faults.py               a table, and every run that is silent
     python benchmarks/faults.py --json -      one JSON object
@@ -85,18 +85,18 @@ class Run:
 
 @contextmanager
 def in_time() -> Iterator[None]:
-    """Raise `Hung` after some seconds."""
+    """Raise `Hung` after some seconds of work."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise Hung
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(_SECONDS)
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, _SECONDS)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def drawn_axis(seed: int, number: int) -> GeneratedAxis:
@@ -213,7 +213,8 @@ def table(runs: list[Run]) -> str:
             sum(n for (k, o), n in counted.items() if o == outcome and kind in (k, "all"))
             for outcome in OUTCOMES
         ]
-        lines.append(f"{kind:<14}{sum(shares):>6}" + "".join(f"{n or '-':>10}" for n in shares))
+        row = f"{kind:<14}{sum(shares):>6}" + "".join(f"{n or '-':>10}" for n in shares)
+        lines += [row] if sum(shares) else []
     lines += ["", f"without a fault: {len(alarms)} of {control} logs raise an alarm"]
     names = Counter(name for run in alarms for name in run.said.split("; "))
     lines += [f"  {count} {name}" for name, count in names.most_common()]

@@ -77,6 +77,8 @@ class RandomAxis:
         Lines of TOML.
     noise : float
         Of the position, in the coordinate's unit.
+    force, stroke, speed : float
+        What accelerates it, how far and how fast it goes.
     """
 
     name: str
@@ -93,6 +95,9 @@ class RandomAxis:
     period: float
     experiment: str
     noise: float
+    force: float
+    stroke: float
+    speed: float
 
     @property
     def truth(self) -> dict[str, float]:
@@ -182,6 +187,9 @@ def random_axis(rng: np.random.Generator) -> RandomAxis:
         period=float(rng.choice([1e-3, 1e-3, 5e-4])),
         experiment=_experiment(rng, speed, speed / ramp, cruise, everywhere=everywhere),
         noise=_short(stroke * 10 ** rng.uniform(-6.5, -4.0)),
+        force=_short(force),
+        stroke=_short(stroke),
+        speed=_short(speed),
     )
 
 

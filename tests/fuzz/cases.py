@@ -22,8 +22,9 @@ from axisid import AxisidError
 
 SEED = int(os.environ.get("AXISID_FUZZ_SEED", "1"))
 TIMES = float(os.environ.get("AXISID_FUZZ_TIMES", "1"))
-SECONDS = 10  # the longest that any input may take
+SECONDS = 10  # of work, the most that any input may take
 
+_WAITING = 60.0  # seconds, on a machine that is busy with other things
 _SHRINKING = 20.0  # seconds for making a failing input smaller
 _SHOWN = 6  # classes of failures
 
@@ -39,19 +40,22 @@ class WrongError(AssertionError):
 
 
 @contextmanager
-def in_time(seconds: float = SECONDS) -> Iterator[None]:
-    """Raise `Hung` after some seconds."""
+def in_time() -> Iterator[None]:
+    """Raise `Hung` after some seconds of work, or many of waiting."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise Hung
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    timers = ((signal.ITIMER_PROF, signal.SIGPROF), (signal.ITIMER_REAL, signal.SIGALRM))
+    before = [signal.signal(ended, stop) for _, ended in timers]
+    for (timer, _), seconds in zip(timers, (SECONDS, _WAITING), strict=True):
+        signal.setitimer(timer, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        for (timer, ended), handler in zip(timers, before, strict=True):
+            signal.setitimer(timer, 0)
+            signal.signal(ended, handler)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

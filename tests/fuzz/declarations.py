@@ -8,9 +8,9 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
-from random_axes import random_axis
 
 from axisid.scaffold import scaffold
+from benchmarks.random_axes import random_axis
 from tests.fuzz.cases import one_of
 from tests.fuzz.expressions import random_text
 

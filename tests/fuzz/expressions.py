@@ -2,6 +2,7 @@
 
 import ast
 import operator
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -81,6 +82,11 @@ def random_text(rng: np.random.Generator, names: Sequence[str], depth: int = 4) 
     sign = one_of(rng, (" + ", " - ", "*", "*", "/"))
     right = random_text(rng, names, depth - 1)
     return f"({left}){sign}({right})" if rng.random() < 0.5 else f"{left}{sign}{right}"
+
+
+def renamed(text: str, names: Mapping[str, str]) -> str:
+    """A text with other words in the place of its names."""
+    return re.sub(r"[A-Za-z_]\w*", lambda word: names.get(word[0], word[0]), text)
 
 
 def spoilt(text: str, rng: np.random.Generator) -> str:

@@ -17,12 +17,14 @@ from tests.fuzz.expressions import (
     NoValueError,
     exact_value,
     random_text,
+    renamed,
     smaller_texts,
     spoilt,
 )
 
 NAMES = ("x", "v")
 _RELATIVE, _OF_LARGEST, _ROUNDINGS = 1e-9, 1e-12, 100.0
+_RATIOS = {"x": "(q/a)", "v": "(dq/w)"}
 _SPREADS = (1.0, 3.0, 0.1, 1e-3)
 
 # Lengths and speeds over 1 have no unit, so that no expression of them is refused for its units.
@@ -42,19 +44,6 @@ resistance = ["b*({})"]
 """
 
 
-def _text_of(text: str) -> str:
-    """The expression of lengths and speeds, over units of 1."""
-    symbols = {"x": "(q/a)", "v": "(dq/w)"}
-    pieces, word = [], ""
-    for letter in f"{text} ":
-        if letter.isalnum() or letter == "_":
-            word += letter
-        else:
-            pieces += [symbols.get(word, word), letter]
-            word = ""
-    return "".join(pieces).strip()
-
-
 def _points(text: str) -> Iterator[tuple[float, float]]:
     """Where an expression is looked at: anywhere, and near its own numbers, where parts cancel."""
     rng = np.random.default_rng(len(text))
@@ -68,7 +57,7 @@ def _points(text: str) -> Iterator[tuple[float, float]]:
 
 def _check(text: str, file: Path) -> None:
     """Hold the force of an axis against what its expression says."""
-    file.write_text(_AXIS.format(_text_of(text)), encoding="utf-8")
+    file.write_text(_AXIS.format(renamed(text, _RATIOS)), encoding="utf-8")
     built = build(load_axis(file), native=False)
     force = built.functions["inverse_dynamics"]
     for x, v in _points(text):

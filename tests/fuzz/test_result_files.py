@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_axes import RandomAxis, random_axis
 
 from axisid import build, identify, load_axis, twin_record
+from benchmarks.random_axes import RandomAxis, random_axis
 from tests.fuzz.cases import Fuzz, WrongError, one_of
 from tests.fuzz.commands import kept_to
 from tests.fuzz.result_files import changed_result, smaller_results

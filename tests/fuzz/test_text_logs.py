@@ -10,7 +10,7 @@ from axisid import DataError
 from axisid.estimation.read_text import text_blocks
 from axisid.estimation.readers import read_table
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
-from tests.fuzz.text_logs import TextLog, changed_log, smaller_logs, text_log
+from tests.fuzz.text_logs import TextLog, changed_log, damaged, smaller_logs, text_log
 
 
 def _compare(log: TextLog, name: str, column: int, values: np.ndarray) -> None:
@@ -95,22 +95,6 @@ def test_blocks_are_read_as_the_whole_is(file: Path) -> None:
     ).run()
 
 
-def _damaged(rng: np.random.Generator) -> bytes:
-    """The bytes of a log, some of them changed, lost or doubled."""
-    content = bytearray(changed_log(rng).content)
-    for _ in range(int(rng.integers(1, 12))):
-        at, kind = int(rng.integers(max(len(content), 1))), int(rng.integers(4))
-        if kind == 0:
-            content[at : at + 1] = bytes(rng.integers(0, 256, 1, dtype=np.uint8))
-        elif kind == 1:
-            del content[at : at + int(rng.integers(1, 40))]
-        elif kind == 2:
-            content[at:at] = content[at : at + int(rng.integers(1, 60))]
-        else:
-            content[at:at] = rng.choice([b"\0", b'"', b"\n", b";", b",", b"\xff", b"e", b"\x1a"])
-    return bytes(content)
-
-
 def test_damaged_bytes_are_read_or_refused(file: Path) -> None:
     def check(text: str) -> None:
         file.write_bytes(text.encode("latin-1"))
@@ -124,7 +108,7 @@ def test_damaged_bytes_are_read_or_refused(file: Path) -> None:
     Fuzz(
         name="damaged logs",
         count=600,
-        draw=lambda rng: _damaged(rng).decode("latin-1"),
+        draw=lambda rng: damaged(changed_log(rng).content, rng).decode("latin-1"),
         check=check,
         smaller=pieces_left_out,
         shown=lambda text: repr(text.encode("latin-1")),

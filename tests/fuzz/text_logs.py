@@ -294,6 +294,22 @@ def changed_log(rng: np.random.Generator) -> TextLog:
     return log
 
 
+def damaged(log: bytes, rng: np.random.Generator) -> bytes:
+    """The bytes of a log, some of them changed, lost or doubled."""
+    content = bytearray(log)
+    for _ in range(int(rng.integers(1, 12))):
+        at, kind = int(rng.integers(max(len(content), 1))), int(rng.integers(4))
+        if kind == 0:
+            content[at : at + 1] = bytes(rng.integers(0, 256, 1, dtype=np.uint8))
+        elif kind == 1:
+            del content[at : at + int(rng.integers(1, 40))]
+        elif kind == 2:
+            content[at:at] = content[at : at + int(rng.integers(1, 60))]
+        else:
+            content[at:at] = rng.choice([b"\0", b'"', b"\n", b";", b",", b"\xff", b"e", b"\x1a"])
+    return bytes(content)
+
+
 def smaller_logs(log: TextLog) -> Iterator[TextLog]:
     """The log with fewer rows and columns, and written more plainly."""
     n = len(log.rows)
