@@ -1,5 +1,6 @@
 # make identify : the main job on the built-in twin of the paper's axis
 # make test     : everything that must pass before a change lands
+# make fuzz     : the same random inputs in numbers, from another seed; SEED=7 TIMES=100
 # make docs     : the documentation, build/docs/index.html
 # make bench    : how fast it is, and how often its intervals hold the truth
 # PYTHON=... chooses the interpreter of the environment (3.11 or later).
@@ -12,7 +13,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 CODE := modeling codegen estimation src/axisid/*.py src/axisid/report tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
-.PHONY: help identify generate check test bench lint types tests docs lock clean
+.PHONY: help identify generate check test fuzz bench lint types tests docs lock clean
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -25,11 +26,18 @@ generate: $(VENV)/.run
 
 test: lint types check tests docs
 
+# A failure prints the seed and the smallest input that fails; TIMES is that of the usual number.
+SEED ?= $(shell date +%s)
+TIMES ?= 50
+fuzz: $(VENV)/.test
+	AXISID_FUZZ_SEED=$(SEED) AXISID_FUZZ_TIMES=$(TIMES) $(BIN)/pytest -n auto tests/fuzz
+
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/generation.py
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
+	$(BIN)/python benchmarks/faults.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

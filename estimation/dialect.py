@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from .column_units import is_unit, split_labels
 from .errors import DataError
+from .time_stamps import is_stamp
 
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
@@ -18,6 +19,8 @@ _MOST_COLUMNS = 10_000
 _MOST = 0.9  # of the rows that the best reading makes a table of
 _COMMENTS = ("#", "%", "//")
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
+#: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
+_SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 Line = tuple[int, str]
@@ -75,7 +78,7 @@ def split_cells(line: str, separator: str | None) -> list[str]:
 
 def is_comment(line: str) -> bool:
     """Whether a line is one for the reader's eye."""
-    return line.lstrip().startswith(_COMMENTS)
+    return line.lstrip().startswith(_COMMENTS) and not _SHEET_ERROR.match(line)
 
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
@@ -118,7 +121,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
     names, unit_row = _named(header, units)
-    _check_names(source, names)
+    _check_names(source, lines[first - 1][0], names)
     body = [line for i, line in sample if i >= first]
     if not comma and separator != ",":
         body = _until_decided(lines, body, separator)
@@ -249,10 +252,10 @@ def _header(
 
 
 def _is_unit_row(cells: list[str]) -> bool:
-    """Whether most filled cells are units; names such as `m` and `t` alone are not."""
+    """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
     known = [c for c in filled if is_unit(c) and not is_number(c)]
-    return bool(filled) and 2 * len(known) >= len(filled)
+    return any(cells) and 2 * len(known) >= len(filled)
 
 
 def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
@@ -273,7 +276,14 @@ def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
         )
 
 
-def _check_names(source: str, names: list[str]) -> None:
+def _check_names(source: str, line: int, names: list[str]) -> None:
+    stamps = [name for name in names if is_stamp(name)]
+    if stamps:
+        raise DataError(
+            f"{source}, line {line}: the time stamp {stamps[0]!r} stands where the names of the "
+            "columns are expected, right above the first row of numbers; fill the row in, or "
+            "remove it."
+        )
     if all(is_number(name) for name in names):
         raise DataError(
             f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "

@@ -11,6 +11,7 @@ from axisid.estimation import JUDGED, DataError, Identification, Value
 from axisid.modeling import AxisModel, UsageError, derive, leave_out, load_axis
 from axisid.result_file import read_json
 
+_SHOWN = 40  # letters
 _SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
 
 
@@ -172,19 +173,25 @@ def _value(written: Mapping[str, Any], chosen: str) -> Value:
     low, high = written["interval_95"]
     gain, bias = written["sd_gain"], written.get("filter_bias")
     return Value(
-        value=_number(written["value"]),
+        value=real_number(written["value"]),
         unit=str(written["unit"]),
-        sd=_number(written["sd"]),
-        sd_robust=_number(written["sd_robust"]),
-        sd_hac=_number(written["sd_hac"]),
-        interval=(_number(low), _number(high)),
-        sd_gain=0.0 if gain is None else _number(gain),
-        filter_bias=None if bias is None else _number(bias),
+        sd=real_number(written["sd"]),
+        sd_robust=real_number(written["sd_robust"]),
+        sd_hac=real_number(written["sd_hac"]),
+        interval=(real_number(low), real_number(high)),
+        sd_gain=0.0 if gain is None else real_number(gain),
+        filter_bias=None if bias is None else real_number(bias),
         chosen=chosen,
     )
 
 
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{value!r} is no number")
-    return float(value)
+def real_number(value: Any) -> float:
+    """A number of a result's file; anything else is a `ValueError`."""
+    try:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            found = float(value)
+            if math.isfinite(found):
+                return found
+    except OverflowError:
+        pass  # a whole number beyond floating point
+    raise ValueError(f"{repr(value)[:_SHOWN]} is no number")

@@ -10,6 +10,7 @@ from typing import Any
 from axisid.estimation import DataError, text_table
 from axisid.estimation.serialised import SCHEMA as _RESULT
 from axisid.estimation.streamed import STREAM_SCHEMA
+from axisid.fitted import real_number
 from axisid.result_file import read_json
 
 _SCHEMA = "axisid.result_comparison/1"
@@ -198,7 +199,7 @@ def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) ->
         )
         for i in (0, 1)
     )
-    checks = [{check["name"]: check for check in result["verdict"]} for result in (a, b)]
+    checks = [_checks(result["verdict"]) for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return TwoResults(
         sources=(_source(files[0], a), _source(files[1], b)),
@@ -209,8 +210,8 @@ def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) ->
         ),
         errors={
             f"{method} {kind} error": (
-                by_method[0][method][f"{kind}_error_percent"],
-                by_method[1][method][f"{kind}_error_percent"],
+                _percent(by_method[0][method][f"{kind}_error_percent"]),
+                _percent(by_method[1][method][f"{kind}_error_percent"]),
             )
             for method in common
             for kind in ("equation", "simulation")
@@ -232,8 +233,8 @@ def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) ->
 def _difference(
     method: str, name: str, first: dict[str, Any], second: dict[str, Any]
 ) -> Difference:
-    numbers = [float(side[key]) for key in ("value", "sd_hac") for side in (first, second)]
-    combined = math.hypot(numbers[2], numbers[3])
+    numbers = [real_number(side[key]) for key in ("value", "sd_hac") for side in (first, second)]
+    apart, combined = real_number(numbers[1] - numbers[0]), math.hypot(numbers[2], numbers[3])
     return Difference(
         method=method,
         name=name,
@@ -242,8 +243,21 @@ def _difference(
         second=numbers[1],
         sd_first=numbers[2],
         sd_second=numbers[3],
-        deviations=(numbers[1] - numbers[0]) / combined if combined else None,
+        deviations=real_number(apart / combined) if combined else None,
     )
+
+
+def _percent(value: Any) -> float | None:
+    return None if value is None else real_number(value)
+
+
+def _checks(verdict: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Checks by name, with what is shown of them."""
+    for check in verdict:
+        for key in ("name", "status", "meaning"):
+            if not isinstance(check[key], str):
+                raise ValueError(f"{key} of a check is {check[key]!r}")
+    return {check["name"]: check for check in verdict}
 
 
 def _settings(result: dict[str, Any]) -> dict[str, Any]:

@@ -215,6 +215,10 @@ def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, A
             spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value="1; evil()")),
             "is no number",
         ),
+        (
+            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=10**400)),
+            "is no number",
+        ),
     ],
 )
 def test_what_is_no_result_is_refused(

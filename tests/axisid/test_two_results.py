@@ -152,9 +152,30 @@ def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path
     def mix(content: dict[str, Any]) -> None:
         content["estimates"] = {"idm-ls": 1}
 
-    for change in (lose, mix):
+    def unfold(content: dict[str, Any]) -> None:
+        content["estimates"][0]["simulation_error_percent"] = {}
+
+    def hush(content: dict[str, Any]) -> None:
+        content["verdict"][0].update(status="fail", meaning=None)
+
+    for change in (lose, mix, unfold, hush):
         with pytest.raises(DataError, match="lacks what its schema promises"):
             compare_results(files[0], spoiled(files[0], tmp_path, change))
+
+
+@pytest.mark.parametrize("value", [True, "1", 10**400, -1.7e308], ids=["true", "1", "huge", "far"])
+def test_what_is_no_number_is_not_compared(
+    files: tuple[Path, Path], tmp_path: Path, value: Any
+) -> None:
+    def change(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"].update(value=value)
+
+    def great(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"].update(value=1.7e308)
+
+    other = spoiled(files[0], tmp_path, great).rename(tmp_path / "great.json")
+    with pytest.raises(DataError, match="is no number"):
+        compare_results(other, spoiled(files[0], tmp_path, change))
 
 
 def test_a_result_without_a_simulation_is_compared(

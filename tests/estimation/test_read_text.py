@@ -93,6 +93,29 @@ def test_comment_of_as_many_cells_as_a_row_is_no_sample(tmp_path: Path) -> None:
     assert np.array_equal(read_record(file).position, POSITION)
 
 
+def test_row_of_no_units_is_no_header() -> None:
+    table = read_text("log.csv", b"ratio;count\n-;[-]\n0.5;1\n0.25;2\n")
+    assert list(table.columns) == ["ratio", "count"]
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "#DIV/0!", "#WERT!", "#NV"])
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_what_a_spreadsheet_could_not_work_out_is_no_comment(cell: str, row: int) -> None:
+    cells = ["1.5", "2.5", "3.5"]
+    cells[row] = cell
+    rows = "".join(f"{first};{k}\n" for k, first in enumerate(cells))
+    table = read_text("log.csv", f"a;b\n{rows}".encode())
+    assert table.columns["b"].read().values.tolist() == [0, 1, 2]
+    with pytest.raises(DataError, match=f"line {row + 2}: '{cell}' in column 'a' is not a number"):
+        table.columns["a"].read()
+
+
+def test_first_row_of_a_stamp_alone_is_no_header() -> None:
+    rows = b"t;q;u\n1.2.2026 00:41:24.6;;\n1.2.2026 00:41:25.2;1.5;2\n1.2.2026 00:41:26;2;3\n"
+    with pytest.raises(DataError, match=r"line 2: the time stamp '1\.2\.2026 00:41:24\.6' stands"):
+        read_text("log.csv", rows)
+
+
 def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     rows = [f"{k};0;0" for k in range(600)]

@@ -1,0 +1,447 @@
+"""Faults of recorded signals, drawn at random and put into a right log.
+
+Each is one that loggers, converters, sensors and people have: a wrong scale, lost rows, another
+clock. What no record can show is not drawn: without a reference and its law, a wrong scale of the
+position or of the force is just another axis, and so is a wrong drive gain without a force column.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid import Axis, simulate
+from axisid.codegen import GeneratedAxis
+
+Array = NDArray[np.float64]
+
+_DEGREE = np.pi / 180
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Log:
+    """A log and the axis that it is said to be of.
+
+    Attributes
+    ----------
+    axis : Axis
+    columns : mapping of str to (N,) array
+        By role, SI.
+    """
+
+    axis: Axis
+    columns: Mapping[str, Array]
+
+    def __len__(self) -> int:
+        return len(self.columns["time"])
+
+    @property
+    def period(self) -> float:
+        """Of the samples, s."""
+        return float(np.median(np.diff(self.columns["time"])))
+
+    @property
+    def signals(self) -> list[str]:
+        """The columns but the time."""
+        return [role for role in self.columns if role != "time"]
+
+    @property
+    def compared(self) -> list[str]:
+        """Columns of which another one tells what they have to be."""
+        if "reference" in self.columns and "control" in self.columns:
+            return self.signals
+        both = ["control", "force"]
+        return both if all(role in self.columns for role in both) else []
+
+    def having(self, **columns: Array) -> "Log":
+        """The log with other columns."""
+        return replace(self, columns={**self.columns, **columns})
+
+    def rows(self, chosen: Array | slice) -> "Log":
+        """The log with some of its rows, or rows more than once."""
+        return replace(self, columns={role: v[chosen] for role, v in self.columns.items()})
+
+    def counted(self) -> "Log":
+        """The log with its time counted anew, as if its rows were all."""
+        return self.having(time=self.period * np.arange(len(self)))
+
+
+#: Puts a fault into a log, and says what it did; None where the log cannot show it.
+Fault = Callable[[Log, np.random.Generator], tuple[Log, str] | None]
+
+
+def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) -> Log:
+    """The log of a twin: ``full``, ``with force``, ``without reference`` or ``force alone``."""
+    columns = dict(record)
+    force = axis.axis.drive.gain * columns["control"]
+    if variant != "full" and variant != "without reference":
+        columns["force"] = force
+    if variant in ("without reference", "force alone"):
+        del columns["reference"]
+    if variant == "force alone":
+        del columns["control"]
+    return Log(axis=axis.axis, columns=columns)
+
+
+def _one(log: Log, rng: np.random.Generator, among: list[str] | None = None) -> str | None:
+    """A column; None where there is none to choose."""
+    names = log.signals if among is None else among
+    return str(rng.choice(names)) if names else None
+
+
+def _stretches(log: Log, rng: np.random.Generator, longest: float, most: int = 5) -> list[slice]:
+    """A few stretches of rows, each at most a share of the log."""
+    n, found = len(log), []
+    for _ in range(rng.integers(1, most + 1)):
+        length = int(rng.integers(1, max(int(longest * n), 2)))
+        start = int(rng.integers(1, n - length))
+        found.append(slice(start, start + length))
+    return found
+
+
+def scaled(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column of which every value is off by a factor."""
+    role = _one(log, rng, log.compared)
+    if role is None:
+        return None
+    factor = float(rng.choice([0.5, 0.8, 0.9, 0.95, 1.05, 1.1, 1.25, 2.0]))
+    return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:g}"
+
+
+def unit(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column in another unit."""
+    role = _one(log, rng, log.compared)
+    if role is None:
+        return None
+    factor = float(rng.choice([1e-3, 1e3, _DEGREE, 1 / _DEGREE, 0.0254, 100.0]))
+    return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:.4g}"
+
+
+def sign(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column of the wrong sign."""
+    role = _one(log, rng)
+    return None if role is None else (log.having(**{role: -log.columns[role]}), f"-{role}")
+
+
+def time_base(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A clock that runs too fast or too slow, or counts another unit."""
+    factor = float(rng.choice([1e-3, 0.5, 0.95, 0.99, 1.01, 1.05, 2.0, 1000.0]))
+    return log.having(time=factor * log.columns["time"]), f"time x {factor:g}"
+
+
+def swapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Two columns exchanged."""
+    if len(log.signals) < 2:
+        return None
+    a, b = (str(name) for name in rng.choice(log.signals, 2, replace=False))
+    return log.having(**{a: log.columns[b], b: log.columns[a]}), f"{a} <-> {b}"
+
+
+def offset(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A constant added to a column."""
+    role = _one(log, rng, log.compared)
+    if role is None:
+        return None
+    share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
+    values = log.columns[role]
+    return log.having(**{role: values + share * np.ptp(values)}), f"{role} + {share:.2g} ranges"
+
+
+def drift(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A constant that grows over the log."""
+    role = _one(log, rng, log.compared)
+    if role is None:
+        return None
+    share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
+    values = log.columns[role]
+    ramp = np.linspace(0.0, share * np.ptp(values), len(log))
+    return log.having(**{role: values + ramp}), f"{role} drifts by {share:.2g} ranges"
+
+
+def clipped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column cut off at the recorder's range."""
+    role = _one(log, rng)
+    if role is None:
+        return None
+    share, values = float(rng.uniform(0.4, 0.95)), log.columns[role]
+    middle, half = (values.max() + values.min()) / 2, share * np.ptp(values) / 2
+    return (
+        log.having(**{role: np.clip(values, middle - half, middle + half)}),
+        f"{role} cut off at {share:.2f} of its range",
+    )
+
+
+def spikes(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Single samples far off."""
+    role = _one(log, rng)
+    if role is None:
+        return None
+    values, count = log.columns[role].copy(), int(rng.integers(1, 30))
+    size = float(10 ** rng.uniform(-1.5, 1))
+    rows = rng.choice(len(log), count, replace=False)
+    values[rows] += size * np.ptp(values) * rng.choice([-1, 1], count)
+    return log.having(**{role: values}), f"{count} spikes of {size:.2g} ranges in the {role}"
+
+
+def dropouts(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Samples without a number."""
+    role = _one(log, rng)
+    if role is None:
+        return None
+    values = log.columns[role].copy()
+    for rows in _stretches(log, rng, 0.05):
+        values[rows] = np.nan
+    return log.having(**{role: values}), f"{int(np.isnan(values).sum())} dropouts in the {role}"
+
+
+def zeros(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Samples lost, and written as 0."""
+    role = _one(log, rng)
+    if role is None:
+        return None
+    values, stretches = log.columns[role].copy(), _stretches(log, rng, 0.02)
+    for rows in stretches:
+        values[rows] = 0.0
+    return log.having(**{role: values}), f"{len(stretches)} bursts of zeros in the {role}"
+
+
+def stale(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Samples that repeat the last good one, of one column or of all."""
+    roles = log.signals if rng.random() < 0.5 else [str(_one(log, rng))]
+    changed, count = {role: log.columns[role].copy() for role in roles}, 0
+    for rows in _stretches(log, rng, 0.03, 10):
+        count += rows.stop - rows.start
+        for values in changed.values():
+            values[rows] = values[rows.start - 1]
+    return log.having(**changed), f"{count} rows repeat the last value of {', '.join(roles)}"
+
+
+def lower_rate(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column that is sampled less often than it is written."""
+    role = _one(log, rng)
+    every = int(rng.integers(2, 11))
+    held = np.arange(len(log)) // every * every
+    return log.having(
+        **{str(role): log.columns[str(role)][held]}
+    ), f"{role} anew every {every} rows"
+
+
+def shifted(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column early or late by some samples."""
+    role = _one(log, rng)
+    by = int(rng.choice([-1, 1]) * rng.integers(1, 21))
+    rows = np.clip(np.arange(len(log)) - by, 0, len(log) - 1)
+    return log.having(**{str(role): log.columns[str(role)][rows]}), f"{role} late by {by} samples"
+
+
+def rows_lost(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Rows lost; the time says so, or was counted by the logger that lost them."""
+    kept = np.ones(len(log), dtype=bool)
+    if rng.random() < 0.5:
+        kept[rng.choice(len(log), int(rng.integers(1, 50)), replace=False)] = False
+    else:
+        for rows in _stretches(log, rng, 0.05):
+            kept[rows] = False
+    lost, found = int(np.sum(~kept)), log.rows(np.flatnonzero(kept))
+    if rng.random() < 0.5:
+        return found, f"{lost} rows lost"
+    return found.counted(), f"{lost} rows lost, time counted"
+
+
+def rows_doubled(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Rows written twice; the time says so, or was counted."""
+    twice = rng.choice(len(log), int(rng.integers(1, 50)), replace=False)
+    found = log.rows(np.sort(np.concatenate([np.arange(len(log)), twice])))
+    if rng.random() < 0.3:
+        return found, f"{len(twice)} rows doubled"
+    return found.counted(), f"{len(twice)} rows doubled, time counted"
+
+
+def clock_step(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A clock that is set while the log is written."""
+    time, at = log.columns["time"].copy(), int(rng.integers(1, len(log)))
+    by = float(rng.choice([-1, 1]) * log.period * 10 ** rng.uniform(-0.5, 4))
+    time[at:] += by
+    return log.having(time=time), f"the clock steps by {by:.3g} s"
+
+
+def joined(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Two logs in one: pieces one after the other that do not belong together."""
+    n = len(log)
+    a, b = int(rng.integers(n // 4, n)), int(rng.integers(0, 3 * n // 4))
+    found = log.rows(np.concatenate([np.arange(a), np.arange(b, n)]))
+    how = rng.choice(["time goes on", "time as it was", "time starts again"])
+    if how == "time goes on":
+        return found.counted(), "two logs joined, time goes on"
+    time = found.columns["time"].copy()
+    if how == "time starts again":
+        time[a:] -= time[a]
+    return found.having(time=time), f"two logs joined, {how}"
+
+
+def quantised(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A converter or an encoder of few steps."""
+    role = _one(log, rng)
+    values, bits = log.columns[str(role)], int(rng.integers(5, 17))
+    step = np.ptp(values) / 2**bits
+    return log.having(**{str(role): step * np.round(values / step)}), f"{role} of {bits} bit"
+
+
+def smoothed(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column that the logger has low-passed."""
+    role = _one(log, rng)
+    values, samples = log.columns[str(role)], float(rng.uniform(1.0, 20.0))
+    found, state, share = np.empty_like(values), values[0], 1 / (1 + samples)
+    for k, value in enumerate(values):
+        state += share * (value - state)
+        found[k] = state
+    return log.having(**{str(role): found}), f"{role} low-passed over {samples:.2g} samples"
+
+
+def noisy(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Noise of a sensor or a converter."""
+    role = _one(log, rng)
+    values, share = log.columns[str(role)], float(10 ** rng.uniform(-4, -1))
+    found = values + share * np.ptp(values) * rng.normal(size=len(log))
+    return log.having(**{str(role): found}), f"noise of {share:.2g} ranges on the {role}"
+
+
+def hum(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Mains, or another machine, in a column."""
+    role = _one(log, rng)
+    values, share = log.columns[str(role)], float(10 ** rng.uniform(-4, -1))
+    at = float(rng.choice([16.7, 50.0, 60.0, 100.0]))
+    wave = share * np.ptp(values) * np.sin(2 * np.pi * at * log.columns["time"])
+    return log.having(
+        **{str(role): values + wave}
+    ), f"{at:g} Hz of {share:.2g} ranges on the {role}"
+
+
+def jitter(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """Time stamps that are not quite those of the samples, or are rounded."""
+    time = log.columns["time"]
+    if rng.random() < 0.3:
+        step = float(rng.choice([1.0, 2.0, 5.0, 10.0]) * log.period)
+        return log.having(time=step * np.round(time / step)), f"time in steps of {step:g} s"
+    share = float(10 ** rng.uniform(-3, -0.3))
+    found = time + share * log.period * rng.uniform(-0.5, 0.5, len(log))
+    return log.having(time=found), f"time jitters by {share:.2g} samples"
+
+
+def decimated(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A log of every few samples only."""
+    every = int(rng.integers(2, 6))
+    return log.rows(np.arange(0, len(log), every)), f"one row in {every} recorded"
+
+
+def wrapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A position that starts again after a length."""
+    position = log.columns["position"]
+    length = float(np.ptp(position) * rng.uniform(0.2, 0.9))
+    return log.having(position=position % length), f"position modulo {length:.4g}"
+
+
+def dead(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A column that stands still from some row on."""
+    role = str(_one(log, rng))
+    values, at = log.columns[role].copy(), int(len(log) * rng.uniform(0.1, 0.98))
+    values[at:] = values[at]
+    return log.having(**{role: values}), f"{role} dead after {at} of {len(log)} rows"
+
+
+def cut_short(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A log that ends early, or begins late."""
+    kept = int(len(log) * rng.uniform(0.02, 0.6))
+    if rng.random() < 0.5:
+        return log.rows(slice(0, kept)), f"the first {kept} rows only"
+    return log.rows(slice(len(log) - kept, None)).counted(), f"the last {kept} rows only"
+
+
+def wrong_gains(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A control law declared with other gains than the drive's."""
+    law = log.axis.control
+    if law is None or not law.gains or log.signals[:3] != ["position", "reference", "control"]:
+        return None
+    name = str(rng.choice(sorted(law.gains)))
+    factor = float(rng.choice([0.5, 0.9, 0.95, 1.05, 1.1, 2.0]))
+    other = replace(law, gains={**law.gains, name: factor * law.gains[name]})
+    return replace(log, axis=replace(log.axis, control=other)), f"{name} declared x {factor:g}"
+
+
+def wrong_period(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A control law declared with another period than the drive's."""
+    law = log.axis.control
+    if law is None:
+        return None
+    factor = float(rng.choice([0.5, 0.99, 0.998, 1.002, 1.01, 2.0]))
+    other = replace(law, period=factor * law.period)
+    return replace(log, axis=replace(log.axis, control=other)), f"period declared x {factor:g}"
+
+
+def wrong_drive_gain(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+    """A drive gain that is not the drive's; a force column shows it."""
+    if not {"force", "control"} <= set(log.columns):
+        return None
+    factor = float(rng.choice([0.5, 0.8, 0.9, 1.1, 1.25, 2.0]))
+    other = replace(log.axis.drive, gain=factor * log.axis.drive.gain)
+    return replace(log, axis=replace(log.axis, drive=other)), f"drive gain declared x {factor:g}"
+
+
+#: By name; each is drawn as often as the others. `rests` needs the loop simulated anew.
+FAULTS: dict[str, Fault] = {
+    "scale": scaled,
+    "unit": unit,
+    "sign": sign,
+    "time base": time_base,
+    "swapped": swapped,
+    "offset": offset,
+    "drift": drift,
+    "clipped": clipped,
+    "spikes": spikes,
+    "dropouts": dropouts,
+    "zeros": zeros,
+    "stale": stale,
+    "lower rate": lower_rate,
+    "shifted": shifted,
+    "rows lost": rows_lost,
+    "rows doubled": rows_doubled,
+    "clock step": clock_step,
+    "joined": joined,
+    "quantised": quantised,
+    "smoothed": smoothed,
+    "noise": noisy,
+    "hum": hum,
+    "jitter": jitter,
+    "decimated": decimated,
+    "wrapped": wrapped,
+    "dead": dead,
+    "cut short": cut_short,
+    "law gains": wrong_gains,
+    "law period": wrong_period,
+    "drive gain": wrong_drive_gain,
+}
+
+
+def with_rests(
+    axis: GeneratedAxis, truth: Array, reference: Array, noise: float, rng: np.random.Generator
+) -> tuple[dict[str, Array], str]:
+    """The twin's motion with rests at its reversals, which make up some share of the log."""
+    law = axis.axis.control
+    assert law is not None, "a twin has a law"
+    steps = np.sign(np.diff(reference))
+    turns = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
+    share = float(rng.uniform(0.2, 0.9))
+    total = int(len(reference) * share / (1 - share))
+    repeats = np.ones(len(reference), dtype=int)
+    repeats[turns] += total // max(len(turns), 1)
+    moved = np.repeat(reference, repeats)
+    shaken = rng.normal(0.0, noise, len(moved))
+    loop = simulate(axis, truth, moved, law.period, position_noise=shaken)
+    columns = {
+        "time": law.period * np.arange(len(moved)),
+        "position": loop.measured_position,
+        "reference": moved,
+        "control": loop.control,
+    }
+    return columns, f"at rest for {100 * share:.0f} % of the log"
