@@ -39,17 +39,21 @@ def checked_arguments(
     """
     if len(arguments) != function.n_in():
         raise UsageError(f"{name} takes {function.n_in()} arguments, not {len(arguments)}.")
-    given = [
-        np.ascontiguousarray(real_array(a, f"{name}: {function.name_in(i)}")).ravel()
-        for i, a in enumerate(arguments)
-    ]
-    samples = max((len(a) for i, a in enumerate(given) if is_scalar(function, i)), default=1)
+    given = [_floats(a, name, function, i) for i, a in enumerate(arguments)]
+    by_sample = [is_scalar(function, i) for i in range(len(given))]
+    samples = max((len(a) for a, each in zip(given, by_sample, strict=True) if each), default=1)
     for i, array in enumerate(given):
-        wanted = samples if is_scalar(function, i) else function.size1_in(i)
-        if is_scalar(function, i) and len(array) == 1 != wanted:
+        wanted = samples if by_sample[i] else function.size1_in(i)
+        if by_sample[i] and len(array) == 1 != wanted:
             given[i] = np.full(wanted, array[0])
         elif len(array) != wanted:
             raise UsageError(
                 f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}."
             )
     return given, samples
+
+
+def _floats(values: ArrayLike, name: str, function: Any, index: int) -> Array:
+    if not (type(values) is np.ndarray and values.dtype == np.float64):
+        values = real_array(values, f"{name}: {function.name_in(index)}")
+    return np.ascontiguousarray(values).ravel()

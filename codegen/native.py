@@ -79,12 +79,13 @@ class NativeLibrary:
         shapes = self._functions[function]
         given, samples = checked_arguments(function, shapes, arguments)
         outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
-        by_sample = [is_scalar(shapes, i) for i in range(shapes.n_in())]
+        call = partial(self._call, f"{function}_rows")
         for part in slices(samples):
-            cut = [a[part] if each else a for a, each in zip(given, by_sample, strict=True)]
-            self._call(
-                f"{function}_rows", part.stop - part.start, *cut, *(out[part] for out in outputs)
-            )
+            if part == slice(0, samples):
+                call(samples, *given, *outputs)
+                break
+            cut = [a[part] if is_scalar(shapes, i) else a for i, a in enumerate(given)]
+            call(part.stop - part.start, *cut, *(out[part] for out in outputs))
         return outputs
 
     def simulate(
