@@ -77,7 +77,7 @@ def spikes(values: Array) -> list[tuple[int, float]]:
     windows = np.lib.stride_tricks.sliding_window_view(values, around)
     off = dict(zip(rows, values[rows] - np.median(windows[rows - _REACH], axis=1), strict=True))
     found = [
-        (int(row), float(size))
+        (int(row), float(values[row] - (values[row - _REACH] + values[row + _REACH]) / 2))
         for row, size in off.items()
         if abs(size) > least
         and all(abs(size) >= abs(off.get(row + k, 0.0)) for k in range(-_REACH, _REACH + 1))

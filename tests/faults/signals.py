@@ -1,0 +1,325 @@
+"""Faults of signals: time in other units, clocks that jump or drift, spikes, cut-off values."""
+
+import json
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from axisid import DataError, Record, build, load_axis, twin_record
+from tests.faults.fault import Fault, Misuse
+
+Columns = dict[str, np.ndarray]
+Spoil = Callable[[Columns], Columns]
+
+_LS = ("--method", "idm-ls")
+_RESULT = "result.json"
+_ROW = 4130  # where one sample or more is spoilt
+
+
+@cache
+def _twin(axis: str) -> Record:
+    """The axis's own twin, whose parameters are known."""
+    return twin_record(build(load_axis(axis)))
+
+
+def _log(
+    folder: Path,
+    spoil: Spoil,
+    *options: object,
+    axis: str = "emps2015",
+    without: str = "",
+    digits: str = "%.9g",
+    cut: int = 0,
+) -> list[object]:
+    """Write the log of a twin, spoilt, with so many letters of its end cut off."""
+    record = _twin(axis)
+    columns = spoil({role: values.copy() for role, values in record.channels().items()})
+    kept = {role: values for role, values in columns.items() if role != without}
+    file = folder / "log.csv"
+    table = np.column_stack(list(kept.values()))
+    names = load_axis(axis).columns
+    header = ",".join(names.get(role, role) for role in kept)
+    np.savetxt(file, table, fmt=digits, delimiter=",", header=header, comments="")
+    if cut:
+        file.write_text(file.read_text().rstrip()[:-cut])
+    return ["identify", axis, file, *_LS, *options]
+
+
+def _slower(columns: Columns, factor: float) -> Columns:
+    return columns | {"time": factor * columns["time"]}
+
+
+def _thinned(columns: Columns) -> Columns:
+    return {role: values[::2] for role, values in columns.items()}
+
+
+def _timeless(columns: Columns) -> Columns:
+    return {role: values for role, values in columns.items() if role not in ("time", "reference")}
+
+
+def _burst(columns: Columns) -> Columns:
+    columns["position"][_ROW : _ROW + 40] = np.nan
+    return columns
+
+
+def _joined(columns: Columns) -> Columns:
+    return {role: np.concatenate([values, values]) for role, values in columns.items()}
+
+
+def _stepped(columns: Columns, seconds: float) -> Columns:
+    columns["time"][_ROW:] += seconds
+    return columns
+
+
+def _swapped(columns: Columns) -> Columns:
+    for values in columns.values():
+        values[[_ROW, _ROW + 1]] = values[[_ROW + 1, _ROW]]
+    return columns
+
+
+def _coarse(columns: Columns) -> Columns:
+    return columns | {"time": np.floor(250 * columns["time"] + 1e-9) / 250}
+
+
+def _drifting(columns: Columns) -> Columns:
+    """The same motion, sampled by a clock that runs down."""
+    time, count = columns["time"], len(columns["time"])
+    own = np.cumsum(np.linspace(0.72e-3, 1.28e-3, count))
+    own = own[own < time[-1]]
+    return {role: np.interp(own, time, values) for role, values in columns.items()} | {"time": own}
+
+
+def _spiked(columns: Columns) -> Columns:
+    columns["position"][_ROW] += 5e-3
+    return columns
+
+
+def _clipped(columns: Columns) -> Columns:
+    level = 0.6 * float(np.quantile(np.abs(columns["control"]), 0.999))
+    return columns | {"control": np.clip(columns["control"], -level, level)}
+
+
+def _same(columns: Columns) -> Columns:
+    return columns
+
+
+def _is_right(folder: Path, _out: str, *, axis: str = "emps2015", off: float = 0.01) -> None:
+    """The mass is the twin's."""
+    written = json.loads((folder / _RESULT).read_text())
+    (estimate,) = written["estimates"]
+    value = estimate["parameters"]["M"]["value"]
+    assert abs(value / _twin(axis).provenance.truth["M"] - 1) < off
+
+
+def _repaired(name: str, make: Callable[..., list[object]], says: str, **options: Any) -> Fault:
+    """A row of a fault that is mended: the result is right."""
+    return Fault(name=name, make=make, code=0, says=says, after=partial(_is_right, **options))
+
+
+def _wrong_time(factor: float, *options: object) -> Callable[[Path], list[object]]:
+    return lambda folder: _log(
+        folder, partial(_slower, factor=factor), *options, without="reference"
+    )
+
+
+_TIME_BASE = (
+    *(
+        Fault(
+            name=f"time times {factor:g} without a reference",
+            make=_wrong_time(factor, *options),
+            code=0,
+            says=r"Do not believe .*: control law\. FAIL control law: the record is sampled every "
+            rf"{factor * 1e-3:g} s, the control law runs every 0\.001 s: check the time column",
+        )
+        for factor, options in (
+            (1.05, ()),
+            (2.0, ()),
+            (1.001, ()),
+            (1000.0, ("--cutoff", "0.06")),
+        )
+    ),
+    Fault(
+        name="time times 2, resampled at the law's rate",
+        make=_wrong_time(2.0, "--resample", "1000"),
+        code=0,
+        says="FAIL control law: the record is sampled every 0.002 s",
+    ),
+    Fault(
+        name="time times 2 in blocks",
+        make=lambda folder: [*_wrong_time(2.0)(folder), "--stream"],
+        code=0,
+        says="FAIL control law: the record is sampled every 0.002 s",
+    ),
+    Fault(
+        name="a sampling period that nothing confirms",
+        make=lambda folder: _log(folder, _timeless, "--sample-period", "1.05e-3"),
+        code=0,
+        says="FAIL control law: .* check --sample-period, which nothing else confirms",
+    ),
+    Fault(
+        name="a log that keeps one sample in two",
+        make=lambda folder: _log(folder, _thinned, without="reference"),
+        code=0,
+        says="FAIL control law: .* if the log keeps one sample in 2, confirm that by "
+        "--sample-period 0.002",
+    ),
+    _repaired(
+        "a log that keeps one sample in two, as the user confirms",
+        lambda folder: _log(
+            folder,
+            _thinned,
+            *("--sample-period", "2e-3", "--json", folder / _RESULT),
+            without="reference",
+        ),
+        "control law: not evaluated, the record is sampled every 0.002 s",
+    ),
+    Fault(
+        name="a period that drifts",
+        make=lambda folder: _log(folder, _drifting),
+        code=3,
+        says=r"the sampling period drifts from 0\.7\d+ to 1\.2\d+ ms .*\(--resample auto\)",
+    ),
+    _repaired(
+        "a period that drifts, resampled",
+        lambda folder: _log(folder, _drifting, "--resample", "auto", "--json", folder / _RESULT),
+        "resampled at",
+        off=0.03,
+    ),
+)
+
+_CLOCK = (
+    Fault(
+        name="two logs in one file",
+        make=lambda folder: _log(folder, _joined),
+        code=3,
+        says=r"does not increase in data row 7802: .* another log was joined on, cut the log there "
+        r"\(--gaps split\)\.$",
+    ),
+    _repaired(
+        "two logs in one file, cut",
+        lambda folder: _log(folder, _joined, "--gaps", "split", "--json", folder / _RESULT),
+        "the clock is set back once .before data row 7802, from 7.8 s to 0 s",
+    ),
+    Fault(
+        name="a clock that is set back by less than a sample",
+        make=lambda folder: _log(folder, partial(_stepped, seconds=-0.7e-3)),
+        code=3,
+        says=r"before data row 4131 is 0\.0003 s, .* Cut the log there \(--gaps split\)\.$",
+    ),
+    _repaired(
+        "a clock that is set back by half a second, cut",
+        lambda folder: _log(
+            folder,
+            partial(_stepped, seconds=-0.5),
+            *("--gaps", "split", "--resample", "auto", "--json", folder / _RESULT),
+        ),
+        "the clock is set back once .before data row 4131",
+    ),
+    Fault(
+        name="a clock that is set forward",
+        make=lambda folder: _log(folder, partial(_stepped, seconds=0.5)),
+        code=3,
+        says=r"before data row 4131 is 0\.501 s, .* Cut the log there \(--gaps split\)\.$",
+    ),
+    Fault(
+        name="rows out of order",
+        make=lambda folder: _log(folder, _swapped),
+        code=3,
+        says=r"does not increase in data row 4132: .* Sort the rows by their time\.",
+    ),
+    Fault(
+        name="time stamps of too few digits",
+        make=lambda folder: _log(folder, _coarse),
+        code=3,
+        says=r"too coarse: .* give --sample-period to count by \(0\.00\d+ s in their mean\)",
+    ),
+    _repaired(
+        "time stamps of too few digits, counted",
+        lambda folder: _log(folder, _coarse, "--sample-period", "1e-3", "--json", folder / _RESULT),
+        "time stamps that step by 0 to 4 ms replaced by a count",
+    ),
+    Fault(
+        name="a burst of empty cells",
+        make=lambda folder: _log(folder, _burst),
+        code=3,
+        says=r"nan in data row 4131 \(40 of .* \(--resample auto --gaps split\)",
+    ),
+    Fault(
+        name="a burst of empty cells, cut but not resampled",
+        make=lambda folder: _log(folder, _burst, "--gaps", "split"),
+        code=3,
+        says=r"\(--resample auto --gaps split\)",
+    ),
+    _repaired(
+        "a burst of empty cells, resampled and cut",
+        lambda folder: _log(
+            folder, _burst, "--resample", "auto", "--gaps", "split", "--json", folder / _RESULT
+        ),
+        "cut at 1 gap",
+    ),
+)
+
+_VALUES = (
+    Fault(
+        name="a spike in the position",
+        make=lambda folder: _log(folder, _spiked),
+        code=0,
+        says=r"the position leaves its course for a moment, by \+0\.00\d+ m in data row 4131 at "
+        r"4\.13 s: .* empty such cells and add --resample auto .*"
+        r"normal residuals: .* the largest at sample 41\d\d, 4\.1\d* s after the first: ",
+    ),
+    Fault(
+        name="a last row cut inside its last number",
+        make=lambda folder: _log(folder, _same, digits="%.6f", cut=4),
+        code=0,
+        says=r"line 7802, the last, looks cut off inside its last number, '-?\d\.\d\d': the "
+        "numbers above it have 6 decimals; leave it out with --tail drop",
+    ),
+    Fault(
+        name="a last row cut inside its last number, in blocks",
+        make=lambda folder: [*_log(folder, _same, digits="%.6f", cut=4), "--stream"],
+        code=0,
+        says="the last line looks cut off inside its last number",
+    ),
+    _repaired(
+        "a last row cut inside its last number, left out",
+        lambda folder: _log(
+            folder, _same, "--tail", "drop", "--json", folder / _RESULT, digits="%.6f", cut=4
+        ),
+        "1 incomplete line at the end left out, from line 7802",
+    ),
+    Fault(
+        name="a control that the recorder cut off",
+        make=lambda folder: _log(folder, _clipped, axis="emps"),
+        code=0,
+        says="FAIL control law",
+    ),
+    _repaired(
+        "a control that the recorder cut off, masked",
+        lambda folder: _log(
+            folder, _clipped, "--mask", "clipped", "--json", folder / _RESULT, axis="emps"
+        ),
+        r"clipped samples masked.*: position 0, control \d+ \(at -.* and .*\).* pass control law",
+        axis="emps",
+    ),
+)
+
+FAULTS: tuple[Fault, ...] = (*_TIME_BASE, *_CLOCK, *_VALUES)
+
+
+def _drifting_record() -> Record:
+    time = np.cumsum(np.linspace(0.9e-3, 1.1e-3, 1000))
+    return Record(time=time, position=np.sin(time))
+
+
+MISUSES: tuple[Misuse, ...] = (
+    Misuse(
+        name="a record whose period drifts",
+        call=_drifting_record,
+        error=DataError,
+        says="the sampling period drifts from 0.91011 to 1.07027 ms",
+    ),
+)
