@@ -126,15 +126,15 @@ def replace_file(path: Path, content: str | bytes) -> None:
     OSError
         The file system refuses; the file is as it was.
     """
+    # Names of files may hold bytes that are no text.
+    data = content.encode(errors="replace") if isinstance(content, str) else content
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)  # by this name: that of an open pipe leads nowhere
+        return
     try:
         path = path.resolve()
     except RuntimeError as error:  # before Python 3.13
         raise OSError(errno.ELOOP, "the link leads to itself") from error
-    # Names of files may hold bytes that are no text.
-    data = content.encode(errors="replace") if isinstance(content, str) else content
-    if path.exists() and not path.is_file():
-        path.write_bytes(data)
-        return
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "the file is read-only")
     path.parent.mkdir(parents=True, exist_ok=True)

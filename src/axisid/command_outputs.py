@@ -76,7 +76,9 @@ def check_targets(
         problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
         if problem:
             _refuse(target.file, problem, target.option)
-        taken[_real(Path(target.file))] = f"{target.option} is written there; name another file"
+        if not _is_special(target.file):
+            said = f"{target.option} is written there; name another file"
+            taken[_real(Path(target.file))] = said
 
 
 def check_replaced(
@@ -122,6 +124,8 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
         return "standard output is closed" if sys.stdout is None else ""
     if file in ("", "-") or os.path.isdir(file):
         return "it is no file; name one"
+    if _is_special(file):
+        return ""
     real = _real(Path(file))
     if real in taken:
         return taken[real]
@@ -131,7 +135,7 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
         return "the link leads to itself; name another file"
     if os.path.isfile(real) and not os.access(real, os.W_OK):
         return "the file is read-only; name another file"
-    return "" if _is_special(real) else _unwritable(real)
+    return _unwritable(real)
 
 
 def _is_special(file: str) -> bool:

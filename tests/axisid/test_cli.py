@@ -409,6 +409,13 @@ def test_json_never_replaces_an_input_or_what_is_no_file(
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
+def test_json_goes_through_the_pipe_of_a_shell() -> None:
+    identify = f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json /dev/fd/3"
+    command = f"{identify} 3>&1 >/dev/null | cat"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert json.loads(done.stdout)["axis"] == "emps2015"
+
+
 def test_json_follows_links_and_keeps_modes(run: Run, tmp_path: Path) -> None:
     target, link = tmp_path / "target.json", tmp_path / "link.json"
     target.write_text('{"schema": "axisid.identification/1"}')
