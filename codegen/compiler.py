@@ -80,8 +80,10 @@ def find_compiler() -> Compiler:
     Raises
     ------
     NativeUnavailableError
-        There is none.
+        There is none, or the system is none that a library could be tried on.
     """
+    if not hasattr(os, "getuid"):
+        raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
     asked = os.environ.get("CC")
     for name in [asked] if asked else ["cc", "gcc", "clang"]:
         try:

@@ -66,6 +66,7 @@ class VirtualLoop:
         self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
         self._continuous = len(self._held) > 1
 
+    @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
         self, reference: Array, noise: Array | None, start: float
     ) -> tuple[int, int, dict[str, Array]]:

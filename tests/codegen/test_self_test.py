@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy
 
@@ -20,7 +21,7 @@ from axisid import (
     newton,
     viscous,
 )
-from axisid.codegen import axis_artefacts
+from axisid.codegen import STATUSES, LoopSettings, VirtualLoop, axis_artefacts
 from axisid.codegen.compiler import find_compiler
 from axisid.codegen.native import Native
 from axisid.codegen.native_errors import NativeUnavailableError
@@ -131,3 +132,12 @@ def test_model_that_is_no_number_anywhere_is_not_refused() -> None:
     axis = declared("imaginary", fc * sympy.sqrt(-1 - (x.symbol / METRE) ** 2))
     native = build(axis).native
     assert native.library() is not None, native.refusal
+
+
+def test_overflow_in_the_virtual_machine_ends_as_not_finite_without_a_warning() -> None:
+    functions = build(FAST["power_of_12"], native=False).functions
+    settings = LoopSettings(period=1.0, resolution=1e-6, allowed=np.inf, substeps=1)
+    loop = VirtualLoop(functions, np.array([1.0, 1.0]), settings)
+    status, stopped, _ = loop.run(np.full(20, 1e30), None, 0.0)
+    assert STATUSES[status] == "not finite"
+    assert stopped < 20

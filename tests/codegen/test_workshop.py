@@ -124,6 +124,14 @@ def test_no_interpreter_means_the_virtual_machine(monkeypatch: pytest.MonkeyPatc
     assert native.refusal == "there is no Python interpreter to try a library in"
 
 
+def test_other_systems_mean_the_virtual_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "getuid")
+    native = build(load_axis("emps")).native
+    assert native.rows("direct_dynamics") is None
+    assert native.library() is None
+    assert native.refusal == "it needs a POSIX system, such as Linux or macOS"
+
+
 PROGRAM = """
 from axisid import build, load_axis
 build(load_axis("emps")).native.{call}()

@@ -47,7 +47,7 @@ def test_period_is_the_mean_step_unless_given() -> None:
             "time step before data row 31",
         ),
         ({"time": np.cumsum(np.r_[np.full(30, 1e-3), np.full(20, 1.4e-3)])}, "steps are uneven"),
-        ({"position": np.ma.masked_less(GOOD["position"], 0)}, "position: [0-9]+ of the values are masked"),
+        ({"position": np.ma.masked_less(GOOD["position"], 0)}, "[0-9]+ of the values are masked"),
         ({"position": GOOD["position"] + 1j}, "the values are complex"),
         ({"position": np.zeros(N)}, "position is 0 in every row"),
         ({"control": np.full(N, 2.5)}, "control is 2.5 in every row"),
