@@ -7,6 +7,7 @@ from .check import Check
 #: Where one of these fails the numbers may mean something else than what they are called.
 _GRAVE = (
     "control law",
+    "rests",
     "simulation",
     "bounds",
     "fixed values",

@@ -26,6 +26,7 @@ from .without_turns import dependence
 FEW_ROWS = 10
 _FEWEST = 16  # samples at steady speed
 _MOVING = 0.05  # of the largest speed
+_STILL = 0.01  # of the largest speed, which noise may make of a rest
 _REVERSED = 0.01  # of the samples in motion
 _ONE_SPEED = 0.1  # spread of the cruising speed, relative
 _STEADY = 0.1  # of the largest acceleration
@@ -152,14 +153,15 @@ def resting(signals: Signals, record: Record, prefilter: Prefilter) -> float:
     used = prefilter.kept(len(record), record.period)
     for start, stop in prefilter.silent:
         used[start:stop] = False
-    still = np.zeros(len(record), dtype=bool)
+    still, fastest = np.zeros(len(record), dtype=bool), float(np.abs(signals.velocity).max())
     for first, last in record.spans:
-        speed, position = signals.velocity[first:last], signals.position[first:last]
-        slow = np.abs(speed) < _MOVING * np.abs(signals.velocity).max()
-        for start, stop in runs(slow):
-            # Creeping gets somewhere; noise at rest does not.
-            drift = abs(position[stop - 1] - position[start]) / ((stop - start) * record.period)
-            still[first + start : first + stop] = drift < REST * np.abs(signals.velocity).max()
+        speed = signals.velocity[first:last]
+        for start, stop in runs(np.abs(speed) < _MOVING * fastest):
+            # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.
+            within = slice(start + (stop - start) // 4, stop - (stop - start) // 4)
+            drift = abs(float(np.mean(speed[within])))
+            stays = float(np.mean(np.abs(speed[within]))) < _STILL * fastest
+            still[first + start : first + stop] = stays and drift < REST * fastest
     return float(np.mean(still[used])) if used.any() else 0.0
 
 

@@ -121,8 +121,8 @@ def _whose(force: float, law: LawCheck | str, gain: float) -> str:
             "that records it is off; take that off the control"
         )
     return (
-        f"declare an offset (offset(F0), F0 about {force:.3g}), or check the zero of what records "
-        "the force"
+        f"declare an offset (offset(F0), F0 about {force:.3g}), or what depends on the position "
+        "and has such a mean; or check the zero of what records the force"
     )
 
 

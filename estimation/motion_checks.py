@@ -65,8 +65,11 @@ def precision(estimate: Estimate, shown: Sequence[Excitation]) -> Check:
     )
 
 
-def within_bounds(estimate: Estimate) -> Check:
-    """Every parameter against the bounds that it was declared with, physical ones too."""
+def within_bounds(estimate: Estimate, cause: str = "") -> Check:
+    """Every parameter against the bounds that it was declared with, physical ones too.
+
+    `cause` is what to blame before signs and units, if anything is.
+    """
     axis, values = estimate.form.axis, dict(estimate.parameters)
     physical = physical_parameters(estimate)
     if physical is not None:
@@ -85,7 +88,7 @@ def within_bounds(estimate: Estimate) -> Check:
         source="declared physical bounds; parameters outside or at them, none is clipped",
         meaning="every parameter is within its declared bounds"
         if not outside
-        else beyond_bounds({p: values[p.name].value for p in outside}),
+        else beyond_bounds({p: values[p.name].value for p in outside}, cause),
     )
 
 
@@ -94,13 +97,13 @@ def is_outside(parameter: Parameter, value: float) -> bool:
     return not parameter.lower < value < parameter.upper
 
 
-def beyond_bounds(values: Mapping[Parameter, float]) -> str:
+def beyond_bounds(values: Mapping[Parameter, float], cause: str = "") -> str:
     """What to say of values outside the bounds of their parameters."""
     said = "; ".join(
         f"{p.name} = {value:.4g} {p.unit} is not within [{p.lower:g}, {p.upper:g}]"
         for p, value in values.items()
     )
-    return f"{said}: check the signs and units of the record"
+    return f"{said}: {cause or 'check the signs and units of the record'}"
 
 
 def _relative_percent(shown: Excitation, value: Value) -> float:

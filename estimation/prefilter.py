@@ -62,8 +62,10 @@ class Prefilter:
     reversals : {"keep", "leave-out"} or None
         ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
         there the low-pass rounds what friction does at once, and at rest noise decides its sign.
-        None leaves them out for an axis whose force depends on the direction of motion, unless
-        that would take most of the record; ``keep`` is what the published recipe does.
+        None leaves them out for an axis whose force depends on the direction of motion, unless a
+        parameter would then keep less than a twentieth of its information, rests apart, as an
+        inertia does where the axis accelerates only as it turns; ``keep`` is what the published
+        recipe does.
     segments, masked, silent : tuple of (int, int)
         Of the record that `settled` fits the settings to. Each segment is filtered by itself, and
         loses its transients at both ends; one that is too short for that is left out. So are the

@@ -1,4 +1,4 @@
-"""Whether the simulated loop does what was recorded, as a check."""
+"""Whether the axis moved, and the simulated loop with it, as checks."""
 
 from .check import Check, passed
 from .estimate import FOLLOWING, Estimate
@@ -9,7 +9,21 @@ _CAUSES = (
     "check the law, signs and units, or see whether the record is noise, or a motion that the "
     "model does not have"
 )
-_MOSTLY = 0.3  # of the samples that the fit has
+_RESTS = 0.1  # of the samples that the fit has
+
+
+def rest_check(rest: float, *, sticks: bool) -> Check:
+    """Whether the fit has rests of an axis that sticks; `rest` is their part of its samples."""
+    said = rests_first(rest) if sticks else ""
+    return Check(
+        name="rests",
+        status=passed(not said),
+        figure=100 * rest,
+        threshold=100 * _RESTS,
+        source="percent of the samples that the fit has at which an axis with friction stands "
+        "still; an eighth moves friction by a tenth, a third by most of it",
+        meaning=said or "the fit is of an axis in motion",
+    )
 
 
 def following(judged: Estimate, rest: float) -> Check:
@@ -48,10 +62,10 @@ def _followed(error: float) -> str:
 
 def rests_first(rest: float) -> str:
     """What to say of a fit that is mostly of an axis at rest; empty for another."""
-    if rest <= _MOSTLY:
+    if rest <= _RESTS:
         return ""
     return (
         f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
         "friction takes any force and no model gives it: leave the rests out (--reversals "
-        "leave-out), then check the law, signs and units"
+        "leave-out, at a higher cut-off if too little is left) before anything else is checked"
     )

@@ -25,7 +25,7 @@ from .instruments import (
 from .law_check import GOOD_RESIDUAL, LawCheck
 from .motion_checks import conditioning, precision, within_bounds
 from .residual_checks import residual_checks
-from .simulation_check import following
+from .simulation_check import following, rest_check, rests_first
 
 _SELF_TEST = 1e-6
 _ALIGNED = 0.35  # samples; what rounding by the filter may look like is up to 0.15
@@ -57,8 +57,9 @@ def verdict(
         _self_test(iv, direct),
         conditioning(judged.X),
         precision(judged, moved),
-        within_bounds(judged),
+        within_bounds(judged, rests_first(rest)),
         _delta_method(direct or estimates.get("ddm-ls")),
+        rest_check(rest, sticks=judged.form.axis.has_direction),
         following(judged, rest),
         *residual_checks(judged, judged.residual_tests),
         filter_bias(judged, reversals),

@@ -90,6 +90,22 @@ experiment = replace(declared.experiment, moves=slow)
 failures(axisid.twin_record(replace(declared, experiment=experiment)))
 
 # %% [markdown]
+# ## A term that the motion does not show at all
+#
+# Stribeck friction at speeds that the axis passes in a sample or two. There is no number to print: the
+# parameter is named, with what it would have to be. Without it the others are as good as ever.
+
+# %%
+Fs = axisid.Parameter("Fs", "N", nominal=10.0)
+slope = axisid.stribeck(Fs, declared.coordinate, velocity=1e-3)
+richer = replace(declared, parameters=(*declared.parameters, Fs), force=declared.force + slope)
+try:
+    axisid.identify(richer, record)
+except axisid.EstimationError as refused:
+    print(fill(str(refused), 88))
+print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
+
+# %% [markdown]
 # ## The checks
 #
 # | check | fails where | what to do |
@@ -99,17 +115,22 @@ failures(axisid.twin_record(replace(declared, experiment=experiment)))
 # | least squares against instruments | they differ by more than 3 deviations, or by more than 10 % where Durbin-Wu-Hausman rejects | lower the cut-off, or believe the instruments |
 # | self-test | IDM-IV and DDM-IV differ | never, unless the loop does not satisfy the model |
 # | excitation | columns nearly repeat each other | another motion; the sentence says what it lacks |
-# | precision | a parameter's deviation exceeds 30 % of it | the sentence says why the record does not show it |
+# | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
 # | bounds | a value is outside its declared bounds | signs and units |
+# | rests | more than 10 % of the samples of the fit are of an axis with friction at rest | leave the rests out |
 # | fixed values | what was fixed contradicts the record | the fixed value, or the model |
 # | delta method | the map from the direct model bends within the uncertainty | `--draws 10000` |
-# | simulation | the simulated loop leaves half of the force unexplained | law, signs, units; or the record is mostly noise |
+# | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise |
 # | independent residuals | the residuals are autocorrelated, as those of filtered data are; a note with HAC deviations | believe the HAC deviations |
 # | runs of one sign | the residuals keep their sign for long; a note where they change it too often | something slow is missing, such as friction that depends on the position |
 # | residuals against the motion | something in the motion explains them | a missing term, a delay, or the filter at reversals |
 # | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide | outliers, or reversals |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
+# | force against control | a force column is more than 20 % off the gain times the control, or off by a factor in what is slow, beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
+# | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
+# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations | declare the `offset` that is proposed, or mend the converter |
+# | ripple | one frequency, over time or position, is 15 % of the residuals' power or more; a note | the cut-off that is proposed, or `cogging` with the period |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
 # [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.

@@ -60,7 +60,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     hold="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
     "after it.  [default: zoh for a control that a drive holds, else raw]",
     reversals="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
-    "once.  [default: leave-out for axes with friction, unless it takes most of the record]",
+    "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
 )
 @record_options
 @click.option(

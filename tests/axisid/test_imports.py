@@ -78,12 +78,6 @@ def sources(root: Path, stage: str) -> list[Path]:
     return sorted((root / FOLDERS[stage]).rglob("*.py"))
 
 
-def test_no_module_takes_the_place_of_a_public_name() -> None:
-    """What is imported as a module would be found in the name's place from then on."""
-    modules = {file.stem for file in Path(axisid.__file__).parent.glob("*.py")}
-    assert not modules & {*axisid.__all__}
-
-
 @pytest.mark.parametrize("stage", ORDER)
 def test_stages_are_imported_one_way(root: Path, stage: str) -> None:
     later = [

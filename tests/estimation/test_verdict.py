@@ -24,6 +24,7 @@ NAMES = [
     "precision",
     "bounds",
     "delta method",
+    "rests",
     "simulation",
     *RESIDUAL_CHECKS,
     "filter bias",

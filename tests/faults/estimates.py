@@ -212,7 +212,7 @@ FAULTS: tuple[Fault, ...] = (
         name="rests that are kept",
         make=lambda folder: _rests(folder, "--reversals", "keep"),
         code=0,
-        says=r"FAIL simulation: .* the axis rests in 7\d % of the samples .*--reversals leave-out",
+        says=r"mended: rests\. .*FAIL rests: the axis rests in 7\d % of .*--reversals leave-out",
     ),
 )
 MISUSES: tuple[Misuse, ...] = (
