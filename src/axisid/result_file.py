@@ -57,7 +57,7 @@ def _finite(text: str) -> float:
     """A number that a double holds; JSON has no others, but some programs write them."""
     number = float(text)
     if not math.isfinite(number):
-        raise ValueError(f"it holds {text[:20]}, which is no finite number")
+        raise ValueError(f"it holds {text[:20]}, which is no number in floating point")
     return number
 
 

@@ -53,12 +53,6 @@ def test_importing_axisid_is_quick() -> None:
     assert int(total[0].split("|")[1]) < 500_000
 
 
-def test_no_module_takes_the_place_of_a_public_name() -> None:
-    """A module becomes an attribute of its package once it is imported."""
-    modules = {path.stem for path in Path(axisid.__file__).parent.iterdir()}
-    assert not modules & {*axisid.__all__}
-
-
 def test_every_public_name_resolves_and_is_typed() -> None:
     source = Path(axisid.__file__).read_text()
     typed = {
