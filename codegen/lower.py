@@ -176,6 +176,9 @@ class Lowering:
             return self._divide(self._builder.constant(1), self(base**-exponent), node)
         if exponent.is_Integer and 1 < exponent <= _LARGEST_REPEATED_POWER:
             return self._chain("mul", [self(base)] * int(exponent))
+        if exponent.is_Rational and exponent.q == 2 and 1 < exponent <= _LARGEST_REPEATED_POWER:
+            root = self._builder.apply("sqrt", self(base))  # much quicker than a power
+            return self._chain("mul", [self(base)] * int(exponent) + [root])
         return self._builder.apply("pow", self(base), self(exponent))
 
     def map_atan2(self, node: sympy.atan2) -> int:
