@@ -98,20 +98,23 @@ def _still(
 def _flat_tops(values: Array, position: Array | None) -> Mask:
     """Samples at an extreme at which a signal is cut off, (N,)."""
     signal = _Signal(values)
-    mask = np.zeros(len(values), dtype=bool)
-    for extreme in (signal.least, signal.most):
-        top = values == extreme
-        flat = [
-            (start, stop)
-            for start, stop in runs(top)
-            if stop - start >= _FLAT * signal.held
-            and not _rests(position, start, stop)
-            and signal.is_steep(start, stop)
-        ]
-        commanded = sum(signal.is_set(start, stop) for start, stop in flat)
-        if 2 * commanded < len(flat):
-            mask |= top
-    return mask
+    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, position)]
+    # What is cut off on one side is so on the other at the same value, be it for a sample.
+    either = [side for side in (signal.least, signal.most) if -side in cut]
+    return np.isin(values, [*cut, *either])
+
+
+def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
+    """Whether a signal is cut off at an extreme."""
+    flat = [
+        (start, stop)
+        for start, stop in runs(signal.values == extreme)
+        if stop - start >= _FLAT * signal.held
+        and not _rests(position, start, stop)
+        and signal.is_steep(start, stop)
+    ]
+    commanded = sum(signal.is_set(start, stop) for start, stop in flat)
+    return 2 * commanded < len(flat)
 
 
 class _Signal:

@@ -54,16 +54,23 @@ def cut_number(cells: Sequence[str], ends: Sequence[str], *, ended: bool) -> str
     fewest = min(n.decimals for n in known)
     if last.decimals < fewest == max(n.decimals for n in known):
         return f"the numbers above it have {fewest - 1} decimals"
+    return "" if ended else _by_value(last, known)
+
+
+def _by_value(last: _Written, known: Sequence[_Written]) -> str:
+    """Why a number is none that goes on from those above it, where missing digits explain it."""
     powers = [n.power for n in known if n.power]
-    if ended or last.power >= min(powers, default=1):
-        return ""
     values = np.array([n.value for n in known])
     expected = 2 * values[-1] - values[-2]
     bend = float(np.abs(np.diff(values, 2)).max())
-    if not _explained(last, expected, 2 * bend, known):
+    whole = last.power >= min(powers, default=1)
+    if whole or not _explained(last, expected, 2 * bend, known):
         return ""
+    fewest, digits = min(n.decimals for n in known), min(n.whole for n in known)
     if last.decimals < fewest:
         return f"every number above it has {fewest - 1} decimals or more"
+    if not last.decimals and last.whole < digits:
+        return f"every number above it has {digits} digits or more"
     if abs(last.value - expected) > _FAR * bend:
         return f"the numbers above it lead to {expected:.6g}"
     return ""
@@ -91,6 +98,8 @@ def _explained(last: _Written, expected: float, reach: float, known: Sequence[_W
     size, unit = abs(last.mantissa), 10.0 ** -max(last.decimals - 1, 0)
     missing = 0 if last.decimals else max(max(n.whole for n in known) - last.whole, 0)
     exponents = {n.exponent for n in known if n.power > last.power}
-    scales = 10.0 ** np.array([*range(missing + 1), *exponents])
+    # A whole number among whole numbers has no decimals that may be missing.
+    least_missing = 0 if any(n.decimals for n in known) or last.power else 1
+    scales = 10.0 ** np.array([*range(least_missing, missing + 1), *exponents])
     least, most = size * scales - reach, (size + unit) * scales + reach
     return bool(np.any((least <= along) & (along <= most)))

@@ -87,10 +87,12 @@ def spikes(values: Array) -> list[tuple[int, float]]:
 
 
 def _is_quiet(values: Array, row: int, size: float) -> bool:
-    """Whether the signal on both sides of a spike is quiet, and alike."""
+    """Whether the signal goes on after a spike as before it, but for a part of its size."""
     before = values[max(row - _REACH - _BEYOND, 0) : row - _REACH + 1]
     after = values[row + _REACH : row + _REACH + _BEYOND + 1]
     if len(before) < 2 or len(after) < 2:
         return False
-    steps = [*np.abs(np.diff(before)), *np.abs(np.diff(after))]
-    return max(steps) <= _QUIET * size and abs(float(after[0] - before[-1])) <= _SAME * size
+    steps = np.concatenate([np.diff(before), np.diff(after)])
+    slope = float(steps.mean())
+    across = float(after[0] - before[-1]) - 2 * _REACH * slope
+    return float(np.abs(steps - slope).max()) <= _QUIET * size and abs(across) <= _SAME * size

@@ -82,7 +82,11 @@ _OPTIONS = (
         "ms, mA.",
     ),
     click.option(
-        "--sample-period", type=float, metavar="S", help="In place of the time column's mean step."
+        "--sample-period",
+        type=float,
+        metavar="S",
+        help="In place of the time column's mean step; confirms that the log is not sampled as "
+        "the control law runs.",
     ),
     click.option(
         "--resample", metavar="HZ|auto", help="Uneven or different times onto an even grid."
@@ -90,7 +94,8 @@ _OPTIONS = (
     click.option(
         "--gaps",
         type=click.Choice(["split"]),
-        help="Cut the log where samples are missing; each piece is filtered by itself.",
+        help="Cut the log where samples are missing or its clock goes back; each piece is "
+        "filtered by itself.",
     ),
     click.option(
         "--wrap", metavar="MODULUS", help="Undo jumps of the position by it, as in 360:deg."
@@ -98,12 +103,12 @@ _OPTIONS = (
     click.option(
         "--mask",
         type=click.Choice(["clipped"]),
-        help="Leave out the rows that clipped samples reach.",
+        help="Leave out the rows that samples reach which the drive's limit or a recorder cut off.",
     ),
     click.option(
         "--tail",
         type=click.Choice(["drop"]),
-        help="Leave out what is no row at the end of a text: a line cut off, a footer.",
+        help="Leave out what is no row at the end of a text: a line or number cut off, a footer.",
     ),
     click.option(
         "--max-memory",

@@ -4,13 +4,14 @@ import gc
 import re
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import DataError, Repairs, UsageError, read_record
+from axisid import DataError, Repairs, UsageError, load_axis, read_record
 
 N = 50
 T = 1e-3 * np.arange(N)
@@ -351,3 +352,41 @@ def test_extras_that_messages_name_are_declared(root: Path) -> None:
         named |= set(re.findall(r'library\("[\w.]+", "(\w+)"', file.read_text()))
     assert named == {"dataframe", "h5py", "mdf", "parquet", "rosbags", "tdms"}
     assert named <= set(project["optional-dependencies"])
+
+
+@pytest.mark.parametrize("declared", ["t", "time"])
+def test_time_column_that_the_axis_declares_gives_way_to_the_files_own_clocks(
+    tmp_path: Path, declared: str
+) -> None:
+    """The logger of the axis writes a time column; this file has masters in its place."""
+    asammdf = pytest.importorskip("asammdf")
+    file = tmp_path / "log.mf4"
+    axis = replace(
+        load_axis("emps2015"), columns={"time": declared, "position": "q", "control": "u"}
+    )
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(Q, T, name="q"), asammdf.Signal(U, T, name="u")])
+        mdf.save(file)
+    for given in (None, 1e-3):
+        record = read_record(file, axis, sample_period=given)
+        assert record.time == pytest.approx(T)
+        told = f"no column {declared!r} for the time, the file's own clocks are taken"
+        assert told in record.provenance.assumed
+    with pytest.raises(DataError, match="clocks of their own: leave the time out"):
+        read_record(file, axis, columns={"time": "t"})
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append([asammdf.Signal(Q, T, name="q"), asammdf.Signal(U, T, name="u")])
+        mdf.append([asammdf.Signal(T[::2] + 9, T[::2], name=declared)])
+        mdf.save(file, overwrite=True)
+    record = read_record(file, axis)
+    assert record.time == pytest.approx(T)
+    assert record.provenance.columns == {"position": "q", "control": "u"}
+    assert any("has 25 rows, the position 50" in said for said in record.provenance.assumed)
+    with pytest.raises(DataError, match="the columns differ in length"):
+        read_record(file, axis, columns={"time": declared})
+
+
+def test_time_column_that_the_axis_declares_is_needed_where_nothing_else_tells() -> None:
+    axis = replace(load_axis("emps2015"), columns={"time": "t", "position": "q", "control": "u"})
+    with pytest.raises(DataError, match="there is no column 't' for the time"):
+        read_record({"q": Q, "u": U}, axis)
