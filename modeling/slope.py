@@ -11,6 +11,7 @@ import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from .errors import ModelError
+from .point_value import vanishes_where
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
@@ -63,9 +64,9 @@ def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy
     rate = inside.diff(variable)
     if len(impulse.args) > 1 or rate == 0 or variable in rate.free_symbols:
         return False
-    place = sympy.expand(-inside.subs(variable, 0) / rate)
-    weight = sympy.expand(derivative).coeff(impulse)
-    return bool(sympy.expand(weight.subs(variable, place)) == 0)
+    struck = sympy.Dummy(real=True)
+    weight = derivative.xreplace({impulse: struck}).diff(struck)
+    return struck not in weight.free_symbols and vanishes_where(weight, inside, variable)
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:
