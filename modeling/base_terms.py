@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import sympy
 
-from .algebra import Algebra, Number, Product, Sum
+from .algebra import Algebra, Number, Product, Sum, modulus_of
 from .constant_value import value_of
 from .errors import ModelError
 from .expansion import EULER, Expansion
@@ -118,12 +118,12 @@ def _added(parts: Iterable[Sum]) -> Sum:
     for part in parts:
         for product, weight in part.items():
             weights.setdefault(product, []).append(weight)
-    return {
-        product: sum(several, Fraction(0))
-        for product, several in weights.items()
-        if abs(sum(several, Fraction(0))) > _ROUNDING * sum(map(abs, several), Fraction(0))
-        or len(several) == 1
-    }
+    total: Sum = {}
+    for product, several in weights.items():
+        value = sum(several, Fraction(0))
+        if modulus_of(value) > _ROUNDING * sum(map(modulus_of, several), Fraction(0)):
+            total[product] = value
+    return total
 
 
 def _split(
@@ -215,7 +215,7 @@ def _power(value: Fraction) -> Fraction:
 
 def _tracked(row: Row) -> _Tracked:
     """A row as it was given, its largest weight 1."""
-    largest = max(map(abs, row)) or Fraction(1)
+    largest = max(map(abs, row), default=Fraction(0)) or Fraction(1)
     return {j: (x / largest, abs(x / largest)) for j, x in enumerate(row) if x}
 
 

@@ -10,10 +10,10 @@ from .constants import with_numbers
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .errors import ModelError
 from .friction import with_direction
-from .independence import vanishes
 from .inverse import Regressor, inverse_regressor
 from .null_space import Direction, hidden_directions
 from .parameter_map import ParameterMap, parameter_map
+from .point_value import vanishes
 from .units import parse_unit
 
 

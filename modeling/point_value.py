@@ -7,6 +7,7 @@ the other. Each such function counts as unknown, with a number of its own at eac
 
 import hashlib
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import mpmath
@@ -50,6 +51,23 @@ def vanishes(expression: sympy.Expr) -> bool:
         return False
 
 
+def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
+    """Whether an expression changes with symbols; what has no finite value does."""
+    try:
+        return any(_changes(expression, symbols, turn) for turn in range(_POINTS))
+    except _CANNOT:
+        return True
+
+
+def _changes(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int) -> bool:
+    """Whether the value changes when the symbols do, one way or another, and nothing else."""
+    here, there = _Values(turn), _Values(turn)
+    for symbol in symbols:
+        there.known[symbol] = here.unknown("other", str(symbol))
+    (one, size), (other, more) = here(expression), there(expression)
+    return not _is_nothing((one - other, size + more))
+
+
 def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
     """Whether an expression is 0 where another, affine in a variable, is 0."""
     try:
@@ -86,7 +104,7 @@ class _Values:
 
     def _value(self, node: sympy.Basic) -> _Value:
         if node.is_Symbol:
-            return self._unknown("symbol", str(node))
+            return self.unknown("symbol", str(node))
         if not node.args:
             return _exactly(_points.mpmathify(sympy.N(node, _points.dps)))
         inner = [self(argument) for argument in node.args]
@@ -106,7 +124,7 @@ class _Values:
         if _is_nothing(argument):
             return _points.mpf(_STEPS[kind]), _points.one
         number, turned = argument[0], _points.re(argument[0]) < 0
-        known, _ = self._unknown(kind.__name__, _text(-number if turned else number))
+        known, _ = self.unknown(kind.__name__, _text(-number if turned else number))
         if turned and kind is sympy.sign:
             return -known, known
         return _exactly(1 - known if turned and kind is sympy.Heaviside else known)
@@ -117,10 +135,10 @@ class _Values:
             size = _points.fsum(s for _, s in inner)
             if all(_is_nothing((number - numbers[0], size)) for number in numbers):
                 return inner[0]
-            return self._unknown(type(node).__name__, *sorted(set(map(_text, numbers))))
-        return self._unknown(type(node).__name__, *map(_text, numbers))
+            return self.unknown(type(node).__name__, *sorted(set(map(_text, numbers))))
+        return self.unknown(type(node).__name__, *map(_text, numbers))
 
-    def _unknown(self, *about: str) -> _Value:
+    def unknown(self, *about: str) -> _Value:
         """A number of its own for what has a name, between 1/2 and 3/2."""
         text = "\n".join((str(self._turn), *about))
         digest = hashlib.sha256(text.encode()).digest()
