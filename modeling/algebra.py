@@ -122,6 +122,15 @@ def normal(total: Sum, *, positive: bool) -> tuple[Number, Sum]:
     return lead, scaled(total, Fraction(1) / lead)
 
 
+@dataclass(frozen=True, slots=True)
+class _Kinship:
+    """Places of the absolute value and the sign of a sum, and of what it is if it is a factor."""
+
+    modulus: int
+    sign: int
+    alone: int | None
+
+
 class Algebra:
     """Multiplies sums, over factors that they share."""
 
@@ -129,6 +138,7 @@ class Algebra:
         self._places: dict[Factor, int] = {}
         self._factors: list[Factor] = []
         self._contents: dict[int, Sum] = {}  # of the factors whose powers reduce
+        self._kin: dict[int, _Kinship] = {}
         self._left = MOST_PRODUCTS
 
     def factor(self, place: int) -> Factor:
@@ -293,11 +303,10 @@ class Algebra:
 
     def _reduced(self, powers: dict[int, Number]) -> Sum:
         """A product of powers of factors, by what these are."""
-        special = sorted(place for place in powers if place in self._contents)
         plain = dict(powers)
         parts: list[Sum] = []
         waves: list[int] = []
-        for place in special:
+        for place in sorted(self._contents.keys() & powers.keys()):
             kind, power = self._factors[place].kind, plain.get(place, 0)
             if kind in ("sign", "abs"):
                 parts += self._signed(place, plain)
@@ -316,27 +325,34 @@ class Algebra:
 
     def _signed(self, place: int, plain: dict[int, Number]) -> list[Sum]:
         """Write ``g**b |g|**a sign(g)**c`` in one way; what is multiplied out is returned."""
-        content = self._contents[place]
-        key, symbols = frozen(content), self._factors[place].symbols
-        modulus = self._place(Factor("abs", key, symbols), content)
-        sign = self._place(Factor("sign", key, symbols), content)
-        a, c = (plain.pop(p, 0) for p in (modulus, sign))
-        product = next(iter(content))
-        alone = len(content) == 1 and len(product) == 1 and product[0][1] == 1
-        if alone:
-            g = product[0][0]
-            b = plain.get(g, 0)
-            if b.denominator != 1:
-                plain[modulus], plain[sign] = a, c % 2
-                return []
-            whole = a.denominator == 1
-            plain[g] = a + b if whole else 0
-            plain[modulus] = 0 if whole else a + b
-            plain[sign] = ((a if whole else b) + c) % 2
+        kin = self._kinship(place)
+        a, c = plain.pop(kin.modulus, 0), plain.pop(kin.sign, 0)
+        if kin.alone is None:
+            more = a.numerator // a.denominator if a.denominator == 1 or a > 1 else 0
+            plain[kin.modulus], plain[kin.sign] = a - more, (more + c) % 2
+            return [self.power(self._contents[place], more)] if more else []
+        b = plain.get(kin.alone, 0)
+        if b.denominator != 1:
+            plain[kin.modulus], plain[kin.sign] = a, c % 2
             return []
-        more = a.numerator // a.denominator if a.denominator == 1 or a > 1 else 0
-        plain[modulus], plain[sign] = a - more, (more + c) % 2
-        return [self.power(content, more)] if more else []
+        whole = a.denominator == 1
+        plain[kin.alone] = a + b if whole else 0
+        plain[kin.modulus] = 0 if whole else a + b
+        plain[kin.sign] = ((a if whole else b) + c) % 2
+        return []
+
+    def _kinship(self, place: int) -> "_Kinship":
+        if place not in self._kin:
+            content, factor = self._contents[place], self._factors[place]
+            modulus, sign = (
+                self._place(Factor(kind, factor.content, factor.symbols), content)
+                for kind in ("abs", "sign")
+            )
+            product = next(iter(content))
+            alone = len(content) == 1 and len(product) == 1 and product[0][1] == 1
+            kin = _Kinship(modulus, sign, product[0][0] if alone else None)
+            self._kin[modulus] = self._kin[sign] = kin
+        return self._kin[place]
 
     def _mixed(self, waves: Sequence[int]) -> Sum:
         """The product of sines and cosines as a sum of them."""

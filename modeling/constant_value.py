@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import sympy
+from mpmath.ctx_mp import MPContext
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from .errors import ModelError
@@ -16,7 +16,7 @@ from .errors import ModelError
 _DIGITS = 50
 _HUGE = 1200  # binary digits before the point of what no longer is a number, or of its inverse
 
-_numbers = mpmath.MPContext()
+_numbers = MPContext()
 _numbers.dps = _DIGITS
 
 #: Functions of numbers by their SymPy classes.
