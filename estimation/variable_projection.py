@@ -48,7 +48,8 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     if not np.isfinite(search.error(starts[0])):
         raise EstimationError(
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
-            f"and bounds of the right size. At the first, {search.reason(starts[0])}"
+            "and bounds of the right size, where the equation of motion has a value. At the first, "
+            f"{search.reason(starts[0])}"
         )
     found = [
         minimise(
@@ -153,7 +154,13 @@ class _Projected:
         ]
 
     def solved(self, bent: Array) -> tuple[Array, Array]:
-        """All parameters (p,) for given nonlinear ones, and the residuals (n,)."""
+        """All parameters (p,) for given nonlinear ones, and the residuals (n,).
+
+        Raises
+        ------
+        EstimationError
+            The columns are not of full rank, or the model has no value there.
+        """
         physical = self._form.axis.nominal.copy()
         physical[self._bent] = bent
         equations = self._rows(self._form.at(physical))
@@ -162,6 +169,9 @@ class _Projected:
         columns = factor(equations.regressor[:, ~self._bent], self._linear)
         solution = least_squares(equations.left - known, columns)
         physical[~self._bent] = solution.theta
+        if not np.all(np.isfinite(solution.residuals)):
+            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, bent, strict=True))
+            raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
     def residuals(self, bent: Array) -> Array:

@@ -15,7 +15,7 @@ from .frozen_mapping import FrozenMapping
 from .names import check_distinct, check_name
 from .numbers import number
 from .size import check_size
-from .symbols import Coordinate, Parameter
+from .symbols import Coordinate, Parameter, declared_parameters
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
@@ -105,12 +105,10 @@ class Axis:
                     f"axis {self.name!r}: {name} is {getattr(self, name)!r}; give "
                     f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}."
                 )
-        for parameter in self.parameters:
-            if not isinstance(parameter, Parameter):
-                raise ModelError(
-                    f"axis {self.name!r}: the parameters have {parameter!r}; give Parameter "
-                    "objects."
-                )
+        try:
+            declared_parameters(self.parameters)
+        except ModelError as error:
+            raise ModelError(f"axis {self.name!r}: {error}") from error
 
     def _check_names(self) -> None:
         q = self.coordinate
@@ -119,6 +117,24 @@ class Axis:
         law = self.control.names if self.control else ()
         names += [(name, "the control law's symbol") for name in law]
         check_distinct(names)
+        self._check_constants(dict(names))
+
+    def _check_constants(self, names: Mapping[str, str]) -> None:
+        """Two things that are printed alike could not be told apart."""
+        found: dict[str, sympy.Expr] = {}
+        kinds = (KnownSymbol, sympy.NumberSymbol)
+        used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
+        for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
+            if name in names:
+                raise ModelError(
+                    f"axis {self.name!r}: {names[name]} {name!r} and a constant have the same "
+                    "name. Rename one."
+                )
+            if name.isidentifier() and found.setdefault(name, constant) != constant:
+                raise ModelError(
+                    f"axis {self.name!r}: two constants of different values are named {name!r}. "
+                    "Rename one."
+                )
 
     def _check_symbols(self) -> None:
         q = self.coordinate
@@ -128,6 +144,11 @@ class Axis:
             if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
                 raise ModelError(
                     f"axis {self.name!r}: the equation of motion is not finite: {value}."
+                )
+            if value.has(sympy.I):
+                raise ModelError(
+                    f"axis {self.name!r}: the equation of motion is not real: {value}. Write a "
+                    "force that is, without the imaginary unit or a root of a negative number."
                 )
         declared = {p.symbol for p in self.parameters}
         used = self.force.free_symbols | profile.free_symbols

@@ -13,6 +13,7 @@ import sympy
 
 from .axis import Axis
 from .base_terms import Exponents, Row, force_terms, reduced_rows
+from .coefficients import Coefficients
 from .constants import with_numbers
 from .errors import ModelError
 from .friction import with_direction
@@ -118,7 +119,6 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     table = [rows[i] for i in places]
     expressions = tuple(_expression(row, found.monomials, symbols) for row in table)
     same = expressions == symbols
-    jacobian = sympy.Matrix(expressions).jacobian(symbols)
     known = {p.symbol for p in axis.parameters if p.known is not None}
     base = BaseModel(
         declared=axis,
@@ -126,8 +126,8 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
         expressions=expressions,
         exponents=found.monomials,
         weights=tuple(tuple(map(float, row)) for row in table),
-        hidden=() if same else null_space(jacobian, symbols),
-        unsettled=() if same else null_space(jacobian, symbols, known),
+        hidden=() if same else null_space(table, found.monomials, axis.parameters),
+        unsettled=() if same else null_space(table, found.monomials, axis.parameters, known),
     )
     if same:
         return base
@@ -171,26 +171,15 @@ def _reduced(base: BaseModel, leads: Sequence[Exponents], bent: AbstractSet[symp
         declared[value] if value in declared else _combined(base, i, leads[i], taken)
         for i, value in enumerate(base.expressions)
     )
-    zero = {s: sympy.S.Zero for s in declared if s not in bent}
-    terms = [axis.force.xreplace(zero)]
+    straight = [s for s in declared if s not in bent]
+    places = [j for j, s in enumerate(declared) if s not in bent]
+    coefficients = Coefficients(axis.force, straight)
+    terms = [coefficients.rest]
     for p, lead in zip(parameters, leads, strict=True):
         if p.symbol not in bent:
-            terms.append(p * _coefficient(axis.force, lead, tuple(declared)).xreplace(zero))
+            terms.append(p * coefficients[tuple(lead[j] for j in places)])
     truth = axis.experiment and replace(axis.experiment, truth=_truth(base, parameters))
     return replace(axis, parameters=parameters, force=sympy.Add(*terms), experiment=truth)
-
-
-def _coefficient(
-    force: sympy.Expr, exponents: Exponents, symbols: Sequence[sympy.Symbol]
-) -> sympy.Expr:
-    """What multiplies a monomial, where all parameters are then set to zero.
-
-    Unlike expanding, differentiating leaves the functions of the motion as they were declared.
-    """
-    for s, e in zip(symbols, exponents, strict=True):
-        if e:
-            force = force.diff(s, e) / sympy.factorial(e)
-    return force
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:

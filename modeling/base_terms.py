@@ -4,25 +4,29 @@
 form R is the smallest set of combinations ``R mu`` that the force depends on.
 """
 
-from collections.abc import Iterable, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy
-from sympy.simplify.fu import TR8
 
-from .cases import Cases
-from .independence import exact
-from .symbols import DIRECTION
+from .algebra import Algebra, Number, Product, Sum, modulus_of
+from .constant_value import value_of
+from .errors import ModelError
+from .expansion import EULER, Expansion
 
 #: Share of what was added up below which a weight is what rounding left of nothing.
 _ROUNDING = Fraction(1, 10**12)
-_DIGITS = 30  # of an irrational weight
-_EXTREME = 100  # decimal exponent
+_LONG, _KEPT = 2000, 400  # binary digits from which a weight is rounded, and to which
+_LEAST = Fraction(1, 10**300)  # share of a row that stands for any smaller one
+_MOST_STEPS = 300_000  # weights that are worked out in reducing rows
 
 Exponents = tuple[int, ...]
 Row = list[Fraction]
+#: Weights by column, each with the size of what was added up to it; those left out are 0.
+_Tracked = dict[int, tuple[Fraction, Fraction]]
+_NOTHING = (Fraction(0), Fraction(0))
+_Weight = tuple[Number, Number]  # times a power of e
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,35 +60,102 @@ def force_terms(
         With the friction direction in place of ``sign(dq)``.
     velocity : sympy.Symbol
     parameters : sequence of sympy.Symbol
+
+    Raises
+    ------
+    ModelError
+        It has too many terms once it is multiplied out, or a part that is no real number.
     """
-    unknown = set(parameters)
-    parts = [_canonical(part, velocity, unknown) for part in sympy.Add.make_args(force)]
-    terms = [term for part in parts for term in sympy.Add.make_args(part)]
+    expansion = Expansion(velocity)
+    parts = [expansion(term) for term in sympy.Add.make_args(force)]
+    return _terms(parts, expansion.algebra, parameters)
+
+
+def column_terms(
+    columns: Mapping[sympy.Symbol, sympy.Expr],
+    velocity: sympy.Symbol,
+    values: Mapping[sympy.Symbol, Number],
+) -> Terms:
+    """The same of the sum of parameters times columns, with numbers for symbols in the columns."""
+    expansion = Expansion(velocity, values)
+    parts = [
+        expansion.algebra.times(expansion.free(p), expansion(term))
+        for p, column in columns.items()
+        for term in sympy.Add.make_args(column)
+    ]
+    return _terms(parts, expansion.algebra, tuple(columns))
+
+
+def _terms(parts: Iterable[Sum], algebra: Algebra, parameters: Sequence[sympy.Symbol]) -> Terms:
+    total, unknown = _added(parts), set(parameters)
     bent = {
         s
-        for term in terms
-        for factor in sympy.Mul.make_args(term)
-        if not _is_whole_power(factor, unknown)
-        for s in factor.free_symbols & unknown
+        for product in total
+        for place, power in product
+        if not (algebra.factor(place).kind == "symbol" and power.denominator == 1 and power > 0)
+        for s in algebra.factor(place).symbols & unknown
     }
-    table: dict[sympy.Expr, dict[Exponents, list[sympy.Expr]]] = {}
-    for term in terms:
-        weight, rest = term.as_independent(*term.free_symbols, as_Add=False)
-        powers = rest.as_powers_dict()
-        exponents = tuple(0 if p in bent else int(powers.get(p, 0)) for p in parameters)
-        motion = rest / sympy.Mul(*(p**e for p, e in zip(parameters, exponents, strict=True)))
-        if any(exponents) and weight != 0:
-            row = table.setdefault(_without_abs(motion, velocity), {})
-            row.setdefault(exponents, []).append(weight)
+    straight = {p: j for j, p in enumerate(parameters) if p not in bent}
+    table: dict[Product, dict[Exponents, list[_Weight]]] = {}
+    for product, weight in total.items():
+        motion, exponents, power = _split(product, algebra, straight, len(parameters))
+        if any(exponents):
+            row = table.setdefault(motion, {})
+            row.setdefault(exponents, []).append((weight, power))
+    rows = [_weights(row) for row in table.values()]
     for j, p in enumerate(parameters):
         if p in bent:
-            table[p] = {tuple(int(i == j) for i in range(len(parameters))): [sympy.S.One]}
-    totals = [{e: _total(weights) for e, weights in row.items()} for row in table.values()]
-    monomials = tuple(
-        sorted({e for row in totals for e, total in row.items() if total}, key=_order)
-    )
-    rows = tuple(_fractions(row, monomials) for row in totals)
-    return Terms(monomials=monomials, weights=rows, bent=frozenset(bent))
+            rows.append({tuple(int(i == j) for i in range(len(parameters))): Fraction(1)})
+    found = {exponents for row in rows for exponents in row}
+    monomials = tuple(sorted(found, key=_order))
+    weights = tuple([row.get(e, Fraction(0)) for e in monomials] for row in rows)
+    return Terms(monomials=monomials, weights=weights, bent=frozenset(bent))
+
+
+def _added(parts: Iterable[Sum]) -> Sum:
+    """The sum of declared terms, without what rounding alone leaves where they cancel."""
+    weights: dict[Product, list[Number]] = {}
+    for part in parts:
+        for product, weight in part.items():
+            weights.setdefault(product, []).append(weight)
+    total: Sum = {}
+    for product, several in weights.items():
+        value = sum(several, Fraction(0))
+        if modulus_of(value) > _ROUNDING * sum(map(modulus_of, several), Fraction(0)):
+            total[product] = value
+    return total
+
+
+def _split(
+    product: Product, algebra: Algebra, straight: Mapping[sympy.Symbol, int], size: int
+) -> tuple[Product, Exponents, Number]:
+    """The motion in a product, the exponents of the parameters in it, and the power of e."""
+    exponents, motion = [0] * size, []
+    euler: Number = 0
+    for place, power in product:
+        factor = algebra.factor(place)
+        if factor.kind == "symbol" and factor.content in straight:
+            exponents[straight[factor.content]] = int(power)
+        elif factor == EULER:
+            euler = power
+        else:
+            motion.append((place, power))
+    return tuple(motion), tuple(exponents), euler
+
+
+def _weights(row: Mapping[Exponents, Sequence[_Weight]]) -> dict[Exponents, Fraction]:
+    """The weights of a row over its largest power of e, which may be beyond all floating point."""
+    most = max(power for terms in row.values() for _, power in terms)
+    made = {}
+    for exponents, terms in row.items():
+        value = sum((weight * _share(power - most) for weight, power in terms), Fraction(0))
+        if value:
+            made[exponents] = value
+    return made
+
+
+def _share(power: Number) -> Fraction:
+    return max(value_of(sympy.exp, (power,)), _LEAST)
 
 
 def reduced_rows(weights: Sequence[Row]) -> tuple[list[Row], list[int]]:
@@ -93,151 +164,42 @@ def reduced_rows(weights: Sequence[Row]) -> tuple[list[Row], list[int]]:
     Exact, but that what rounding alone leaves where weights cancel counts as zero: a product of
     decimals computed in floating point is not the product of these decimals. A weight that is small
     beside others of its row is none of that: ``(x - 9)**12`` has weights from 1 to 3e11.
+
+    Raises
+    ------
+    ModelError
+        There are too many weights to be worked out.
     """
-    columns = range(len(weights[0]) if weights else 0)
-    sizes = [_size(row[j] for row in weights) for j in columns]
-    rows = [_Tracked.of([x / size for x, size in zip(row, sizes, strict=True)]) for row in weights]
+    width = len(weights[0]) if weights else 0
+    sizes = [_size(row[j] for row in weights) for j in range(width)]
+    rows = [_tracked([x / size for x, size in zip(row, sizes, strict=True)]) for row in weights]
     done: list[_Tracked] = []
     pivots: list[int] = []
-    for j in columns:
-        best = max(rows, key=lambda row: row.certainty(j), default=None)
-        if best is None or not best.values[j]:
+    steps = 0
+    for j in range(width):
+        able = [row for row in rows if row.get(j, _NOTHING)[0]]
+        if not able:
             continue
-        lead = best.over(best.values[j])
-        rows = [row.less(lead, j) for row in rows if row is not best]
-        done = [*(row.less(lead, j) for row in done), lead]
+        best = max(able, key=lambda row: _certainty(row[j]))
+        lead = _over(best, best[j][0])
+        steps += len(lead) * (len(able) + sum(j in row for row in done))
+        if steps > _MOST_STEPS:
+            raise ModelError(
+                "the parameters enter in too many products and sums to find which of them a "
+                "record tells apart; declare what enters together as one parameter."
+            )
+        rows = [_less(row, lead, j) for row in rows if row is not best]
+        done = [*(_less(row, lead, j) for row in done), lead]
         pivots.append(j)
     scaled = [
-        [x * size / sizes[pivot] for x, size in zip(row.values, sizes, strict=True)]
+        [row.get(j, _NOTHING)[0] * sizes[j] / sizes[pivot] for j in range(width)]
         for row, pivot in zip(done, pivots, strict=True)
     ]
     return scaled, pivots
 
 
-@dataclass(frozen=True, slots=True)
-class _Tracked:
-    """A row, and for each of its weights the size of what was added up to it."""
-
-    values: Row
-    sizes: Row
-
-    @classmethod
-    def of(cls, row: Row) -> "_Tracked":
-        """A row as it was given, its largest weight 1."""
-        largest = max(map(abs, row), default=Fraction(0)) or Fraction(1)
-        return cls([x / largest for x in row], [abs(x / largest) for x in row])
-
-    def certainty(self, j: int) -> tuple[Fraction, Fraction]:
-        """How little has cancelled in a weight; then how large it is."""
-        value = abs(self.values[j])
-        return (value / self.sizes[j] if value else Fraction(0)), value
-
-    def over(self, divisor: Fraction) -> "_Tracked":
-        """The row divided by a number."""
-        return _Tracked(
-            [x / divisor for x in self.values], [size / abs(divisor) for size in self.sizes]
-        )
-
-    def less(self, lead: "_Tracked", j: int) -> "_Tracked":
-        """The row less what it has in column j of another, whose weight there is 1."""
-        share, more = self.values[j], self.sizes[j]
-        if not share:
-            return self
-        left = [x - share * y for x, y in zip(self.values, lead.values, strict=True)]
-        sizes = [size + more * y for size, y in zip(self.sizes, lead.sizes, strict=True)]
-        kept = [
-            x if abs(x) > _ROUNDING * size else Fraction(0)
-            for x, size in zip(left, sizes, strict=True)
-        ]
-        return _Tracked(kept, sizes)
-
-
-def _canonical(
-    force: sympy.Expr, velocity: sympy.Symbol, parameters: AbstractSet[sympy.Symbol]
-) -> sympy.Expr:
-    """Products of sines and cosines as sums, which are independent; decimals as fractions."""
-    cases = Cases(exact(force), velocity, parameters)
-    terms = sympy.Add.make_args(sympy.expand(cases.split))
-    waves = [_in_phase(TR8(term)) if term.has(sympy.sin, sympy.cos) else term for term in terms]
-    return cases.joined(sympy.expand(sympy.Add(*waves)))
-
-
-def _in_phase(term: sympy.Expr) -> sympy.Expr:
-    """Sines and cosines with a phase that is a number, by those without one."""
-    replaced = {}
-    for wave in term.atoms(sympy.sin, sympy.cos):
-        phase, angle = wave.args[0].as_coeff_Add()
-        if phase != 0:
-            sine, cosine = sympy.sin(angle), sympy.cos(angle)
-            replaced[wave] = (
-                sine * sympy.cos(phase) + cosine * sympy.sin(phase)
-                if isinstance(wave, sympy.sin)
-                else cosine * sympy.cos(phase) - sine * sympy.sin(phase)
-            )
-    return term.xreplace(replaced)
-
-
-def _is_whole_power(factor: sympy.Expr, unknown: set[sympy.Symbol]) -> bool:
-    base, exponent = factor.as_base_exp()
-    return base in unknown and exponent.is_Integer and exponent > 0
-
-
-def _without_abs(motion: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """``|dq|`` as a factor is ``direction dq``, the same function in other words.
-
-    Where ``|dq|`` has a power that is not whole, ``dq`` is ``direction |dq|``.
-    """
-    size = sympy.Abs(velocity)
-    powers = motion.as_powers_dict()
-    of_size, of_velocity, of_direction = (
-        powers.get(base, sympy.S.Zero) for base in (size, velocity, DIRECTION)
-    )
-    if not of_size:
-        return motion
-    base, turns = (velocity, of_size) if of_size.is_Integer else (size, of_velocity)
-    rest = motion / (size**of_size * velocity**of_velocity * DIRECTION**of_direction)
-    return rest * base ** (of_size + of_velocity) * DIRECTION ** ((of_direction + turns) % 2)
-
-
 def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
     return sum(exponents), tuple(-e for e in exponents)
-
-
-def _total(weights: Sequence[sympy.Expr]) -> sympy.Expr:
-    """Sum of weights; 0 where only rounding is left of it."""
-    total = sympy.Add(*weights)
-    if len(weights) == 1 or total == 0:
-        return total
-    size = sum((abs(sympy.N(weight, _DIGITS)) for weight in weights), sympy.S.Zero)
-    return (
-        total
-        if abs(sympy.N(total, _DIGITS))
-        > sympy.Rational(_ROUNDING.numerator, _ROUNDING.denominator) * size
-        else sympy.S.Zero
-    )
-
-
-def _fractions(row: dict[Exponents, sympy.Expr], monomials: Sequence[Exponents]) -> Row:
-    scale = _power_of_ten(next((w for w in row.values() if w != 0), sympy.S.One))
-    return [_fraction(row.get(e, sympy.S.Zero) * scale) for e in monomials]
-
-
-def _power_of_ten(weight: sympy.Expr) -> sympy.Expr:
-    """What brings an extreme weight near 1; 1 for any other.
-
-    Scaling a row does not change the null space, and a number such as exp(-1e4), which expanding a
-    Gaussian gives, would be a fraction of thousands of digits.
-    """
-    size = sympy.Abs(sympy.N(weight))
-    exponent = int(sympy.floor(sympy.log(size, 10))) if size else 0
-    if abs(exponent) <= _EXTREME:
-        return sympy.S.One
-    return sympy.Float(10, 2 * _DIGITS) ** -exponent  # as a whole number it could fill the memory
-
-
-def _fraction(weight: sympy.Expr) -> Fraction:
-    exact = weight if weight.is_Rational else sympy.Rational(str(sympy.N(weight, _DIGITS)))
-    return Fraction(int(exact.p), int(exact.q))
 
 
 def _size(column: Iterable[Fraction]) -> Fraction:
@@ -249,3 +211,40 @@ def _power(value: Fraction) -> Fraction:
     """A power of ten near a positive number."""
     digits = len(str(value.numerator)) - len(str(value.denominator))
     return Fraction(10) ** digits
+
+
+def _tracked(row: Row) -> _Tracked:
+    """A row as it was given, its largest weight 1."""
+    largest = max(map(abs, row), default=Fraction(0)) or Fraction(1)
+    return {j: (x / largest, abs(x / largest)) for j, x in enumerate(row) if x}
+
+
+def _certainty(weight: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction]:
+    """How little has cancelled in a weight; then how large it is."""
+    value, size = weight
+    return abs(value) / size, abs(value)
+
+
+def _over(row: _Tracked, divisor: Fraction) -> _Tracked:
+    return {j: (x / divisor, size / abs(divisor)) for j, (x, size) in row.items()}
+
+
+def _less(row: _Tracked, lead: _Tracked, j: int) -> _Tracked:
+    """A row less what it has in column j of another, whose weight there is 1."""
+    share, more = row.get(j, _NOTHING)
+    if not share:
+        return row
+    left = dict(row)
+    for i, (y, least) in lead.items():
+        x, size = row.get(i, _NOTHING)
+        value, total = _kept(x - share * y), _kept(size + more * least)
+        left[i] = (value if abs(value) > _ROUNDING * total else Fraction(0)), total
+    return left
+
+
+def _kept(weight: Fraction) -> Fraction:
+    """A weight with a bounded number of digits."""
+    if weight.denominator.bit_length() < _LONG or not weight:
+        return weight
+    unit = Fraction(2) ** (_KEPT + weight.denominator.bit_length() - weight.numerator.bit_length())
+    return Fraction(round(weight * unit)) / unit

@@ -6,6 +6,7 @@ from typing import Any
 import sympy
 
 from .errors import ModelError
+from .kinks import replaced
 from .names import check_name
 from .numbers import number
 from .symbols import Symbolic, expression
@@ -92,7 +93,7 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
 
 def with_numbers(value: sympy.Expr) -> sympy.Expr:
     """The expression with each constant's number in its place."""
-    return value.xreplace({c: sympy.Float(c.value) for c in value.atoms(KnownSymbol)})
+    return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(KnownSymbol)})
 
 
 def named_constants(value: sympy.Expr) -> tuple[Constant, ...]:

@@ -7,21 +7,21 @@ coincidence.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TypeAlias
+from typing import Any
 
 import sympy
 from sympy.core.relational import Relational
 
-from .independence import exact
+from .point_value import CANNOT, numbers, value_at
 from .symbols import DIRECTION
 
-#: Numbers for symbols.
-_Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
-
-_POINTS, _PLACES = 5, 101  # a prime, through whose fractions the points walk
-_DIGITS, _BESIDE = 60, sympy.Float("1e-30", 60)
+_POINTS, _PLACES = 6, 101  # a prime, through whose fractions the points walk
+_BESIDE = numbers.mpf("1e-30")
 _ROUNDING = 1e-12  # what decimals leave, as a share of the force
-_AT_REST = sympy.Rational(3, 7)  # the direction on both sides of rest
+_EXACT = numbers.mpf("1e-40")
+_AT_REST = numbers.mpf(3) / 7  # the direction on both sides of rest
+
+_Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
 
 
 def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
@@ -40,12 +40,8 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
     nodes = {node: list(_edges(node, velocity)) for node in force.atoms(*kinds)}
     nodes = {node: edges for node, edges in nodes.items() if edges}
     terms = [term for term in sympy.Add.make_args(force) if term.atoms(*kinds) & nodes.keys()]
-    told = exact(sympy.Add(*terms))
-    others = sorted(told.free_symbols - {velocity, DIRECTION}, key=str)
-    points = [_point(others, i) for i in range(_POINTS)] if nodes else []
-    forces = [(point, told.xreplace(point)) for point in points]
     for node in sorted(nodes, key=sympy.default_sort_key):
-        if not all(_is_continuous(forces, velocity, exact(edge)) for edge in nodes[node]):
+        if not all(_is_continuous(sympy.Add(*terms), velocity, edge) for edge in nodes[node]):
             return node
     return None
 
@@ -62,82 +58,79 @@ def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
                 yield relation.lhs - relation.rhs
 
 
-def _is_continuous(
-    theres: Sequence[tuple[_Point, sympy.Expr]], velocity: sympy.Symbol, edge: sympy.Expr
-) -> bool:
+def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
     """Whether a force has the same value on both sides of an edge, wherever that was found."""
-    jumps = [
-        _jump(force, velocity, place)
-        for point, force in theres
-        for place in _places(edge.xreplace(point), velocity)
-    ]
-    seen = [jump for jump in jumps if jump is not None]
-    return bool(seen) and max(seen) < _ROUNDING
+    others = sorted((force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}, key=str)
+    jumps: list[float] = []
+    for i in range(_POINTS):
+        point = _point(others, i)
+        found = [_jump(force, velocity, point, v) for v in _places(edge, velocity, point)]
+        jumps += [jump for jump in found if jump is not None]
+    return bool(jumps) and max(jumps) < _ROUNDING
 
 
-def _point(symbols: Sequence[sympy.Symbol], i: int) -> _Point:
+def _point(symbols: list[sympy.Symbol], i: int) -> _Point:
     """Numbers of sizes from a hundredth to ten; first all positive, then of either sign."""
     steps = [(j + 2) * (7 * i + 37) % _PLACES for j in range(len(symbols))]
     signs = [-1 if i > 1 and step % 2 else 1 for step in steps]
     return {
-        s: sign * sympy.Rational(10 + step * step, 1000)
+        s: sign * numbers.mpf(10 + step * step) / 1000
         for s, step, sign in zip(symbols, steps, signs, strict=True)
     }
 
 
-def _places(edge: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Float]:
+def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> Iterator[Any]:
     """Zeros of a function of the velocity and its size, of the second degree or lower."""
-    for ahead in (1, -1) if edge.has(sympy.Abs) else (0,):
-        function = edge.xreplace({sympy.Abs(velocity): ahead * velocity})
-        if not function.is_polynomial(velocity):
+    ways = ((0, 1, 2, 3), (0, -1, -2, -3)) if edge.has(sympy.Abs) else ((0, 1, -1, 2),)
+    for speeds in ways:
+        values = [_value(edge, {**point, velocity: numbers.mpf(v)}) for v in speeds]
+        if None in values:
             continue
-        coefficients = sympy.Poly(function, velocity).all_coeffs()
-        for place in _roots([sympy.N(c, _DIGITS) for c in coefficients]):
-            if place * ahead >= 0:
+        for place in _roots(speeds, values):
+            if len(ways) == 1 or place * speeds[1] >= 0:
                 yield place
 
 
-def _roots(coefficients: list[sympy.Float]) -> list[sympy.Float]:
-    """Real zeros of a polynomial of the first or the second degree."""
-    match coefficients:
-        case [slope, start]:
-            return [-start / slope]
-        case [a, b, c] if (inside := b * b - 4 * a * c) >= 0:
-            return [(-b + side * sympy.sqrt(inside)) / (2 * a) for side in (1, -1)]
-    return []
+def _roots(speeds: Sequence[int], values: Sequence[Any]) -> list[Any]:
+    """Real zeros of the polynomial through four points; none if it is of the third degree."""
+    first, second, third = _divided(speeds, values)
+    sizes = sum(map(abs, values))
+    if abs(third) > _EXACT * sizes:
+        return []
+    start, here, there = values[0], *speeds[:2]
+    slope = first - second * (here + there)
+    if abs(second) > _EXACT * sizes:
+        inside = slope * slope - 4 * second * start
+        root = numbers.sqrt(inside) if inside >= 0 else None
+        return [] if root is None else [(side * root - slope) / (2 * second) for side in (1, -1)]
+    return [-start / slope] if slope else []
 
 
-def _jump(force: sympy.Expr, velocity: sympy.Symbol, place: sympy.Float) -> float | None:
+def _divided(speeds: Sequence[int], values: Sequence[Any]) -> list[Any]:
+    """Newton's divided differences from the first point on."""
+    row, found = list(values), []
+    for gap in range(1, len(speeds)):
+        row = [(row[k + 1] - row[k]) / (speeds[k + gap] - speeds[k]) for k in range(len(row) - 1)]
+        found.append(row[0])
+    return found
+
+
+def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float | None:
     """Jump of a force there, over the force's size; None where it has no value."""
-    direction = sympy.sign(place) if place else _AT_REST
-
-    def at(step: sympy.Expr) -> sympy.Expr | None:
-        return _value(force, {velocity: place + step, DIRECTION: direction})
-
-    beside = _BESIDE * (abs(place) or 1)
-    above, below = at(beside), at(-beside)
+    direction = numbers.sign(place) if place else _AT_REST
+    beside, apart = _BESIDE * (abs(place) or 1), 1 + abs(place)
+    above, below, *others = (
+        _value(force, {**point, velocity: place + step, DIRECTION: direction})
+        for step in (beside, -beside, apart, -apart)
+    )
     if above is None or below is None:
         return None
-    jump = abs(above - below)
-    if jump <= _ROUNDING * abs(above):
-        return 0.0
-    apart = (at(step) for step in (1 + abs(place), -1 - abs(place)))
-    sizes = [abs(value) for value in (above, below, *apart) if value is not None]
-    return float(jump / max(sizes))
+    sizes = [abs(value) for value in (above, below, *others) if value is not None]
+    return float(abs(above - below) / (max(sizes) or 1))
 
 
-def _value(force: sympy.Expr, point: _Point) -> sympy.Expr | None:
-    """A force in many digits; of a choice, only what is chosen is looked at."""
-    chosen = {
-        node: next((value for value, condition in node.args if _holds(condition, point)), node)
-        for node in force.atoms(sympy.Piecewise)
-    }
-    value = sympy.N(force.xreplace(chosen).xreplace(point), _DIGITS)
-    return value if value.is_Number and value.is_finite else None
-
-
-def _holds(condition: sympy.Basic, point: _Point) -> bool:
-    """Whether a condition holds at a point."""
-    if isinstance(condition, (sympy.StrictLessThan, sympy.LessThan)):  # quicker than by SymPy
-        return bool((condition.lhs - condition.rhs).xreplace(point).is_negative)
-    return bool(condition.xreplace(point) == sympy.true)
+def _value(expression: sympy.Expr, point: _Point) -> Any | None:
+    try:
+        return value_at(expression, point)
+    except CANNOT:
+        return None

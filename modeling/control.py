@@ -14,7 +14,7 @@ import sympy
 
 from .errors import ModelError
 from .frozen_mapping import FrozenMapping
-from .names import check_name
+from .names import check_symbol
 from .numbers import number
 from .symbols import expression
 
@@ -104,7 +104,7 @@ class ControlLaw:
         object.__setattr__(self, "memory", tuple(self.memory))
         object.__setattr__(self, "output", expression(self.output, "the control law's output"))
         for name in (*self.gains, *(memory.name for memory in self.memory)):
-            check_name(name, f"a gain or memory of control law {self.name!r}")
+            check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         self._check_timing()
         known = _INPUTS | {gain(name) for name in self.names}
         self._check(self.output, known, "output")

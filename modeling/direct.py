@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import sympy
 
 from .errors import ModelError
-from .independence import vanishes, where_zero, without
+from .independence import intercept, without
 from .inverse import Regressor
+from .point_value import vanishes
 from .symbols import DIRECTION, FORCE, Coordinate
 
 
@@ -135,9 +136,9 @@ def _shares(
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
     """Known part of an inertia that is affine in the parameters, and what multiplies them in it."""
     unknown = frozenset(parameters)
-    known = where_zero(inertia, unknown)
-    if known is None:
-        inertia = sympy.expand(inertia)
-        known = where_zero(inertia, unknown)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
-    return known, {p: slope for p, slope in slopes.items() if slope != 0}
+    found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}
+    known = intercept(inertia, found)
+    if known is None:
+        raise ModelError(f"the inertia {inertia} has no finite value; write it in another form.")
+    return known, found

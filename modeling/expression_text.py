@@ -16,7 +16,6 @@ from typing import Any
 import sympy
 
 from .constants import with_numbers
-from .independence import exact
 from .known_value import CANNOT, LARGEST, KnownValues, small
 from .size import MOST_NODES, MOST_TERMS, most_terms
 from .text_error import TextError, nearest
@@ -225,7 +224,7 @@ class _Reader:
                     self._text,
                     0,
                 )
-        if max(most_terms(result), most_terms(exact(with_numbers(result)))) > MOST_TERMS:
+        if max(most_terms(result), most_terms(with_numbers(result))) > MOST_TERMS:
             raise TextError(
                 f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, "
                 "smaller powers of sums, or fewer sines and cosines in a product.",

@@ -10,7 +10,7 @@ from sympy.core.relational import Relational
 
 from .continuity import jumping_node
 from .errors import ModelError
-from .independence import vanishes
+from .point_value import vanishes
 from .symbols import DIRECTION
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import sympy
 
 from .errors import ModelError
-from .independence import where_zero, without
+from .independence import intercept, without
 from .slope import slope
 
 _LEAST = sympy.Float(1e-300)
@@ -64,14 +64,13 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
         p for p, column in zip(parameters, columns, strict=True) if without(column, {p}) is None
     )
     straight = frozenset(parameters) - set(bent)
-    known = where_zero(force, straight)
-    if known is None:  # as (p**2 + p x)/p where p is 0, which is x + p
-        known = where_zero(sympy.expand(force), straight)
     row = tuple(
         without(column, straight) if p in straight else _finite_at_rest(column)
         for p, column in zip(parameters, columns, strict=True)
     )
-    if known is None or any(column is None for column in row):
+    slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in straight}
+    known = None if None in row else intercept(force, slopes)
+    if known is None:
         raise _not_linear(sympy.expand_mul(force), parameters)
     bends = (p * column for p, column in zip(parameters, row, strict=True) if p in bent)
     return Regressor(

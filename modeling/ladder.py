@@ -15,9 +15,10 @@ from .base_terms import Terms, force_terms, reduced_rows
 from .constants import with_numbers
 from .errors import ModelError
 from .friction import with_direction
-from .independence import vanishes, where_zero, without
+from .independence import where_zero, without
 from .names import fresh_name
 from .numbers import number
+from .point_value import vanishes
 from .symbols import Coordinate, Parameter
 
 _Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies

@@ -6,8 +6,10 @@ from typing import Any
 import sympy
 
 from .axis import Axis
+from .energies import check_dissipation, check_kinetic, check_potential
+from .errors import ModelError
 from .slope import slope
-from .symbols import Coordinate, Parameter, Symbolic, expression, several
+from .symbols import Coordinate, Parameter, Symbolic, declared_parameters, expression
 
 
 def lagrange(
@@ -36,9 +38,9 @@ def lagrange(
     parameters : iterable of Parameter
         In the order of the tables.
     kinetic : expression
-        Energy T(q, dq), J.
+        Energy T(q, dq), J: half an inertia, which may depend on the position, times ``dq**2``.
     potential : expression
-        Energy V(q), J.
+        Energy V(q), J, of the position alone.
     dissipation : expression
         D(q, dq), W: ``Fv dq**2 / 2`` is viscous friction, ``Fc Abs(dq)`` Coulomb friction.
     generalised_force : expression
@@ -49,12 +51,20 @@ def lagrange(
     Raises
     ------
     ModelError
-        The declaration is contradictory, or an energy jumps.
+        The declaration is contradictory, an energy depends on what it must not, jumps, or is
+        negative where it is kinetic.
     """
     q = coordinate
     energy = expression(kinetic, "the kinetic energy")
     stored = expression(potential, "the potential energy")
     lost = expression(dissipation, "the dissipation function")
+    declared = declared_parameters(parameters)
+    try:
+        check_kinetic(energy, q, declared)
+        check_potential(stored, q)
+        check_dissipation(lost, q)
+    except ModelError as error:
+        raise ModelError(f"axis {name!r}: {error}") from error
     momentum = slope(energy, q.velocity, "the kinetic energy")
     force = (
         slope(momentum, q.velocity, "the momentum") * q.acceleration
@@ -64,4 +74,4 @@ def lagrange(
         + slope(lost, q.velocity, "the dissipation function")
         - expression(generalised_force, "the generalised force")
     )
-    return Axis(name=name, coordinate=q, parameters=several(parameters), force=force, **declaration)
+    return Axis(name=name, coordinate=q, parameters=declared, force=force, **declaration)

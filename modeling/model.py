@@ -10,10 +10,10 @@ from .constants import with_numbers
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .errors import ModelError
 from .friction import with_direction
-from .independence import vanishes
 from .inverse import Regressor, inverse_regressor
 from .null_space import Direction, hidden_directions
 from .parameter_map import ParameterMap, parameter_map
+from .point_value import vanishes
 from .units import parse_unit
 
 
@@ -70,22 +70,26 @@ def derive(axis: Axis) -> AxisModel:
         the velocity in a way that is not friction.
     """
     try:
-        balance = _balance(axis)
-        base = base_model(axis, balance)
-        if base.changed:
-            axis = base.axis
-            balance = _balance(axis)
-        q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
-        profile = with_numbers(axis.drive.profile)
-        force = balance / profile
-        inertia = inertia_of(force, q)
-        idm = inverse_regressor(force, symbols)
+        return _derived(axis)
     except ModelError as error:
         raise ModelError(f"axis {axis.name!r}: {error}") from error
     except RecursionError as error:
         raise ModelError(
             f"axis {axis.name!r}: the equation of motion is nested too deeply; simplify it."
         ) from error
+
+
+def _derived(declared: Axis) -> AxisModel:
+    balance = _balance(declared)
+    base = base_model(declared, balance)
+    axis = base.axis
+    if base.changed:
+        balance = _balance(axis)
+    q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
+    profile = with_numbers(axis.drive.profile)
+    force = balance / profile
+    inertia = inertia_of(force, q)
+    idm = inverse_regressor(force, symbols)
     ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
     refusal = f"axis {axis.name!r} has no direct regressor: {ddm}" if isinstance(ddm, str) else ""
     direct = None if isinstance(ddm, str) else ddm

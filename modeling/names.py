@@ -31,6 +31,10 @@ RESERVED = frozenset(
 _MADE = re.compile(r"(theta|delayed)\d+")
 
 
+# What these names mean in every expression, whatever is declared.
+_CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
+
+
 def check_name(name: str, what: str) -> None:
     """Refuse a name that generated text could not carry.
 
@@ -57,6 +61,28 @@ def check_name(name: str, what: str) -> None:
             raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")
 
 
+def check_symbol(name: str, what: str, *, control: bool = False) -> None:
+    """Refuse a name for a symbol that means something in every expression already.
+
+    Parameters
+    ----------
+    name, what : str
+    control : bool
+        Whether it is a symbol of a control law, which knows no gravity.
+
+    Raises
+    ------
+    ModelError
+        As `check_name` does, and for the constants.
+    """
+    check_name(name, what)
+    if name in _CONSTANTS and not (control and name == "G"):
+        raise ModelError(
+            f"{what} is named {name!r}, which is {_CONSTANTS[name]} in every expression. Choose "
+            "another name."
+        )
+
+
 def fresh_name(name: str, taken: set[str]) -> str:
     """A name that may be used and is not taken, even but for case; it is then taken.
 
@@ -77,7 +103,7 @@ def fresh_name(name: str, taken: set[str]) -> str:
 
 def _is_allowed(name: str) -> bool:
     try:
-        check_name(name, "it")
+        check_symbol(name, "it")
     except ModelError:
         return False
     return True

@@ -6,8 +6,9 @@ from typing import Any
 import sympy
 
 from .axis import Axis
+from .energies import check_inertia
 from .errors import ModelError
-from .symbols import Coordinate, Parameter, Symbolic, expression, several
+from .symbols import Coordinate, Parameter, Symbolic, declared_parameters, expression, several
 
 
 def newton(
@@ -39,7 +40,8 @@ def newton(
     Raises
     ------
     ModelError
-        The declaration is contradictory, or the inertia depends on the motion.
+        The declaration is contradictory, or the inertia depends on the motion
+        or is negative.
     """
     q = coordinate
     mass = expression(inertia, "the inertia")
@@ -50,11 +52,16 @@ def newton(
             "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
             "derives it."
         )
+    declared = declared_parameters(parameters)
+    try:
+        check_inertia(mass, q, declared)
+    except ModelError as error:
+        raise ModelError(f"axis {name!r}: {error}") from error
     opposing = [expression(term, "a resistance") for term in several(resistance)]
     return Axis(
         name=name,
         coordinate=q,
-        parameters=several(parameters),
+        parameters=declared,
         force=mass * q.acceleration + sum(opposing, sympy.S.Zero),
         **declaration,
     )

@@ -8,14 +8,18 @@ import contextlib
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from fractions import Fraction
 from typing import TypeAlias
 
 import sympy
-from sympy.polys.matrices import DomainMatrix
 
-from .base_terms import force_terms, reduced_rows
+from .base_terms import Exponents, Row, column_terms, reduced_rows
+from .constant_value import NotRealError
+from .expansion import Expansion
 from .independence import exact
 from .inverse import Regressor
+from .kernel import Polynomial, TooManyProductsError, kernel
+from .known_value import CANNOT
 from .symbols import DIRECTION, Coordinate, Parameter
 
 #: Maps parameters to the weights of a change that no motion shows.
@@ -27,31 +31,82 @@ Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
 _MOST = 3  # motions that determine a direction in symbols
 _NEAR = 1e-9
+_MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
 
 
 def null_space(
-    jacobian: sympy.Matrix,
-    parameters: Sequence[sympy.Symbol],
+    rows: Sequence[Row],
+    monomials: Sequence[Exponents],
+    parameters: Sequence[Parameter],
     known: AbstractSet[sympy.Symbol] = frozenset(),
 ) -> tuple[Direction, ...]:
-    """Directions that a Jacobian maps to nothing at a generic point, those known held.
+    """Directions in which sums of products of parameters do not change, those known held.
 
     Parameters
     ----------
-    jacobian : sympy.Matrix, (b, p)
-        Of polynomials.
-    parameters : sequence of sympy.Symbol
+    rows : sequence of (k,) rows
+        Weights of each sum.
+    monomials : sequence of tuple of int
+        Length k, with exponents by parameter.
+    parameters : sequence of Parameter
         Length p.
     known : set of sympy.Symbol
+
+    Returns
+    -------
+    tuple of dict
+        In the parameters; with numbers at a point near the nominal one where that is too large.
     """
-    free = [j for j, p in enumerate(parameters) if p not in known]
-    if not free:
-        return ()
-    matrix = DomainMatrix.from_Matrix(jacobian.extract(list(range(jacobian.rows)), free))
-    vectors = matrix.to_field().nullspace().to_Matrix()
+    free = [j for j, p in enumerate(parameters) if p.symbol not in known]
+    symbols = [p.symbol for p in parameters]
+    sums = [{e: weight for e, weight in zip(monomials, row, strict=True) if weight} for row in rows]
+    try:
+        found = kernel(sums, len(symbols), free)
+    except TooManyProductsError:
+        point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
+        slopes = [[_slope_at(total, point, j) for j in free] for total in sums]
+        return _null_space_of_numbers(slopes, [symbols[j] for j in free])
     return tuple(
-        _direction({parameters[j]: weight for j, weight in zip(free, vectors.row(i), strict=True)})
-        for i in range(vectors.rows)
+        _direction({symbols[j]: _in_symbols(weight, symbols) for j, weight in vector.items()})
+        for vector in found
+    )
+
+
+def _slope_at(total: Polynomial, point: Sequence[Fraction], j: int) -> Fraction:
+    """Derivative of a polynomial by a variable at a point."""
+    terms = (
+        weight * powers[j] * math.prod(x**e for x, e in zip(point, powers, strict=True)) / point[j]
+        for powers, weight in total.items()
+    )
+    return sum(terms, Fraction(0))
+
+
+def _in_symbols(polynomial: Polynomial, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
+    return sympy.Add(
+        *(
+            sympy.Mul(
+                sympy.Rational(weight.numerator, weight.denominator),
+                *(s**e for s, e in zip(symbols, powers, strict=True)),
+            )
+            for powers, weight in polynomial.items()
+        )
+    )
+
+
+def _null_space_of_numbers(
+    rows: Sequence[Row], symbols: Sequence[sympy.Symbol]
+) -> tuple[Direction, ...]:
+    """What rows of numbers map to nothing; the last weight of each direction is 1."""
+    reduced, pivots = reduced_rows(rows)
+    found = []
+    for free in (j for j in range(len(symbols)) if j not in pivots):
+        weights = {j: -row[free] for j, row in zip(pivots, reduced, strict=True) if row[free]}
+        weights[free] = Fraction(1)
+        last = weights[max(weights)]
+        found.append({symbols[j]: weights[j] / last for j in sorted(weights)})
+    return tuple(
+        {s: sympy.Rational(w.numerator, w.denominator) for s, w in direction.items()}
+        for direction in found
     )
 
 
@@ -75,15 +130,11 @@ def hidden_directions(
     """
     if not regressor.nonlinear:
         return ()
-    columns = {
-        p.symbol: exact(column) for p, column in zip(parameters, regressor.columns, strict=True)
-    }
-    slide = {sympy.sign(coordinate.velocity): DIRECTION}  # differentiating |dq / v| brings it
+    columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
     found: list[tuple[Point, tuple[Direction, ...]]] = []
     for point in generic_points(parameters):
-        there = {p: column.xreplace(point).xreplace(slide) for p, column in columns.items()}
-        if all(map(_is_real, there.values())):
-            found.append((point, _independent_of_motion(there, coordinate.velocity)))
+        with contextlib.suppress(NotRealError):
+            found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
     if not found:
         return ()
     best, directions = min(found, key=lambda pair: len(pair[1]))
@@ -106,24 +157,18 @@ def _generic(parameter: Parameter, place: int) -> sympy.Rational:
     return start + (end - start) * sympy.Rational(place % _PLACES, _PLACES)
 
 
-def _is_real(column: sympy.Expr) -> bool:
-    nodes = sympy.preorder_traversal(column)
-    return not column.has(sympy.nan) and all(n.is_real is not False for n in nodes if n.is_number)
-
-
 def _independent_of_motion(
-    columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol
+    columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
 ) -> tuple[Direction, ...]:
-    """Combinations of columns without parameters that are zero as functions of the motion."""
-    symbols = tuple(columns)
-    force = sympy.Add(*(p * column for p, column in columns.items()))
-    terms = force_terms(force, velocity, symbols)
-    rows, _ = reduced_rows(terms.weights)
-    matrix = sympy.zeros(len(rows), len(symbols))
-    for j, exponents in enumerate(terms.monomials):
-        for i, row in enumerate(rows):
-            matrix[i, exponents.index(1)] = sympy.Rational(row[j].numerator, row[j].denominator)
-    return null_space(matrix, symbols)
+    """Combinations of columns that are zero as functions of the motion at a point."""
+    values = {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    terms = column_terms(columns, velocity, values)
+    places = [exponents.index(1) for exponents in terms.monomials]
+    rows = [[Fraction(0)] * len(columns) for _ in terms.weights]
+    for row, weights in zip(rows, terms.weights, strict=True):
+        for j, weight in zip(places, weights, strict=True):
+            row[j] = weight
+    return _null_space_of_numbers(rows, tuple(columns))
 
 
 def _in_parameters(
@@ -137,16 +182,21 @@ def _in_parameters(
     As many motions as it takes determine it: the minors of their rows are its weights. Where they
     do not, in a few motions or in closed form, it stays as it is at the point.
     """
-    symbols, others = tuple(direction), len(direction) - 1
-    closed = _from_motions([columns[p] for p in symbols], coordinate) if others <= _MOST else []
-    values = [_number(weight.xreplace(point)) for weight in closed]
-    if any(values) and all(
-        math.isclose(value, weight * values[-1], rel_tol=_NEAR)
-        for value, weight in zip(values, map(float, direction.values()), strict=True)
-    ):
-        with contextlib.suppress(sympy.PolynomialError):
-            return _direction(dict(zip(symbols, closed, strict=True)))
-    return {p: sympy.Float(weight) for p, weight in direction.items()}
+    weights = {p: sympy.Float(weight) for p, weight in direction.items()}
+    if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
+        return weights
+    expansion = Expansion(
+        coordinate.velocity, {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    )
+    with contextlib.suppress(sympy.PolynomialError, *CANNOT):
+        closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
+        values = [float(expansion.number(weight)) for weight in closed]
+        if any(values) and all(
+            math.isclose(value, weight * values[-1], rel_tol=_NEAR)
+            for value, weight in zip(values, map(float, direction.values()), strict=True)
+        ):
+            return _direction(dict(zip(direction, closed, strict=True)))
+    return weights
 
 
 def _from_motions(columns: Sequence[sympy.Expr], coordinate: Coordinate) -> list[sympy.Expr]:
@@ -157,9 +207,16 @@ def _from_motions(columns: Sequence[sympy.Expr], coordinate: Coordinate) -> list
     return [square.cofactor(0, j) for j in range(len(columns))]
 
 
-def _number(value: sympy.Expr) -> float:
-    number = sympy.N(value)
-    return float(number) if number.is_real else math.nan
+def _is_tame(*weights: sympy.Expr) -> bool:
+    """Whether expressions are small enough for quotients of them to be reduced."""
+    nodes = [node for weight in weights for node in sympy.preorder_traversal(weight)]
+    powers = [sympy.Rational(str(n.exp)) for n in nodes if n.is_Pow and n.exp.is_Number]
+    symbols = {node for node in nodes if node.is_Symbol}
+    return (
+        len(nodes) <= _MOST_NODES
+        and len(symbols) <= _MOST_SYMBOLS
+        and all(power.q <= _MOST_ROOTS and abs(power.p) <= _MOST_ROOTS for power in powers)
+    )
 
 
 def _motion(coordinate: Coordinate, i: int) -> dict[sympy.Symbol, sympy.Expr]:
@@ -176,6 +233,8 @@ def _motion(coordinate: Coordinate, i: int) -> dict[sympy.Symbol, sympy.Expr]:
 def _direction(weights: Direction) -> Direction:
     """Weights without quotients; where they are numbers, the last is 1."""
     pairs = {p: w for p, w in weights.items() if w != 0}
+    if not _is_tame(*pairs.values()):
+        return pairs
     last = list(pairs.values())[-1]
     ratios = [sympy.cancel(w / last) for w in pairs.values()]
     if all(ratio.is_number for ratio in ratios):

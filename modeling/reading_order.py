@@ -12,6 +12,7 @@ from sympy.printing.str import StrPrinter
 
 from .constants import KnownSymbol
 from .control import MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, REFERENCE
+from .kinks import renamed
 from .symbols import DIRECTION, FORCE, Coordinate
 
 _DIGITS = 10
@@ -97,7 +98,7 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
         stand_ins[s] = sympy.Symbol(name, **s.assumptions0)
     decimals = {x: _rounded(x) for x in value.atoms(sympy.Float)}
     return Readable(
-        value=value.xreplace({**decimals, **stand_ins}),
+        value=renamed(value, {**decimals, **stand_ins}),
         names={stand_in: s for s, stand_in in stand_ins.items()},
         ranks={
             stand_in: _RANKS[motion[s]]

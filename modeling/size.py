@@ -80,8 +80,8 @@ def _joined(value: sympy.Expr, parts: list[int], most: int) -> int:
     if value.is_Mul:
         return min(math.prod(parts), most)
     if value.is_Pow and parts[0] > 1:
-        power = abs(float(value.exp)) if value.exp.is_Number else 1
-        times = math.ceil(power) + (0 if value.exp.is_Integer and value.exp > 0 else 2)
+        power = float(value.exp) if value.exp.is_Number else 0.5
+        times = math.ceil(abs(power)) + (0 if power.is_integer() and power > 0 else 2)
         return min(math.comb(parts[0] + times - 1, times), most)
     inside = max(parts, default=1)
     return inside if inside >= most else 1

@@ -5,12 +5,15 @@ SymPy differentiates a kink to a step (``Heaviside``, ``sign``) and a step to an
 slopes on both sides.
 """
 
+from collections.abc import Iterator
 from itertools import permutations
 
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from .errors import ModelError
+from .kinks import extreme
+from .point_value import vanishes_where
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
@@ -28,7 +31,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     ModelError
         The expression jumps where the variable passes a value.
     """
-    derivative = _derivative(value, variable)
+    derivative = _Slopes(variable)(value)
     for impulse in derivative.atoms(sympy.DiracDelta):
         if not _vanishes(derivative, impulse, variable):
             raise ModelError(
@@ -42,19 +45,65 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
 
 
-def _derivative(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
-    """SymPy's, but that the argument of ``Abs`` is real whether or not SymPy can tell."""
-    unclear = {
-        node: sympy.Dummy(real=True)
-        for node in value.atoms(sympy.Abs)
-        if not node.args[0].is_extended_real
-    }
-    outer = value.xreplace(unclear)
-    derivative = outer.diff(variable)
-    for node, size in unclear.items():
-        inside = node.args[0]
-        derivative += outer.diff(size) * sympy.sign(inside) * _derivative(inside, variable)
-    return derivative.xreplace({size: node for node, size in unclear.items()})
+class _Slopes:
+    """Derivatives by a variable, each node's once.
+
+    What has a kink stands for itself in SymPy's derivative: SymPy would ask which side is the
+    larger, and whether the arguments are real.
+    """
+
+    def __init__(self, variable: sympy.Symbol) -> None:
+        self._variable = variable
+        self._made: dict[sympy.Expr, sympy.Expr] = {}
+
+    def __call__(self, value: sympy.Expr) -> sympy.Expr:
+        if self._variable not in value.free_symbols:
+            return sympy.S.Zero
+        if value not in self._made:
+            self._made[value] = self._of(value)
+        return self._made[value]
+
+    def _of(self, value: sympy.Expr) -> sympy.Expr:
+        if isinstance(value, (Max, Min)):
+            return self._of_extreme(value)
+        if isinstance(value, (sympy.Abs, sympy.sign, sympy.Heaviside)):
+            inside = value.args[0]
+            return _RATES[value.func](inside) * self(inside)
+        kinks = {node: sympy.Dummy(real=True) for node in _outermost_kinks(value)}
+        outer = value.xreplace(kinks)
+        derivative = outer.diff(self._variable)
+        for node, size in kinks.items():
+            slope = self(node)
+            if slope != 0:
+                derivative += outer.diff(size) * slope
+        return derivative.xreplace({size: node for node, size in kinks.items()})
+
+    def _of_extreme(self, value: sympy.Expr) -> sympy.Expr:
+        sign = 1 if isinstance(value, Max) else -1
+        terms = []
+        for argument in value.args:
+            slope = self(argument)
+            if slope != 0:
+                others = extreme(value.func, [other for other in value.args if other != argument])
+                step = sympy.Heaviside(sign * (argument - others), evaluate=False)
+                terms.append(slope * step)
+        return sympy.Add(*terms)
+
+
+_RATES = {
+    sympy.Abs: sympy.sign,
+    sympy.sign: lambda inside: 2 * sympy.DiracDelta(inside, evaluate=False),
+    sympy.Heaviside: lambda inside: sympy.DiracDelta(inside, evaluate=False),
+}
+
+
+def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
+    """The nodes with kinks that are not within others."""
+    walk = sympy.preorder_traversal(value)
+    for node in walk:
+        if isinstance(node, (Max, Min, sympy.Abs, sympy.sign, sympy.Heaviside)):
+            walk.skip()
+            yield node
 
 
 def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy.Symbol) -> bool:
@@ -63,9 +112,9 @@ def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy
     rate = inside.diff(variable)
     if len(impulse.args) > 1 or rate == 0 or variable in rate.free_symbols:
         return False
-    place = sympy.expand(-inside.subs(variable, 0) / rate)
-    weight = sympy.expand(derivative).coeff(impulse)
-    return bool(sympy.expand(weight.subs(variable, place)) == 0)
+    struck = sympy.Dummy(real=True)
+    weight = derivative.xreplace({impulse: struck}).diff(struck)
+    return struck not in weight.free_symbols and vanishes_where(weight, inside, variable)
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:

@@ -12,7 +12,7 @@ from typing import Any
 import sympy
 
 from .errors import ModelError
-from .names import check_name
+from .names import check_symbol
 from .numbers import number
 from .size import check_size
 from .units import Unit, parse_unit
@@ -84,7 +84,7 @@ class Coordinate(Symbolic):
 
     def __post_init__(self) -> None:
         for name in (self.name, f"d{self.name}", f"dd{self.name}"):
-            check_name(name, "the coordinate")
+            check_symbol(name, "the coordinate")
         if self.unit not in ("m", "rad"):
             raise ModelError(
                 f"coordinate {self.name!r} has the unit {self.unit!r}; use 'm' for a linear axis "
@@ -148,7 +148,7 @@ class Parameter(Symbolic):
     known_sd: float = 0.0
 
     def __post_init__(self) -> None:
-        check_name(self.name, "a parameter")
+        check_symbol(self.name, "a parameter")
         parse_unit(self.unit)
         what = f"of parameter {self.name!r}"
         object.__setattr__(self, "nominal", number(self.nominal, f"the nominal value {what}"))
@@ -209,3 +209,18 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
 def several(values: Any) -> tuple[Any, ...]:
     """A tuple of what a declaration lists; one thing alone is a list of one."""
     return tuple(values) if isinstance(values, Iterable) else (values,)
+
+
+def declared_parameters(values: Any) -> tuple[Parameter, ...]:
+    """The parameters that a declaration lists.
+
+    Raises
+    ------
+    ModelError
+        Something else is among them.
+    """
+    listed = several(values)
+    for value in listed:
+        if not isinstance(value, Parameter):
+            raise ModelError(f"the parameters have {value!r}; give Parameter objects.")
+    return listed

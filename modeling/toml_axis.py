@@ -7,6 +7,7 @@ import inspect
 import math
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +29,12 @@ from .drive import Drive
 from .errors import DeclarationError, ModelError
 from .experiment import Experiment, Move, back_and_forth
 from .lagrange import lagrange
-from .names import check_name
+from .names import check_name, check_symbol
 from .newton import newton
 from .symbols import Coordinate, Parameter
 from .text_error import nearest
 from .toml_table import Symbols, Table
+from .units import parse_unit
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
@@ -103,7 +105,7 @@ def _axis(root: Table) -> Axis | None:
     name = _name(root, "name", root.values.get("name", "axis"), "the axis")
     coordinate, moving = _coordinate(root)
     parameters, unknown = _parameters(root)
-    known = _constants(root, list(unknown))
+    known = _constants(root, list(unknown), list(moving))
     fields = {
         "name": name or "axis",
         "title": root.text("title"),
@@ -129,9 +131,11 @@ def _axis(root: Table) -> Axis | None:
     return axis
 
 
-def _name(table: Table, key: str, name: Any, what: str) -> str | None:
+def _name(
+    table: Table, key: str, name: Any, what: str, check: Callable[[Any, str], None] = check_name
+) -> str | None:
     def checked() -> str:
-        check_name(name, what)
+        check(name, what)
         return str(name)
 
     return table.attempt(key, checked)
@@ -145,7 +149,7 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
     table.only("name", "unit")
     table.needs("name")
     name = table.values.get("name", "x")
-    checked = _name(table, "name", name, "the coordinate")
+    checked = _name(table, "name", name, "the coordinate", check_symbol)
     fields = {key: value for key, value in table.values.items() if key in ("name", "unit")}
     coordinate = table.made(Coordinate, fields, {"name": checked or "x"}, apart=("unit",))
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,30}", name, re.ASCII):
@@ -164,7 +168,7 @@ def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
 
 
 def _parameter(root: Table, name: str) -> Parameter | None:
-    checked = _name(root, name, name, "a parameter")
+    checked = _name(root, name, name, "a parameter", check_symbol)
     table = root.table(name)
     table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
     table.needs("unit")
@@ -180,15 +184,19 @@ def _parameter(root: Table, name: str) -> Parameter | None:
     return parameter if checked else None
 
 
-def _constants(root: Table, taken: list[str]) -> Symbols:
-    """Known numbers with a unit; `G` and `pi` too, unless a parameter has their name."""
+def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols:
+    """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     table = root.table("constants")
     given = (G, Constant(math.pi, "1", "pi"))
-    symbols = {constant.name: constant.symbol for constant in given if constant.name not in taken}
+    symbols = {constant.name: constant.symbol for constant in given}
     for name in table.values:
         checked = _name(table, name, name, "a constant")
-        if name in taken:
+        if name in parameters:
             table.say(name, "it is a parameter too; give one of them another name.")
+        if name in motion:
+            table.say(name, "it is a symbol of the motion too; give one of them another name.")
+        if name == "pi":
+            table.say(name, "it is the number pi already; leave it out, or choose another name.")
         entry = table.table(name)
         entry.only("value", "unit")
         entry.needs("value", "unit")
@@ -200,6 +208,8 @@ def _constants(root: Table, taken: list[str]) -> Symbols:
         )
         if constant is not None:
             symbols[name] = constant.symbol
+            if name == "G" and not parse_unit(constant.unit).same_dimension(parse_unit(G.unit)):
+                table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
     return symbols
 
 

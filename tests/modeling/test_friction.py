@@ -16,7 +16,7 @@ q = Coordinate("q", unit="rad")
 Q, DQ, D = q.symbol, q.velocity, DIRECTION
 J = Parameter("J", "kg m^2", nominal=1.0)
 b1, b2, b3 = (Parameter(f"b{i}", "N m/(rad/s)", nominal=float(i)) for i in (1, 2, 3))
-F, G = Parameter("F", "N m", nominal=3.0), Parameter("G", "N m", nominal=5.0)
+F, G = Parameter("F", "N m", nominal=3.0), Parameter("Fg", "N m", nominal=5.0)
 S = Constant(1.0, "rad/s")
 B1, B2, A, B = b1.symbol, b2.symbol, F.symbol, G.symbol
 
@@ -159,7 +159,7 @@ def test_three_pieces_with_products_of_parameters() -> None:
     m = Parameter("m", "1", nominal=2.0)
     pieces = Piecewise((m * F, Q < -1), (0, Q < 1), (-m * G, True))
     model = derive(axis(pieces, parameters=(m, F, G)))
-    assert [str(e) for e in model.base.expressions] == ["J", "G*m", "F*m"]
+    assert [str(e) for e in model.base.expressions] == ["J", "Fg*m", "F*m"]
     made = build(axis(pieces, parameters=(m, F, G)), native=False)
     rows, _ = made.rows("idm_regressor", [-2.0, 0.0, 2.0], 0.0, 0.0, 0.0)
     assert np.array_equal(rows[:, 1:], [[0, 1], [0, 0], [-1, 0]])
