@@ -26,7 +26,7 @@ from axisid import Coordinate, Drive, Parameter, newton, stribeck, viscous
 q = Coordinate("q", unit="rad")
 J, F, b = Parameter("J", "kg m^2"), Parameter("F", "N m"), Parameter("b", "N m/(rad/s)")
 c = Parameter("c", "N m/(rad/s)")
-G, H = Parameter("G", "N m"), Parameter("H", "N m")
+Fg, H = Parameter("Fg", "N m"), Parameter("H", "N m")
 Q, DQ, B, C = q.symbol, q.velocity, b.symbol, c.symbol
 axis = newton(
     "mine",
@@ -153,10 +153,10 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="parameters lost beside a large power",
-        make=_generate("F*(Q/0.1 - 90)**8, G*(1 + sign(DQ))/2 - H*(1 - sign(DQ))/2", "F, G, H"),
+        make=_generate("F*(Q/0.1 - 90)**8, Fg*(1 + sign(DQ))/2 - H*(1 - sign(DQ))/2", "F, Fg, H"),
         code=0,
         says=_WROTE,
-        after=_columns("J", "F", "G", "H"),
+        after=_columns("J", "F", "Fg", "H"),
     ),
     Fault(
         name="friction in pieces of the position",
