@@ -131,11 +131,14 @@ def cut_end_told(file: Path) -> tuple[str, ...]:
 
     For a file that is read in blocks: its beginning and its end alone are looked at.
     """
-    with file.open("rb") as raw:
-        head = raw.read(_ENDS)
-        size = raw.seek(0, os.SEEK_END)
-        start = raw.seek(max(size - _ENDS, 0) // 2 * 2)
-        end = raw.read()
+    try:
+        with file.open("rb") as raw:
+            head = raw.read(_ENDS)
+            size = raw.seek(0, os.SEEK_END)
+            start = raw.seek(max(size - _ENDS, 0) // 2 * 2)
+            end = raw.read(_ENDS)
+    except OSError:
+        return ()  # whoever reads the whole file says what is wrong with it
     # Numbers are the same letters in UTF-8 and in Windows-1252; only the first piece has a mark.
     wide = _utf16(head)
     marked = "utf-16-le" if head[:1] == b"\xff" else "utf-16-be"

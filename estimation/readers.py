@@ -180,10 +180,6 @@ def _record(
     read, retimed = _retimed(found.samples, sample_period, repairs)
     samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
     empty = _left_empty(read, samples)
-    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
-    read, retimed = _retimed(found.samples, sample_period, repairs)
-    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
-    empty = _left_empty(read, samples)
     samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
     spiky = spikes_told(samples, axis, numbered=not empty)
     laid = (
