@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from axisid import Axis, simulate
 from axisid.codegen import GeneratedAxis
+from axisid.estimation import trajectory
 
 Array = NDArray[Any]
 
@@ -75,9 +76,10 @@ Fault = Callable[[Log, np.random.Generator], tuple[Log, str] | None]
 def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) -> Log:
     """The log of a twin: ``full``, ``with force``, ``without reference`` or ``force alone``."""
     columns = dict(record)
-    force = axis.axis.drive.gain * columns["control"]
-    if variant != "full" and variant != "without reference":
-        columns["force"] = force
+    if variant in ("with force", "force alone"):
+        # A sensor sees the mean of what is held before and after it.
+        held = axis.axis.drive.gain * columns["control"]
+        columns["force"] = (held + np.concatenate([held[:1], held[:-1]])) / 2
     if variant in ("without reference", "force alone"):
         del columns["reference"]
     if variant == "force alone":
@@ -105,7 +107,7 @@ def scaled(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     if not log.compared:
         return None
     role = _one(log.compared, rng)
-    factor = float(rng.choice([0.5, 0.8, 0.9, 0.95, 1.05, 1.1, 1.25, 2.0]))
+    factor = float(rng.choice([0.5, 0.9, 0.95, 0.97, 1.03, 1.05, 1.1, 1.25, 2.0]))
     return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:g}"
 
 
@@ -371,7 +373,7 @@ def wrong_drive_gain(log: Log, rng: np.random.Generator) -> tuple[Log, str] | No
     """A drive gain that is not the drive's; a force column shows it."""
     if not {"force", "control"} <= set(log.columns):
         return None
-    factor = float(rng.choice([0.5, 0.8, 0.9, 1.1, 1.25, 2.0]))
+    factor = float(rng.choice([0.5, 0.8, 0.9, 0.97, 1.03, 1.1, 1.25, 2.0]))
     other = replace(log.axis.drive, gain=factor * log.axis.drive.gain)
     return replace(log, axis=replace(log.axis, drive=other)), f"drive gain declared x {factor:g}"
 
@@ -411,25 +413,25 @@ FAULTS: dict[str, Fault] = {
 }
 
 
-def with_rests(
-    axis: GeneratedAxis, truth: Array, reference: Array, noise: float, rng: np.random.Generator
-) -> tuple[dict[str, Array], str]:
-    """The twin's motion with rests at its reversals, which make up some share of the log."""
-    law = axis.axis.control
+def with_rests(axis: GeneratedAxis, rng: np.random.Generator) -> tuple[Log, str]:
+    """The log of a twin that rests at its reversals, which is some share of the log."""
+    law, experiment = axis.axis.control, axis.axis.experiment
     assert law is not None, "a twin has a law"
+    assert experiment is not None, "a twin has an experiment"
+    reference = trajectory(experiment.moves, law.period)
     steps = np.sign(np.diff(reference))
     turns = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
     share = float(rng.uniform(0.2, 0.9))
-    total = int(len(reference) * share / (1 - share))
     repeats = np.ones(len(reference), dtype=int)
-    repeats[turns] += total // max(len(turns), 1)
+    repeats[turns] += int(len(reference) * share / (1 - share)) // max(len(turns), 1)
     moved = np.repeat(reference, repeats)
-    shaken = rng.normal(0.0, noise, len(moved))
-    loop = simulate(axis, truth, moved, law.period, position_noise=shaken)
+    noise = rng.normal(0.0, experiment.position_noise, len(moved))
+    truth = [experiment.truth.get(p.name, p.nominal) for p in axis.axis.parameters]
+    loop = simulate(axis, truth, moved, law.period, position_noise=noise)
     columns = {
         "time": law.period * np.arange(len(moved)),
         "position": loop.measured_position,
         "reference": moved,
         "control": loop.control,
     }
-    return columns, f"at rest for {100 * share:.0f} % of the log"
+    return right_log(axis, columns, "full"), f"at rest for {100 * share:.0f} % of the log"
