@@ -44,7 +44,7 @@ from axisid import (
 from axisid.codegen import GeneratedAxis
 
 OUTCOMES = ("refused", "told", "harmless", "SILENT", "broken", "hung")
-VARIANTS = ("full", "full", "with force", "without reference", "force alone")
+VARIANTS = ("full", "with force", "without reference", "force alone")
 KINDS = (*FAULTS, "rests")
 
 _RUNS_EACH = 20  # of one axis
@@ -111,48 +111,43 @@ def drawn_axis(seed: int, number: int) -> GeneratedAxis:
 
 
 def runs_of(number: int, *, seed: int, each: int) -> list[Run]:
-    """The control run of one axis, and its runs with faults if that raises no alarm."""
+    """Control runs of one axis, and its runs with faults in the logs that raise no alarm."""
     axis = drawn_axis(seed, number)
     record = twin_record(axis)
     truth = record.provenance.truth
     columns = {role: np.array(values) for role, values in record.channels().items()}
-    first = identified(right_log(axis, columns, "full"), truth)
-    outcome = "clean" if first == ("harmless", "") else "alarm"
-    done = [
-        Run(axis=number, run=-1, kind="none", fault=axis.axis.name, outcome=outcome, said=first[1])
-    ]
-    if outcome == "alarm":
-        return done
-    for run in range(each):
+    done, clean = [], []
+    for variant in VARIANTS:
+        if "force" in variant and axis.axis.drive.profile != 1:
+            continue  # the nominal force is the control's alone
+        log = right_log(axis, columns, variant)
+        ended, said = identified(log, truth)
+        outcome = "clean" if ended == "harmless" else "alarm"
+        clean += [log] if outcome == "clean" else []
+        fault = f"{axis.axis.name} ({variant})"
+        done.append(Run(axis=number, run=-1, kind="none", fault=fault, outcome=outcome, said=said))
+    for run in range(each if clean else 0):
         rng = np.random.default_rng([seed, number, run])
         kind = KINDS[(number * each + run) % len(KINDS)]
-        faulty = faulty_log(axis, columns, kind, rng)
-        if faulty is None:
-            continue
-        log, fault = faulty
-        ended, said = identified(log, truth)
-        done.append(Run(axis=number, run=run, kind=kind, fault=fault, outcome=ended, said=said))
+        faulty = faulty_log(axis, clean, kind, rng)
+        if faulty is not None:
+            ended, said = identified(faulty[0], truth)
+            done.append(
+                Run(axis=number, run=run, kind=kind, fault=faulty[1], outcome=ended, said=said)
+            )
     return done
 
 
 def faulty_log(
-    axis: GeneratedAxis, columns: dict[str, np.ndarray], kind: str, rng: np.random.Generator
+    axis: GeneratedAxis, clean: list[Log], kind: str, rng: np.random.Generator
 ) -> tuple[Log, str] | None:
-    """A right log with a fault of a kind, and what was done; None where no variant shows it."""
+    """A right log with a fault of a kind, and what was done; None where no log shows it."""
     if kind == "rests":
-        experiment = axis.axis.experiment
-        assert experiment is not None, "a twin has one"
-        truth = np.array([experiment.truth[p.name] for p in axis.axis.parameters])
-        noise = experiment.position_noise
-        columns, said = with_rests(axis, truth, columns["reference"], noise, rng)
-        return right_log(axis, columns, "full"), said
-    for variant in rng.permutation(VARIANTS):
-        if "force" in variant and axis.axis.drive.profile != 1:
-            continue
-        log = right_log(axis, columns, str(variant))
-        faulty = FAULTS[kind](log, rng)
+        return with_rests(axis, rng)
+    for k in rng.permutation(len(clean)):
+        faulty = FAULTS[kind](clean[k], rng)
         if faulty is not None:
-            return faulty[0], f"{faulty[1]} ({variant})"
+            return faulty[0], f"{faulty[1]} ({', '.join(clean[k].signals)})"
     return None
 
 

@@ -7,14 +7,16 @@ position or of the force is just another axis, and so is a wrong drive gain with
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid import Axis, simulate
 from axisid.codegen import GeneratedAxis
+from axisid.estimation import trajectory
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 _DEGREE = np.pi / 180
 
@@ -74,9 +76,10 @@ Fault = Callable[[Log, np.random.Generator], tuple[Log, str] | None]
 def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) -> Log:
     """The log of a twin: ``full``, ``with force``, ``without reference`` or ``force alone``."""
     columns = dict(record)
-    force = axis.axis.drive.gain * columns["control"]
-    if variant != "full" and variant != "without reference":
-        columns["force"] = force
+    if variant in ("with force", "force alone"):
+        # A sensor sees the mean of what is held before and after it.
+        held = axis.axis.drive.gain * columns["control"]
+        columns["force"] = (held + np.concatenate([held[:1], held[:-1]])) / 2
     if variant in ("without reference", "force alone"):
         del columns["reference"]
     if variant == "force alone":
@@ -84,10 +87,9 @@ def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) ->
     return Log(axis=axis.axis, columns=columns)
 
 
-def _one(log: Log, rng: np.random.Generator, among: list[str] | None = None) -> str | None:
-    """A column; None where there is none to choose."""
-    names = log.signals if among is None else among
-    return str(rng.choice(names)) if names else None
+def _one(names: list[str], rng: np.random.Generator) -> str:
+    """One of some columns."""
+    return str(rng.choice(names))
 
 
 def _stretches(log: Log, rng: np.random.Generator, longest: float, most: int = 5) -> list[slice]:
@@ -102,26 +104,26 @@ def _stretches(log: Log, rng: np.random.Generator, longest: float, most: int = 5
 
 def scaled(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column of which every value is off by a factor."""
-    role = _one(log, rng, log.compared)
-    if role is None:
+    if not log.compared:
         return None
-    factor = float(rng.choice([0.5, 0.8, 0.9, 0.95, 1.05, 1.1, 1.25, 2.0]))
+    role = _one(log.compared, rng)
+    factor = float(rng.choice([0.5, 0.9, 0.95, 0.97, 1.03, 1.05, 1.1, 1.25, 2.0]))
     return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:g}"
 
 
 def unit(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column in another unit."""
-    role = _one(log, rng, log.compared)
-    if role is None:
+    if not log.compared:
         return None
+    role = _one(log.compared, rng)
     factor = float(rng.choice([1e-3, 1e3, _DEGREE, 1 / _DEGREE, 0.0254, 100.0]))
     return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:.4g}"
 
 
 def sign(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column of the wrong sign."""
-    role = _one(log, rng)
-    return None if role is None else (log.having(**{role: -log.columns[role]}), f"-{role}")
+    role = _one(log.signals, rng)
+    return log.having(**{role: -log.columns[role]}), f"-{role}"
 
 
 def time_base(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -140,9 +142,9 @@ def swapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def offset(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A constant added to a column."""
-    role = _one(log, rng, log.compared)
-    if role is None:
+    if not log.compared:
         return None
+    role = _one(log.compared, rng)
     share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
     values = log.columns[role]
     return log.having(**{role: values + share * np.ptp(values)}), f"{role} + {share:.2g} ranges"
@@ -150,9 +152,9 @@ def offset(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def drift(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A constant that grows over the log."""
-    role = _one(log, rng, log.compared)
-    if role is None:
+    if not log.compared:
         return None
+    role = _one(log.compared, rng)
     share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
     values = log.columns[role]
     ramp = np.linspace(0.0, share * np.ptp(values), len(log))
@@ -161,9 +163,7 @@ def drift(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def clipped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column cut off at the recorder's range."""
-    role = _one(log, rng)
-    if role is None:
-        return None
+    role = _one(log.signals, rng)
     share, values = float(rng.uniform(0.4, 0.95)), log.columns[role]
     middle, half = (values.max() + values.min()) / 2, share * np.ptp(values) / 2
     return (
@@ -174,9 +174,7 @@ def clipped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def spikes(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Single samples far off."""
-    role = _one(log, rng)
-    if role is None:
-        return None
+    role = _one(log.signals, rng)
     values, count = log.columns[role].copy(), int(rng.integers(1, 30))
     size = float(10 ** rng.uniform(-1.5, 1))
     rows = rng.choice(len(log), count, replace=False)
@@ -186,9 +184,7 @@ def spikes(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def dropouts(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Samples without a number."""
-    role = _one(log, rng)
-    if role is None:
-        return None
+    role = _one(log.signals, rng)
     values = log.columns[role].copy()
     for rows in _stretches(log, rng, 0.05):
         values[rows] = np.nan
@@ -197,9 +193,7 @@ def dropouts(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def zeros(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Samples lost, and written as 0."""
-    role = _one(log, rng)
-    if role is None:
-        return None
+    role = _one(log.signals, rng)
     values, stretches = log.columns[role].copy(), _stretches(log, rng, 0.02)
     for rows in stretches:
         values[rows] = 0.0
@@ -208,7 +202,7 @@ def zeros(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def stale(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Samples that repeat the last good one, of one column or of all."""
-    roles = log.signals if rng.random() < 0.5 else [str(_one(log, rng))]
+    roles = log.signals if rng.random() < 0.5 else [_one(log.signals, rng)]
     changed, count = {role: log.columns[role].copy() for role in roles}, 0
     for rows in _stretches(log, rng, 0.03, 10):
         count += rows.stop - rows.start
@@ -219,20 +213,18 @@ def stale(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def lower_rate(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column that is sampled less often than it is written."""
-    role = _one(log, rng)
+    role = _one(log.signals, rng)
     every = int(rng.integers(2, 11))
     held = np.arange(len(log)) // every * every
-    return log.having(
-        **{str(role): log.columns[str(role)][held]}
-    ), f"{role} anew every {every} rows"
+    return log.having(**{role: log.columns[role][held]}), f"{role} anew every {every} rows"
 
 
 def shifted(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column early or late by some samples."""
-    role = _one(log, rng)
+    role = _one(log.signals, rng)
     by = int(rng.choice([-1, 1]) * rng.integers(1, 21))
     rows = np.clip(np.arange(len(log)) - by, 0, len(log) - 1)
-    return log.having(**{str(role): log.columns[str(role)][rows]}), f"{role} late by {by} samples"
+    return log.having(**{role: log.columns[role][rows]}), f"{role} late by {by} samples"
 
 
 def rows_lost(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -282,40 +274,38 @@ def joined(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def quantised(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A converter or an encoder of few steps."""
-    role = _one(log, rng)
-    values, bits = log.columns[str(role)], int(rng.integers(5, 17))
+    role = _one(log.signals, rng)
+    values, bits = log.columns[role], int(rng.integers(5, 17))
     step = np.ptp(values) / 2**bits
-    return log.having(**{str(role): step * np.round(values / step)}), f"{role} of {bits} bit"
+    return log.having(**{role: step * np.round(values / step)}), f"{role} of {bits} bit"
 
 
 def smoothed(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column that the logger has low-passed."""
-    role = _one(log, rng)
-    values, samples = log.columns[str(role)], float(rng.uniform(1.0, 20.0))
+    role = _one(log.signals, rng)
+    values, samples = log.columns[role], float(rng.uniform(1.0, 20.0))
     found, state, share = np.empty_like(values), values[0], 1 / (1 + samples)
     for k, value in enumerate(values):
         state += share * (value - state)
         found[k] = state
-    return log.having(**{str(role): found}), f"{role} low-passed over {samples:.2g} samples"
+    return log.having(**{role: found}), f"{role} low-passed over {samples:.2g} samples"
 
 
 def noisy(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Noise of a sensor or a converter."""
-    role = _one(log, rng)
-    values, share = log.columns[str(role)], float(10 ** rng.uniform(-4, -1))
+    role = _one(log.signals, rng)
+    values, share = log.columns[role], float(10 ** rng.uniform(-4, -1))
     found = values + share * np.ptp(values) * rng.normal(size=len(log))
-    return log.having(**{str(role): found}), f"noise of {share:.2g} ranges on the {role}"
+    return log.having(**{role: found}), f"noise of {share:.2g} ranges on the {role}"
 
 
 def hum(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Mains, or another machine, in a column."""
-    role = _one(log, rng)
-    values, share = log.columns[str(role)], float(10 ** rng.uniform(-4, -1))
+    role = _one(log.signals, rng)
+    values, share = log.columns[role], float(10 ** rng.uniform(-4, -1))
     at = float(rng.choice([16.7, 50.0, 60.0, 100.0]))
     wave = share * np.ptp(values) * np.sin(2 * np.pi * at * log.columns["time"])
-    return log.having(
-        **{str(role): values + wave}
-    ), f"{at:g} Hz of {share:.2g} ranges on the {role}"
+    return log.having(**{role: values + wave}), f"{at:g} Hz of {share:.2g} ranges on the {role}"
 
 
 def jitter(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -344,7 +334,7 @@ def wrapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
 
 def dead(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """A column that stands still from some row on."""
-    role = str(_one(log, rng))
+    role = _one(log.signals, rng)
     values, at = log.columns[role].copy(), int(len(log) * rng.uniform(0.1, 0.98))
     values[at:] = values[at]
     return log.having(**{role: values}), f"{role} dead after {at} of {len(log)} rows"
@@ -383,7 +373,7 @@ def wrong_drive_gain(log: Log, rng: np.random.Generator) -> tuple[Log, str] | No
     """A drive gain that is not the drive's; a force column shows it."""
     if not {"force", "control"} <= set(log.columns):
         return None
-    factor = float(rng.choice([0.5, 0.8, 0.9, 1.1, 1.25, 2.0]))
+    factor = float(rng.choice([0.5, 0.8, 0.9, 0.97, 1.03, 1.1, 1.25, 2.0]))
     other = replace(log.axis.drive, gain=factor * log.axis.drive.gain)
     return replace(log, axis=replace(log.axis, drive=other)), f"drive gain declared x {factor:g}"
 
@@ -423,25 +413,25 @@ FAULTS: dict[str, Fault] = {
 }
 
 
-def with_rests(
-    axis: GeneratedAxis, truth: Array, reference: Array, noise: float, rng: np.random.Generator
-) -> tuple[dict[str, Array], str]:
-    """The twin's motion with rests at its reversals, which make up some share of the log."""
-    law = axis.axis.control
+def with_rests(axis: GeneratedAxis, rng: np.random.Generator) -> tuple[Log, str]:
+    """The log of a twin that rests at its reversals, which is some share of the log."""
+    law, experiment = axis.axis.control, axis.axis.experiment
     assert law is not None, "a twin has a law"
+    assert experiment is not None, "a twin has an experiment"
+    reference = trajectory(experiment.moves, law.period)
     steps = np.sign(np.diff(reference))
     turns = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
     share = float(rng.uniform(0.2, 0.9))
-    total = int(len(reference) * share / (1 - share))
     repeats = np.ones(len(reference), dtype=int)
-    repeats[turns] += total // max(len(turns), 1)
+    repeats[turns] += int(len(reference) * share / (1 - share)) // max(len(turns), 1)
     moved = np.repeat(reference, repeats)
-    shaken = rng.normal(0.0, noise, len(moved))
-    loop = simulate(axis, truth, moved, law.period, position_noise=shaken)
+    noise = rng.normal(0.0, experiment.position_noise, len(moved))
+    truth = [experiment.truth.get(p.name, p.nominal) for p in axis.axis.parameters]
+    loop = simulate(axis, truth, moved, law.period, position_noise=noise)
     columns = {
         "time": law.period * np.arange(len(moved)),
         "position": loop.measured_position,
         "reference": moved,
         "control": loop.control,
     }
-    return columns, f"at rest for {100 * share:.0f} % of the log"
+    return right_log(axis, columns, "full"), f"at rest for {100 * share:.0f} % of the log"

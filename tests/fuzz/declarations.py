@@ -54,7 +54,7 @@ seed = 3
 """  # noqa: E501
 
 #: What is put in the place of a value.
-_VALUES = (
+_VALUES: tuple[Any, ...] = (
     *(math.nan, math.inf, -math.inf, 0, 0.0, -0.0, -1, 1e308, -1e308, 5e-324, 10**30, 10**400),
     *(1, 2, 0.5, 1e-3, True, False, "", " ", "x", "M", "q", "1", "nan", "pi", "G", "é", "\u03b1"),
     *("a" * 300, "lambda", "__import__", "N", "m", "kg", "N m", "1/s", "furlong", "m**0", "1/0"),

@@ -10,7 +10,7 @@ import numpy as np
 from tests.fuzz.cases import one_of
 
 #: What is put in the place of a value.
-_VALUES = (
+_VALUES: tuple[Any, ...] = (
     *(None, True, False, 0, -1, 1e308, -1e308, 5e-324, 10**400, 1e-300, "", "1", "x", "é", "\x00"),
     *(
         "\ud800",
