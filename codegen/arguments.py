@@ -11,7 +11,7 @@ from axisid.modeling import UsageError
 Array = NDArray[np.float64]
 
 #: Arguments that are vectors; every other one is a scalar.
-VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held"})
+VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides"})
 
 
 def by_sample(values: Array, samples: int) -> Array:

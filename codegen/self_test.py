@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import by_sample, is_scalar
+from .arguments import Array, by_sample, is_scalar
 from .compiler import NativeUnavailableError
 from .loop_settings import BLOCK, SIGNALS, LoopSettings
 from .virtual_loop import VirtualLoop
@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 _Result = tuple[int, int, dict[str, NDArray[np.float64]]]  # status, its sample, signals
 
 _TEST_SAMPLES, _TEST_TOLERANCE = 32, 1e-12
+_DIFFERENCES = {"plant_rate": 1e-5}  # a root of differences over a millionth magnifies rounding
 # Few samples, since an unstable loop magnifies rounding from each to the next; how much it does is
 # seen from a start and parameters that are a little off.
 _LOOP_SAMPLES, _LOOP_TOLERANCE = 8, 1e-9
 _LITTLE, _MAGNIFIED = 1e-15, 1e3
+_NEWTON = 5  # steps to where a side changes
 _TRIED = (0, 3, 11, 24, BLOCK)  # lanes; the last lies in the second block
 _BOUNDED = 3  # the lane that soon leaves its range
 
@@ -53,15 +55,17 @@ def _check_functions(library: "NativeLibrary", functions: Mapping[str, Any], tex
             )
             for i in range(function.n_in())
         ]
+        if "sides" in function.name_in():
+            sides = arguments[function.index_in("sides")]
+            sides[:] = rng.choice([-1.0, 1.0], sides.shape)
         if "step" in function.name_in():  # a long step would magnify rounding without bound
             arguments[function.index_in("step")] *= 1e-3
         expected = [
             by_sample(out.full(), _TEST_SAMPLES) for i, out in enumerate(function.call(arguments))
         ]
+        tolerance = _DIFFERENCES.get(name, _TEST_TOLERANCE)
         for got, wanted in zip(library.rows(name, arguments), expected, strict=True):
-            if not np.allclose(
-                got, wanted, rtol=_TEST_TOLERANCE, atol=_TEST_TOLERANCE, equal_nan=True
-            ):
+            if not np.allclose(got, wanted, rtol=tolerance, atol=tolerance, equal_nan=True):
                 raise NativeUnavailableError(f"the compiled {name} computes wrong values")
 
 
@@ -76,6 +80,8 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
     parameters = rng.uniform(
         0.5, 1.5, (lanes, functions["closed_loop_step"].size1_in("parameters"))
     )
+    if "switching" in functions:
+        start = _near_sides(functions["switching"], parameters, start)
     allowed = np.full(lanes, np.inf)
     allowed[_BOUNDED] = np.max(np.abs(reference[:, _BOUNDED] - start[_BOUNDED])) * 0.9
     continuous = functions["held_acceleration"].size1_in("held") > 1
@@ -97,6 +103,20 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
         for got in (one, (int(statuses[lane]), int(ends[lane]), beside)):
             if not _same(got, expected, shaken):
                 raise NativeUnavailableError("the compiled time loop computes wrong values")
+
+
+def _near_sides(switching: Any, parameters: Array, start: Array) -> Array:
+    """Starts moved to where a side changes, and some into the place: a few samples then pass it."""
+    near = start.copy()
+    for lane in range(len(start)):
+        index, q = lane % switching.size1_in("sides"), start[lane]
+        for _ in range(_NEWTON):
+            sides = np.ones(switching.size1_in("sides"))
+            values, slopes, _ = switching(q, 0.0, sides, parameters[lane])
+            q -= float(values[index]) / (float(slopes[index]) or np.inf)
+        beside = start[lane] if lane % 2 else 0.0
+        near[lane] = q + beside if np.isfinite(q) else start[lane]
+    return near
 
 
 def _same(got: _Result, expected: _Result, shaken: _Result) -> bool:
