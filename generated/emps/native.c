@@ -302,11 +302,13 @@ void closed_loop_step_rows(
 
 enum { DONE, OUT_OF_RANGE, NOT_FINITE, CHATTER, UNRESOLVED };
 enum { MOST_EVENTS = SIDES ? 4096 : 20, MOST_REFINEMENTS = 60, LANES = 32 };
-enum { AT_LEAST_1_MEMORY = MEMORY + !MEMORY, AT_LEAST_1_SIDE = SIDES + !SIDES };
+enum { AT_LEAST_1_MEMORY = MEMORY + !MEMORY };
 
 struct mode {
-    double direction;              /* strictly between -1 and 1 if the axis sticks */
-    double sides[AT_LEAST_1_SIDE]; /* -1 or 1; 0 if the axis rests in the place itself */
+    double direction; /* strictly between -1 and 1 if the axis sticks */
+#if SIDES
+    double sides[SIDES]; /* -1 or 1; 0 if the axis rests in the place itself */
+#endif
 };
 
 #if SIDES
@@ -773,20 +775,25 @@ static int sample_with_events(struct lane *lane, double reference, double rate, 
     return DONE;
 }
 
-/* Move on through the later substeps of a sample; whether one of them changes the mode. */
-static inline double later_substeps(double *q, double *dq, double force, double reference,
-                                    double rate, double error, const struct mode *mode,
-                                    const double *p, double step, ptrdiff_t substeps)
+#ifdef __GNUC__
+#define APART __attribute__((noinline)) /* would take registers from the common case */
+#else
+#define APART
+#endif
+
+/* Move on through the later substeps of a sample; `changes` says whether one changes the mode. */
+APART static struct moved later_substeps(struct moved end, const double *later, struct mode mode,
+                                         const double *p, double step, ptrdiff_t substeps,
+                                         double *changes)
 {
-    double held[3] = {CONTINUOUS ? reference : force, rate, error}, changes = 0.0;
+    double held[3] = {later[0], later[1], later[2]};
     for (ptrdiff_t i = 1; i < substeps; ++i) {
+        const double q = end.q, dq = end.dq;
         pass(held, step);
-        const struct moved end = move(*q, *dq, held, mode, p, step);
-        changes += events(*q, *dq, &end, held, mode, p, step);
-        *q = end.q;
-        *dq = end.dq;
+        end = move(q, dq, held, &mode, p, step);
+        *changes += events(q, dq, &end, held, &mode, p, step);
     }
-    return changes;
+    return end;
 }
 
 /* Where results go: one row a sample, `stride` values apart; what is null is not wanted. */
@@ -819,8 +826,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
     choose_sides(q, dq, &mode, p, 0);
 #endif
     for (ptrdiff_t k = 0; k < samples; ++k) {
-        double tau, u, next[AT_LEAST_1_MEMORY];
-        struct moved moved;
+        double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
         const double r = reference[k];
         const double rate = CONTINUOUS && k + 1 < samples ? (reference[k + 1] - r) / period : 0.0;
         const double error = encoder(q, noise ? noise[k] : 0.0, resolution);
@@ -831,14 +837,20 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(velocity, k, dq);
         put(before, k, end);
         mode.direction = sign(dq);
-        closed_loop_step(q, dq, memory, r, rate, error, IN(&mode), p, step, &moved.q, &moved.dq,
-                         next, &moved.first, &tau, &u, &moved.last);
+        closed_loop_step(q, dq, memory, r, rate, error, IN(&mode), p, step, &q1, &dq1, next, &ddq,
+                         &tau, &u, &last);
+        const struct moved moved = {q1, dq1, ddq, last};
         const double held[3] = {CONTINUOUS ? r : tau, rate, error};
         double changes = events(q, dq, &moved, held, &mode, p, step);
         end = mode.direction;
-        if (changes == 0.0 && substeps > 1)
-            changes = later_substeps(&moved.q, &moved.dq, tau, r, rate, error, &mode, parameters,
-                                     step, substeps);
+        if (changes == 0.0 && substeps > 1) {
+            double more = 0.0;
+            const struct moved end_of_sample =
+                later_substeps(moved, held, mode, parameters, step, substeps, &more);
+            q1 = end_of_sample.q;
+            dq1 = end_of_sample.dq;
+            changes = more;
+        }
         if (!(changes == 0.0)) {
             lane.q = q;
             lane.dq = dq;
@@ -849,21 +861,21 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
                 sample_with_events(&lane, r, rate, error, parameters, period, substeps);
             if (status != DONE)
                 return status;
-            moved.q = lane.q;
-            moved.dq = lane.dq;
-            moved.first = lane.acceleration;
+            q1 = lane.q;
+            dq1 = lane.dq;
+            ddq = lane.acceleration;
             mode = lane.mode;
             end = mode.direction;
             mode.direction = lane.direction;
         }
-        put(acceleration, k, moved.first);
+        put(acceleration, k, ddq);
         put(force, k, tau);
         put(control, k, u);
         put(direction, k, mode.direction);
         if (k == 0) /* nothing was held before */
             put(before, k, mode.direction);
-        q = moved.q;
-        dq = moved.dq;
+        q = q1;
+        dq = dq1;
         for (int i = 0; i < MEMORY; ++i)
             memory[i] = next[i];
     }
@@ -874,27 +886,49 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
     double reference[LANES], rate[LANES], error[LANES], direction[LANES], end[LANES];
-    double sides[AT_LEAST_1_SIDE][LANES];
+#if SIDES
+    double sides[SIDES][LANES];
+#endif
     double q1[LANES], dq1[LANES], next[AT_LEAST_1_MEMORY][LANES];
     double ddq[LANES], tau[LANES], u[LANES], slow[LANES], allowed[LANES], now[LANES];
 };
+
+static inline struct mode mode_of(const struct block *b, int l, double direction)
+{
+    struct mode mode = {.direction = direction};
+#if SIDES
+    for (int j = 0; j < SIDES; ++j)
+        mode.sides[j] = b->sides[j][l];
+#else
+    (void)b, (void)l;
+#endif
+    return mode;
+}
+
+static inline void keep_sides(struct block *b, int l, const struct mode *mode)
+{
+#if SIDES
+    for (int j = 0; j < SIDES; ++j)
+        b->sides[j][l] = mode->sides[j];
+#else
+    (void)b, (void)l, (void)mode;
+#endif
+}
 
 /* The common case for all lanes at once; `slow` says which lanes it does not serve. */
 static void step_block(struct block *b, double step, ptrdiff_t substeps)
 {
     for (int l = 0; l < LANES; ++l) {
         double p[PARAMETERS], memory[AT_LEAST_1_MEMORY] = {0.0}, next[AT_LEAST_1_MEMORY], tau, u;
-        struct mode mode = {sign(b->dq[l]), {0.0}};
+        const double r = b->reference[l], rate = b->rate[l], error = b->error[l];
+        const struct mode mode = mode_of(b, l, sign(b->dq[l]));
         struct moved moved;
         for (int j = 0; j < PARAMETERS; ++j)
             p[j] = b->parameters[j][l];
         for (int j = 0; j < MEMORY; ++j)
             memory[j] = b->memory[j][l];
-        for (int j = 0; j < SIDES; ++j)
-            mode.sides[j] = b->sides[j][l];
-        closed_loop_step(b->q[l], b->dq[l], memory, b->reference[l], b->rate[l], b->error[l],
-                         IN(&mode), p, step, &moved.q, &moved.dq, next, &moved.first, &tau, &u,
-                         &moved.last);
+        closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, IN(&mode), p, step, &moved.q,
+                         &moved.dq, next, &moved.first, &tau, &u, &moved.last);
         b->q1[l] = moved.q;
         b->dq1[l] = moved.dq;
         b->ddq[l] = moved.first;
@@ -903,22 +937,22 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
         b->direction[l] = mode.direction;
         for (int j = 0; j < MEMORY; ++j)
             b->next[j][l] = next[j];
-        const double away = fabs(b->q[l] - b->reference[l]) <= b->allowed[l] ? 0.0 : 1.0;
-        const double held[3] = {CONTINUOUS ? b->reference[l] : tau, b->rate[l], b->error[l]};
+        const double away = fabs(b->q[l] - r) <= b->allowed[l] ? 0.0 : 1.0;
+        const double held[3] = {CONTINUOUS ? r : tau, rate, error};
         b->slow[l] = events(b->q[l], b->dq[l], &moved, held, &mode, p, step) + away;
-        b->now[l] = b->reference[l];
     }
+    if (substeps > 1)
+        for (int l = 0; l < LANES; ++l)
+            b->now[l] = b->reference[l];
     for (ptrdiff_t i = 1; i < substeps; ++i)
         for (int l = 0; l < LANES; ++l) {
             double p[PARAMETERS];
             double held[3] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l]};
-            struct mode mode = {b->direction[l], {0.0}};
+            const struct mode mode = mode_of(b, l, b->direction[l]);
             pass(held, step);
             b->now[l] = held[0];
             for (int j = 0; j < PARAMETERS; ++j)
                 p[j] = b->parameters[j][l];
-            for (int j = 0; j < SIDES; ++j)
-                mode.sides[j] = b->sides[j][l];
             const struct moved moved = move(b->q1[l], b->dq1[l], held, &mode, p, step);
             b->slow[l] += events(b->q1[l], b->dq1[l], &moved, held, &mode, p, step);
             b->q1[l] = moved.q;
@@ -936,8 +970,7 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
         p[j] = b->parameters[j][l];
     for (int j = 0; j < MEMORY; ++j)
         lane.memory[j] = b->memory[j][l];
-    for (int j = 0; j < SIDES; ++j)
-        lane.mode.sides[j] = b->sides[j][l];
+    lane.mode = mode_of(b, l, 0.0);
     const int status = sample_with_events(&lane, b->reference[l], b->rate[l], b->error[l], p, period,
                                           substeps);
     b->q1[l] = lane.q;
@@ -945,8 +978,7 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     b->direction[l] = lane.direction;
     b->end[l] = lane.mode.direction;
     b->ddq[l] = lane.acceleration;
-    for (int j = 0; j < SIDES; ++j)
-        b->sides[j][l] = lane.mode.sides[j];
+    keep_sides(b, l, &lane.mode);
     return status;
 }
 
@@ -959,8 +991,7 @@ static void first_sides(struct block *b, int l)
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = b->parameters[j][l];
     choose_sides(b->q[l], 0.0, &mode, p, 0);
-    for (int j = 0; j < SIDES; ++j)
-        b->sides[j][l] = mode.sides[j];
+    keep_sides(b, l, &mode);
 #else
     (void)b, (void)l;
 #endif
@@ -983,7 +1014,7 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                            const double *start, const double *allowed, double period,
                            double resolution, ptrdiff_t substeps, struct outputs out, int *status, ptrdiff_t *stopped)
 {
-    struct block b = {0};
+    _Alignas(64) struct block b = {0}; /* a vector register never spans two cache lines */
     double dead[LANES] = {0.0};
     for (int l = 0; l < LANES; ++l) {
         const ptrdiff_t from = l < count ? l : 0;
