@@ -14,6 +14,8 @@ from .generated_axis import Quantity as Quantity
 from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
 from .generated_axis import stage_times as stage_times
+from .loop_settings import PASSED as PASSED
+from .loop_settings import RESOLVED as RESOLVED
 from .loop_settings import SIGNALS as SIGNALS
 from .loop_settings import STATUSES as STATUSES
 from .loop_settings import LoopSettings as LoopSettings

@@ -12,7 +12,7 @@ from .real_numbers import Array as Array
 from .real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
-VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held"})
+VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides"})
 
 
 def by_sample(values: Array, samples: int) -> Array:

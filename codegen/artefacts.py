@@ -28,9 +28,23 @@ FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "manifest.json",
 )
 #: Functions that the native time loop calls.
-LOOP = ("control_start", "held_acceleration", "plant_step", "closed_loop_step")
+LOOP = (
+    "control_start",
+    "held_acceleration",
+    "plant_step",
+    "switching",
+    "plant_rate",
+    "closed_loop_step",
+)
 #: Functions of one sample that the native code also evaluates at many.
-ROWS = ("inverse_dynamics", "idm_regressor", "direct_dynamics", "ddm_regressor", "control_law")
+ROWS = (
+    "inverse_dynamics",
+    "idm_regressor",
+    "direct_dynamics",
+    "ddm_regressor",
+    "control_law",
+    "wave_number",
+)
 
 
 def axis_artefacts(model: AxisModel) -> dict[str, str]:
@@ -109,9 +123,12 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
     printed += [print_c_rows(by_name[name]) for name in (*ROWS, *looped) if name in by_name]
     if law is not None:
         ports = {port.name: port for port in by_name["closed_loop_step"].inputs}
-        held = {port.name: port for port in by_name["plant_step"].inputs}["held"]
-        sizes = [len(port.elements) for port in (held, ports["state"], ports["parameters"])]
-        printed.append(print_c_loop(*sizes, continuous=law.continuous))
+        ports |= {port.name: port for port in by_name["plant_step"].inputs}
+        names = {"HELD": "held", "MEMORY": "state", "PARAMETERS": "parameters", "SIDES": "sides"}
+        sizes = {
+            size: len(ports[name].elements) if name in ports else 0 for size, name in names.items()
+        }
+        printed.append(print_c_loop(sizes, continuous=law.continuous))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)
     return (

@@ -105,6 +105,11 @@ class GeneratedAxis:
         return np.array([p.nominal for p in self.axis.parameters])
 
     @property
+    def has_sides(self) -> bool:
+        """Whether the acceleration has kinks or jumps over the position, as at an end stop."""
+        return "switching" in self.functions
+
+    @property
     def is_linear(self) -> bool:
         """Whether the force is linear in all parameters."""
         return not any(self.nonlinear)

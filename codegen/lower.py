@@ -234,6 +234,37 @@ class Lowering:
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
 
 
+class Arguments:
+    """A builder with arguments declared by SymPy symbol."""
+
+    def __init__(self, *, reciprocals: bool = False) -> None:
+        self.builder = Builder(reciprocals=reciprocals)
+        self.values: dict[sympy.Symbol, int] = {}
+
+    def scalars(self, *symbols: sympy.Symbol) -> "Arguments":
+        """Declare scalar arguments."""
+        for symbol in symbols:
+            self.values[symbol] = self.builder.scalar(symbol.name)
+        return self
+
+    def vector(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
+        """Declare a vector argument."""
+        indices = self.builder.vector(name, [symbol.name for symbol in symbols])
+        self.values.update(zip(symbols, indices, strict=True))
+        return self
+
+    def lowering(self) -> Lowering:
+        """What lowers expressions of the arguments."""
+        return Lowering(self.builder, self.values)
+
+    def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> Builder:
+        """Declare results, each in rows."""
+        lowering = self.lowering()
+        for name, rows in outputs.items():
+            self.builder.output(name, [[lowering(e) for e in row] for row in rows])
+        return self.builder
+
+
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
     """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
     numbers = [factor for factor in product.args if not factor.free_symbols]

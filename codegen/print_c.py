@@ -5,8 +5,10 @@ by row. Inputs end in an underscore and outputs in `_out`, so that no name is a 
 """
 
 import re
+from collections.abc import Mapping
 from importlib import resources
 
+from .loop_settings import RESOLVED
 from .printing import Language, print_operations
 from .program import Input, Output, Program
 
@@ -93,15 +95,20 @@ def print_c_rows(program: Program) -> str:
     )
 
 
-def print_c_loop(held: int, memory: int, parameters: int, *, continuous: bool) -> str:
-    """Return the text of the closed loop over time, for the sizes of one axis."""
-    sizes = {
-        "PARAMETERS": parameters,
-        "MEMORY": memory,
-        "HELD": held,
-        "CONTINUOUS": int(continuous),
-    }
-    lines = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
+def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
+    """Return the text of the closed loop over time, for the sizes of one axis.
+
+    Parameters
+    ----------
+    sizes : mapping of str to int
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``.
+    continuous : bool
+        Whether the law is.
+    """
+    values: dict[str, float] = {**sizes, "CONTINUOUS": int(continuous)}
+    if sizes["SIDES"]:
+        values["RESOLVED"] = RESOLVED
+    lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     return lines + "\n" + resources.files(__package__).joinpath("loop.c").read_text()
 
 

@@ -29,6 +29,7 @@ _SLOW = 0.25  # a plant's rate times a step that resolves it
 # seen from a start and parameters that are a little off.
 _LOOP_SAMPLES, _LOOP_TOLERANCE = 8, 1e-9
 _LITTLE, _MAGNIFIED = 1e-15, 1e3
+_NEWTON = 5  # steps to where a side changes
 _TRIED = (0, 3, 11, 24, BLOCK)  # lanes; the last lies in the second block
 _BOUNDED = 3  # the lane that soon leaves its range
 
@@ -75,6 +76,8 @@ def _points(function: Any) -> list[Array]:
         others = slice(int(_LARGE * samples), samples) if samples > 1 else slice(0)
         if function.name_in(i) == "step":
             values *= _STEP
+        elif function.name_in(i) == "sides":
+            values = rng.choice([-1.0, 1.0], values.shape)
         else:
             count = values[:, others].shape
             values[:, others] *= rng.choice([-1, 1], count) * 10 ** rng.uniform(_SMALL, 0, count)
@@ -158,6 +161,8 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
     parameters = rng.uniform(
         0.5, 1.5, (lanes, functions["closed_loop_step"].size1_in("parameters"))
     )
+    if "switching" in functions:
+        start = _near_sides(functions["switching"], parameters, start)
     allowed = np.full(lanes, np.inf)
     allowed[_BOUNDED] = np.max(np.abs(reference[:, _BOUNDED] - start[_BOUNDED])) * 0.9
     continuous = functions["held_acceleration"].size1_in("held") > 1
@@ -190,6 +195,8 @@ def _rates(acceleration: Any) -> Any:
 
 def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     """Whether a step resolves the plant's rates wherever a lane went, as in real simulations."""
+    if "sides" in rates.name_in():  # the loop itself takes the steps that a side asks for
+        return True
     status, end, signals = result
     until = end if status else _LOOP_SAMPLES
     if not until:
@@ -220,6 +227,20 @@ def _moves(expected: _Result, shaken: _Result) -> Iterator[tuple[str, float, flo
         finite = np.isfinite(wanted) & np.isfinite(other)
         size = np.max(np.abs(wanted), initial=0.0, where=finite)
         yield name, size, np.max(np.abs(wanted - other), initial=0.0, where=finite)
+
+
+def _near_sides(switching: Any, parameters: Array, start: Array) -> Array:
+    """Starts moved to where a side changes, and some into the place: a few samples then pass it."""
+    near = start.copy()
+    for lane in range(len(start)):
+        index, q = lane % switching.size1_in("sides"), start[lane]
+        for _ in range(_NEWTON):
+            sides = np.ones(switching.size1_in("sides"))
+            values, slopes, _ = switching(q, 0.0, sides, parameters[lane])
+            q -= float(values[index]) / (float(slopes[index]) or np.inf)
+        beside = start[lane] if lane % 2 else 0.0
+        near[lane] = q + beside if np.isfinite(q) else start[lane]
+    return near
 
 
 def _same(got: _Result, expected: _Result, shaken: _Result) -> bool:

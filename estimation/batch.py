@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen import (
     SIGNALS,
+    STATUSES,
     GeneratedAxis,
     LoopSettings,
     VirtualLoop,
@@ -22,15 +23,20 @@ from .arrays import Array
 from .loop_setup import (
     MOST_SUBSTEPS,
     VISITED,
-    allowed_distance,
+    beyond_bounds,
     check_loop,
+    check_period,
     failure,
     has_inertia,
+    has_settled_steps,
+    holds,
     no_inertia,
+    pushes,
     substeps_along,
     substeps_at_start,
     too_stiff,
 )
+from .runaway import allowed_distance, widened_distance
 
 _MOST_THREADS = 1024
 
@@ -105,6 +111,7 @@ def simulate_batch(
     theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
     ref = _aligned(reference, "the reference")
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
+    check_period(axis, period)
     lanes = len(theta)
     if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
         raise UsageError(
@@ -119,7 +126,7 @@ def simulate_batch(
         raise UsageError(
             f"the threads are {threads!r}; give a whole number from 1 to {_MOST_THREADS}."
         )
-    looked_at = () if axis.uniform or substeps is not None else VISITED
+    looked_at = () if has_settled_steps(axis) or substeps is not None else VISITED
     away = np.abs(first - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
     batch = _Batch(
@@ -198,11 +205,8 @@ class _Batch:
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; returns the signals, (N, B) each, and the failures."""
         lanes = len(self.parameters)
-        sound = has_inertia(self.axis, self.parameters, self.start)
-        failures = {
-            int(lane): no_inertia(self.axis, self.parameters[lane])
-            for lane in np.flatnonzero(~sound)
-        }
+        failures = self._refused()
+        sound = np.array([lane not in failures for lane in range(lanes)])
         counts = np.full(lanes, substeps or 1)
         if substeps is None and sound.any():
             counts[sound] = substeps_at_start(
@@ -211,7 +215,7 @@ class _Batch:
         out: dict[str, Array] = {}
         stiff = sound & (counts > MOST_SUBSTEPS)
         counts = np.minimum(counts, MOST_SUBSTEPS)
-        if self.axis.uniform:
+        if has_settled_steps(self.axis):
             self._refuse(out, np.flatnonzero(stiff), failures)
             sound &= ~stiff
         pending = np.flatnonzero(sound)
@@ -220,7 +224,7 @@ class _Batch:
             groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
             for group in groups:
                 self._run_into(out, group, int(counts[group[0]]), failures)
-            if substeps is not None or self.axis.uniform:
+            if substeps is not None or has_settled_steps(self.axis):
                 break
             needed = np.array([self._needed(out, int(lane)) for lane in pending])
             more = needed > counts[pending]
@@ -229,6 +233,18 @@ class _Batch:
             counts[pending] = np.clip(needed, counts[pending], MOST_SUBSTEPS)
             pending = pending[more]
         return out or self._nothing(), failures
+
+    def _refused(self) -> dict[int, str]:
+        """What to say of lanes that no simulation starts from."""
+        given, refused = (self.axis, self.parameters, self.start), {}
+        has_mass, held = has_inertia(*given), holds(*given)
+        for lane, theta in enumerate(self.parameters):
+            beyond = beyond_bounds(self.axis, theta)
+            if not has_mass[lane]:
+                refused[lane] = no_inertia(self.axis, theta)
+            elif beyond or not held[lane]:
+                refused[lane] = beyond or pushes(self.axis, theta)
+        return refused
 
     def _refuse(
         self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
@@ -294,14 +310,31 @@ class _Batch:
         else:
             count = _processors() if self.threads is None else int(self.threads)
             status, stopped, out = library.simulate_batch(*arguments, count)
+        again = self._widened(status, chosen)
         for i in np.flatnonzero(status):
             lane, sample = int(chosen[i]), int(stopped[i])
             for signal in out.values():
                 signal[sample:, i] = np.nan
-            failures[lane] = failure(
-                self.axis, self.parameters[lane], int(status[i]), sample, self.period
-            )
+            if not again[i]:
+                failures[lane] = failure(
+                    self.axis, self.parameters[lane], int(status[i]), sample, self.period
+                )
+        if again.any():
+            for name, values in self._lanes(chosen[again], substeps, failures).items():
+                out[name][:, again] = values
         return out
+
+    def _widened(self, status: NDArray[np.int32], chosen: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which lanes left a range that was too narrow for their load; it is widened for them."""
+        again = np.asarray(status == STATUSES.index("out of range"))
+        if again.any():
+            lanes = chosen[again]
+            noise = None if self.noise is None else self.noise[:, lanes]
+            given = (self.parameters[lanes], self.start[lanes], noise, self.resolution)
+            wider = widened_distance(self.axis, *given)
+            again[again] = wider > self.allowed[lanes]
+            self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
+        return again
 
 
 def _virtual_batch(

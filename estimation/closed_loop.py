@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen import (
+    STATUSES,
     GeneratedAxis,
     LoopSettings,
     VirtualLoop,
@@ -27,14 +28,20 @@ from .arrays import Array
 from .errors import EstimationError
 from .loop_setup import (
     MOST_SUBSTEPS,
-    allowed_distance,
+    beyond_bounds,
     check_loop,
+    check_period,
     failure,
+    has_inertia,
+    has_settled_steps,
+    holds,
     no_inertia,
+    pushes,
     substeps_along,
     substeps_at_start,
     too_stiff,
 )
+from .runaway import allowed_distance, widened_distance
 from .signals import Signals
 
 
@@ -125,11 +132,115 @@ def simulate(
     ModelError
         The axis has no control law.
     UsageError
-        An argument has the wrong shape or value.
+        An argument has the wrong shape or value, a parameter is beyond its declared bounds, or the
+        period is not that of the control law.
     EstimationError
-        The inertia is not positive, or the loop diverges or chatters; the sample is named.
+        The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
+        too fast to follow; the sample is named.
     """
     axis = as_generated(axis)
+    loop = _loop(axis, parameters, reference, period, start, position_noise, resolution, substeps)
+    if refusal := beyond_bounds(axis, loop.parameters):
+        raise UsageError(refusal)
+    check_period(axis, period)
+    if not holds(axis, loop.parameters[None, :], np.array([loop.start])).all():
+        raise EstimationError(pushes(axis, loop.parameters))
+    return loop.simulated(substeps)
+
+
+def simulate_estimate(
+    axis: GeneratedAxis, parameters: Array, reference: Array, period: float, *, start: float
+) -> Simulation:
+    """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
+
+    The period is the record's. Otherwise as `simulate`.
+    """
+    return _loop(axis, parameters, reference, period, start, None, 0.0, None).simulated(None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Loop:
+    """What one simulation is given, checked."""
+
+    axis: GeneratedAxis
+    parameters: Array
+    reference: Array
+    noise: Array | None
+    start: float
+    period: float
+    resolution: float
+
+    def simulated(self, substeps: int | None) -> Simulation:
+        """Run it, with as many steps as it needs unless they are given."""
+        away = abs(self.start - self.reference[0])
+        settings = LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=allowed_distance(np.ptp(self.reference), away),
+            substeps=self._steps_at_start() if substeps is None else substeps,
+        )
+        settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
+        if STATUSES[status] == "out of range":
+            lane = (self.parameters[None, :], np.array([self.start]), self.noise, self.resolution)
+            (wider,) = widened_distance(self.axis, *lane)
+            if wider > settings.allowed:
+                settings = replace(settings, allowed=float(wider))
+                _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
+        if status:
+            raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+        return Simulation(
+            time=self.period * np.arange(len(self.reference), dtype=np.float64),
+            direction_before=out.pop("before"),
+            measured_position=_measured(out["position"], self.noise, self.resolution),
+            **out,
+        )
+
+    def _steps_at_start(self) -> int:
+        start = np.array([self.start])
+        (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
+        if steps > MOST_SUBSTEPS and has_settled_steps(self.axis):
+            raise EstimationError(too_stiff(self.axis, self.parameters))
+        return min(int(steps), MOST_SUBSTEPS)
+
+    def _settled(
+        self, settings: LoopSettings, *, fixed: bool
+    ) -> tuple[LoopSettings, int, int, dict[str, Array]]:
+        """Run until the steps are enough for wherever it went, unless they are fixed."""
+        while True:
+            status, stopped, out = self._run(settings)
+            if fixed or has_settled_steps(self.axis):
+                break
+            visited = {name: values[:stopped] if status else values for name, values in out.items()}
+            needed = substeps_along(self.axis, self.parameters, visited, self.period)
+            if needed <= settings.substeps:
+                break
+            if settings.substeps == MOST_SUBSTEPS:
+                raise EstimationError(too_stiff(self.axis, self.parameters))
+            settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
+        return settings, status, stopped, out
+
+    def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
+        """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
+        library = self.axis.native.library()
+        if library is None:
+            self.axis.native.warn_once()
+            loop = VirtualLoop(self.axis.functions, self.parameters, settings)
+            return loop.run(self.reference, self.noise, self.start)
+        given = (self.reference, self.noise, self.parameters, self.start)
+        return library.simulate(*given, settings)
+
+
+def _loop(
+    axis: GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    start: float | None,
+    position_noise: ArrayLike | None,
+    resolution: float,
+    substeps: int | None,
+) -> _Loop:
+    """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
     noise = None if position_noise is None else _vector(position_noise, "the noise")
@@ -140,54 +251,17 @@ def simulate(
     if not (start is None or (is_real(start) and math.isfinite(start))):
         raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
-    if not np.all(np.isfinite(theta)):
+    if not has_inertia(axis, theta[None, :], np.array([first])).all():
         raise EstimationError(no_inertia(axis, theta))
-    (push,) = axis.rows("direct_dynamics", first, 0.0, [1.0, 0.0], 0.0, theta)
-    if not 0 < push[0, 0] - push[1, 0] < math.inf:
-        raise EstimationError(no_inertia(axis, theta))
-    needed = substeps or int(substeps_at_start(axis, theta[None, :], np.array([first]), period)[0])
-    if axis.uniform and needed > MOST_SUBSTEPS:
-        raise EstimationError(too_stiff(axis, theta))
-    settings = LoopSettings(
+    return _Loop(
+        axis=axis,
+        parameters=theta,
+        reference=ref,
+        noise=noise,
+        start=first,
         period=period,
         resolution=resolution,
-        allowed=allowed_distance(np.ptp(ref), abs(first - ref[0])),
-        substeps=min(needed, MOST_SUBSTEPS),
     )
-    status, stopped, out = _run(axis, theta, ref, noise, first, settings)
-    while substeps is None and not axis.uniform:
-        visited = {name: values[:stopped] if status else values for name, values in out.items()}
-        needed = substeps_along(axis, theta, visited, period)
-        if needed <= settings.substeps:
-            break
-        if settings.substeps == MOST_SUBSTEPS:
-            raise EstimationError(too_stiff(axis, theta))
-        settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
-        status, stopped, out = _run(axis, theta, ref, noise, first, settings)
-    if status:
-        raise EstimationError(failure(axis, theta, status, stopped, period))
-    return Simulation(
-        time=period * np.arange(len(ref), dtype=np.float64),
-        direction_before=out.pop("before"),
-        measured_position=_measured(out["position"], noise, resolution),
-        **out,
-    )
-
-
-def _run(
-    axis: GeneratedAxis,
-    parameters: Array,
-    reference: Array,
-    noise: Array | None,
-    start: float,
-    settings: LoopSettings,
-) -> tuple[int, int, dict[str, Array]]:
-    """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
-    library = axis.native.library()
-    if library is None:
-        axis.native.warn_once()
-        return VirtualLoop(axis.functions, parameters, settings).run(reference, noise, start)
-    return library.simulate(reference, noise, parameters, start, settings)
 
 
 def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulation) -> Signals:

@@ -1,24 +1,27 @@
 """What a simulation checks and settles before it starts, and says when it ends early."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen import STATUSES, GeneratedAxis, is_real, is_whole
+from axisid.codegen import PASSED, RESOLVED, STATUSES, GeneratedAxis, is_real, is_whole
 from axisid.modeling import ModelError, UsageError
 
 from .arrays import Array
 
 _PROBE = 1e-6  # of position and velocity, for the plant's rates
+_PROBED = 0.01  # at most, of the way on which the acceleration varies
 _SLACK = 1e-6
 _TOO_STIFF = 16  # times the most steps; their rate times step is then near 1
-_RESOLVED = 0.05  # rate times step at which a Runge-Kutta step is accurate
+_TOO_SHORT = 2  # the same for a wave of the position; Simpson's rule then errs by 2e-5 of it
+_UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
+_SAME_PERIOD = 5e-4
+_ROUNDING = 1e-9
 MOST_SUBSTEPS = 1024
 #: The signals that `substeps_along` looks at.
 VISITED = ("position", "velocity", "force", "direction")
-_RUNAWAY = 100.0  # of the reference's span
 
 
 def no_control_law(name: str) -> ModelError:
@@ -60,16 +63,77 @@ def check_loop(
         raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
 
 
+def check_period(axis: GeneratedAxis, period: float) -> None:
+    """Refuse a period that is not that of the axis's sampled law; a continuous one has none.
+
+    Raises
+    ------
+    UsageError
+        The periods differ by more than 0.05 %.
+    """
+    law = axis.axis.control
+    if law is None or law.continuous or abs(period / law.period - 1) <= _SAME_PERIOD:
+        return
+    raise UsageError(
+        f"the period is {period:g} s, but the control law of axis {axis.axis.name!r} is evaluated "
+        f"every {law.period:g} s; give that, or declare the law with the other."
+    )
+
+
+def beyond_bounds(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of parameters, (p,), beyond their declared bounds; empty if none is."""
+    for p, value in zip(axis.axis.parameters, parameters, strict=True):
+        if p.lower <= value <= p.upper:
+            continue
+        side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
+        return (
+            f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} {p.unit}, "
+            f"so axis {axis.axis.name!r} is not simulated with it: friction beyond its bounds "
+            "drives the axis. Give a value within them, or declare others."
+        )
+    return ""
+
+
+def pushes(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of a parameter set whose friction drives the axis at its start."""
+    return (
+        f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: it "
+        "would accelerate the axis in the direction of its motion. Check the signs of the friction."
+    )
+
+
 def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
     """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,)."""
-    dynamics = axis.functions["direct_dynamics"]
-    push, rest = (
-        dynamics.call([position[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
-        for tau in (1.0, 0.0)
-    )
+    push, rest = _from_rest(axis, parameters, position, ((1.0, 0.0), (0.0, 0.0)))
     with np.errstate(invalid="ignore"):
         finite = np.isfinite(push - rest) & np.isfinite(parameters).all(axis=1)
         return np.asarray((push - rest > 0) & finite)
+
+
+def holds(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have no friction that drives the axis from rest there, (B,)."""
+    forward, backward = _from_rest(axis, parameters, position, ((0.0, 1.0), (0.0, -1.0)))
+    with np.errstate(invalid="ignore"):
+        rounding = _ROUNDING * (np.abs(forward) + np.abs(backward))
+        return np.asarray(~(forward - backward > rounding))
+
+
+def _from_rest(
+    axis: GeneratedAxis,
+    parameters: Array,
+    position: Array,
+    cases: Sequence[tuple[float, float]],
+) -> list[Array]:
+    """Accelerations at rest for pairs of force and friction direction, (B,) each."""
+    if len(position) == 1:
+        forces, directions = zip(*cases, strict=True)
+        arguments = (position[0], 0.0, forces, directions, parameters[0])
+        return list(axis.rows("direct_dynamics", *arguments)[0])
+    dynamics = axis.functions["direct_dynamics"]
+    return [
+        dynamics.call([position[None, :], 0.0, tau, s, parameters.T])[0].full()[0]
+        for tau, s in cases
+    ]
 
 
 def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
@@ -91,6 +155,15 @@ def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
     )
 
 
+def has_settled_steps(axis: GeneratedAxis) -> bool:
+    """Whether no motion asks for more steps than the start does.
+
+    The rates are the same everywhere; or the axis has kinks or jumps over the position, and the
+    time loop itself takes as many steps as the motion asks for.
+    """
+    return axis.uniform or axis.has_sides
+
+
 def substeps_at_start(
     axis: GeneratedAxis, parameters: Array, start: Array, period: float
 ) -> NDArray[np.int64]:
@@ -100,12 +173,12 @@ def substeps_at_start(
     they are the same everywhere; for others see `substeps_along`.
     """
     lanes = len(start)
+    if axis.has_sides:
+        return np.ones(lanes, dtype=np.int64)
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
-    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None)
-    by_speed, by_position = (each.reshape(2, lanes) for each in rates)
-    steps = np.stack([_steps(axis, by_speed[i], by_position[i], period) for i in (0, 1)])
-    return np.asarray(steps.max(axis=0))
+    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None).reshape(2, lanes)
+    return np.asarray(_steps(axis, rates, np.zeros((2, lanes)), period).max(axis=0))
 
 
 def substeps_along(
@@ -135,14 +208,27 @@ def substeps_along(
         parameters,
         np.concatenate([force, force[turns], force[turns]]),
     )
-    return int(_steps(axis, *rates, period).max())
+    waves = _wave_numbers(axis, q, parameters)
+    passing = 0.0 if waves is None else np.max(waves * np.abs(dq))
+    return int(_steps(axis, rates.max(keepdims=True), np.array([passing]), period)[0])
+
+
+def _wave_numbers(axis: GeneratedAxis, q: Array, parameters: Array) -> Array | None:
+    """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
+    if "wave_number" not in axis.functions:
+        return None
+    if parameters.ndim == 1:
+        return axis.rows("wave_number", q, parameters)[0][:, 0]
+    return np.asarray(axis.functions["wave_number"].call([q[None, :], parameters.T])[0].full()[0])
 
 
 def _probed(
     axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
-) -> tuple[Array, Array]:
-    """How the acceleration changes with the velocity and with the position, (n,) each."""
-    positions = np.concatenate([q, q, q + _PROBE])
+) -> Array:
+    """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
+    waves = _wave_numbers(axis, q, parameters)
+    way = np.full(len(q), _PROBE) if waves is None else _PROBE / (1 + _PROBE / _PROBED * waves)
+    positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + _PROBE, dq])
     directions = np.tile(s, 3)
     held = _held(axis, q)  # it stays while the position is probed
@@ -159,7 +245,9 @@ def _probed(
             held_acceleration = axis.functions["held_acceleration"]
             accelerations = held_acceleration.call([*at, columns])[0].full()[0]
         here, faster, further = accelerations.reshape(3, -1)
-        return faster - here, further - here
+        damping, stiffness = np.abs(faster - here) / _PROBE, np.abs(further - here) / way
+        rates = np.maximum(damping, np.sqrt(stiffness))
+    return np.where(np.isfinite(rates), rates, 0.0)
 
 
 def _held(axis: GeneratedAxis, position: Array) -> Array:
@@ -175,37 +263,29 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
     return law is not None and law.continuous
 
 
-def _steps(
-    axis: GeneratedAxis, by_speed: Array, by_position: Array, period: float
-) -> NDArray[np.int64]:
-    """Steps from how the acceleration changes over a probe: powers of 2, (n,) each.
+def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> NDArray[np.int64]:
+    """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
 
     Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
-    would leave the steps unstable.
+    would leave the steps unstable, or blind for the waves.
     """
-    resolved = _RESOLVED if axis.uniform else _RESOLVED / 2
-    with np.errstate(all="ignore"):
-        damping, stiffness = np.abs(by_speed) / _PROBE, np.abs(by_position) / _PROBE
-        rates = np.maximum(damping, np.sqrt(stiffness))
-        wanted = np.where(np.isfinite(rates), rates, 0.0) * period / resolved
-        # A little slack, so that rounding does not decide for round numbers.
-        powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
-    too_stiff = wanted > _TOO_STIFF * MOST_SUBSTEPS
-    return np.where(too_stiff, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
+    by_rate = rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
+    by_wave = passing * period / PASSED
+    wanted = np.maximum(by_rate, by_wave)
+    # A little slack, so that rounding does not decide for round numbers.
+    powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
+    beyond = (by_rate > _TOO_STIFF * MOST_SUBSTEPS) | (by_wave > _TOO_SHORT * MOST_SUBSTEPS)
+    return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
 
 
 def too_stiff(axis: GeneratedAxis, parameters: Array) -> str:
     """What to say of a parameter set that no allowed number of steps resolves."""
     return (
         f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: its "
-        f"damping or stiffness asks for far more than {MOST_SUBSTEPS} steps in a sample. Check the "
-        "nominal values and units, or leave so fast a motion out of the model."
+        "damping, its stiffness or the speed at which it passes a wave of the position asks for "
+        f"far more than {MOST_SUBSTEPS} steps in a sample. Check the nominal values and units, or "
+        "leave so fast a motion out of the model."
     )
-
-
-def allowed_distance(span: float, away: float) -> float:
-    """Distance from the reference beyond which the loop has run away."""
-    return _RUNAWAY * max(float(span), float(away)) or math.inf
 
 
 def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float) -> str:
@@ -213,9 +293,16 @@ def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, pe
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.axis.name!r}"
     if STATUSES[status] == "chatter":
+        beside = ", or the side of a kink or jump over the position," if axis.has_sides else ""
         return (
-            f"{what} changes the friction direction without end {where}; check the friction in the "
-            "equation of motion."
+            f"{what} changes the friction direction{beside} without end {where}; check the "
+            "equation of motion there."
+        )
+    if STATUSES[status] == "unresolved":
+        return (
+            f"{what} is too fast to follow {where}: a contact is too stiff, or a wave of the "
+            "position too short for the speed. Check the nominal values and units, or leave so "
+            "fast a motion out of the model."
         )
     how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
     return (

@@ -7,7 +7,7 @@ import numpy as np
 from axisid.codegen import GeneratedAxis
 
 from .arrays import Array
-from .closed_loop import Simulation, signals_before, simulate
+from .closed_loop import Simulation, signals_before, simulate_estimate
 from .errors import DataError
 from .forms import Equations, Form
 from .loop_setup import no_control_law
@@ -61,7 +61,7 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
     """
     reference = loop_reference(axis, record)
     return tuple(
-        simulate(
+        simulate_estimate(
             axis,
             physical,
             reference[first:last],

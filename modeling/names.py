@@ -25,10 +25,11 @@ _FUNCTIONS = frozenset(
 RESERVED = frozenset(
     "tau direction parameters ddm_parameters reference measured_position measured_velocity "
     "measurement_error reference_rate held control state next_state step row known jacobian "
-    "first_slope last_slope period casadi null jac hess".split()
+    "first_slope last_slope sides period casadi null jac hess".split()
 )
-# Symbols that the program makes itself: the direct model's parameters and a law's delay line.
-_MADE = re.compile(r"(theta|delayed)\d+")
+# Symbols that the program makes itself: the direct model's parameters, a law's delay line, and
+# the sides of kinks.
+_MADE = re.compile(r"(theta|delayed|side)\d+")
 
 
 # What these names mean in every expression, whatever is declared.

@@ -195,6 +195,24 @@ def plant_step() -> casadi.Function:
     )
 
 
+def wave_number() -> casadi.Function:
+    """Reciprocal of the way on which the acceleration may vary. 0 operations."""
+    q = casadi.SX.sym("q")
+    parameters = casadi.SX.sym("parameters", 4)
+    J = parameters[0]
+    mx = parameters[1]
+    fv = parameters[2]
+    fc = parameters[3]
+    _wave_number = 1.0
+    return casadi.Function(
+        "wave_number",
+        [q, parameters],
+        [_wave_number],
+        ["q", "parameters"],
+        ["wave_number"],
+    )
+
+
 def control_start() -> casadi.Function:
     """What the drive remembers of an axis at rest. 0 operations."""
     reference = casadi.SX.sym("reference")
@@ -308,6 +326,7 @@ FUNCTIONS = {
     "physical_from_ddm": physical_from_ddm,
     "held_acceleration": held_acceleration,
     "plant_step": plant_step,
+    "wave_number": wave_number,
     "control_start": control_start,
     "control_law": control_law,
     "control_terms": control_terms,

@@ -384,7 +384,7 @@ def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     [
         ("put(position, k, q);", "put(position, k, q + 1e-6);"),
         ("put(control, k, u);", "put(control, k, 1.01 * u);"),
-        ("b->dq1[l] = dq1;", "b->dq1[l] = 0.999 * dq1;"),
+        ("b->dq1[l] = moved.dq;", "b->dq1[l] = 0.999 * moved.dq;"),
         ("noise ? noise[k] : 0.0", "noise ? noise[0] : 0.0"),
         ("floor(measured / resolution + 0.5)", "floor(measured / resolution)"),
         ("parameters[from * PARAMETERS + j]", "parameters[j]"),
@@ -392,11 +392,8 @@ def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
         ("allowed[from]", "allowed[0]"),
         ("start[from]", "start[0]"),
         ("stopped[l] = k;", "stopped[l] = 0;"),
-        ("mode = lane.direction;", "mode = lane.end;"),
-        (
-            "plant_step(*q, *dq, held, mode, p, step,",
-            "plant_step(*q, *dq, held, mode, p, 0.5 * step,",
-        ),
+        ("mode.direction = lane.direction;", ";"),
+        ("move(q, dq, held, &mode, p, step)", "move(q, dq, held, &mode, p, 0.5 * step)"),
     ],
 )
 def test_time_loop_that_computes_wrong_values_is_refused(

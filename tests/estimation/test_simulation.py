@@ -386,9 +386,9 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
     axis = BUILT["continuous"]
     text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
-    guarded = Native(text.replace("MOST_EVENTS = 20", "MOST_EVENTS = 1"), axis.functions)
+    guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
     settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
-    monkeypatch.setattr("axisid.codegen.virtual_loop._MOST_EVENTS", 1)
+    monkeypatch.setattr("axisid.codegen.virtual_loop._MOST_EVENTS", (1, 1))
     library = guarded.library()
     assert library is not None
     reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
