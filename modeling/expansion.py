@@ -233,7 +233,7 @@ class Expansion:
         before: list[sympy.Basic] = []
         for value, condition in self._open(pairs):
             before.append(condition)
-            holds = left if condition == sympy.true else self._case(before, left)
+            holds = dict(left) if condition == sympy.true else self._case(before, left)
             add(made, self.algebra.times(self(value), holds))
             add(left, holds, -1)
         return made
@@ -243,14 +243,13 @@ class Expansion:
     ) -> Iterator[tuple[sympy.Basic, sympy.Basic]]:
         """The cases that can be, with conditions that the motion decides."""
         for value, condition in pairs:
-            number = None
+            known = condition
             if isinstance(condition, Relational):
                 number = number_in(self._side(condition))
-            if number is not None:
-                condition = sympy.true if condition.func(number, 0) else sympy.false
-            if condition != sympy.false:
-                yield value, condition
-            if condition == sympy.true:
+                known = condition if number is None else condition.func(number, 0)
+            if known != sympy.false:
+                yield value, known
+            if known == sympy.true:
                 return
 
     def _case(self, conditions: Sequence[sympy.Basic], left: Sum) -> Sum:
