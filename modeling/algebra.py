@@ -310,6 +310,8 @@ class Algebra:
             kind, power = self._factors[place].kind, plain.get(place, 0)
             if kind in ("sign", "abs"):
                 parts += self._signed(place, plain)
+            elif kind == "case":
+                plain[place] = min(power, 1)
             elif kind in _WAVES:
                 waves += [place] * int(power) if power > 0 and power.denominator == 1 else []
             elif power > 0 and (whole := power.numerator // power.denominator):

@@ -77,12 +77,12 @@ class BaseModel:
 
     def at(self, values: Sequence[float]) -> tuple[float, ...]:
         """Base parameters (b,) of declared ones (p,)."""
+        sizes = [
+            math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
+            for powers in self.exponents
+        ]
         return tuple(
-            math.fsum(
-                w * math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
-                for w, powers in zip(row, self.exponents, strict=True)
-                if w
-            )
+            math.fsum(w * size for w, size in zip(row, sizes, strict=True) if w)
             for row in self.weights
         )
 
@@ -147,7 +147,7 @@ def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
 
 
 def _monomial(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
-    return sympy.Mul(*(p**e for p, e in zip(symbols, exponents, strict=True)))
+    return sympy.Mul(*(p**e for p, e in zip(symbols, exponents, strict=True) if e))
 
 
 def _expression(

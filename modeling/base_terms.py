@@ -155,6 +155,8 @@ def _weights(row: Mapping[Exponents, Sequence[_Weight]]) -> dict[Exponents, Frac
 
 
 def _share(power: Number) -> Fraction:
+    if not power:
+        return Fraction(1)
     return max(value_of(sympy.exp, (power,)), _LEAST)
 
 

@@ -1,6 +1,7 @@
 """Known numbers with a unit: the unit check sees the unit, the generated code the number."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import sympy
@@ -91,6 +92,7 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
     return symbol
 
 
+@lru_cache(maxsize=128)
 def with_numbers(value: sympy.Expr) -> sympy.Expr:
     """The expression with each constant's number in its place."""
     return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(KnownSymbol)})

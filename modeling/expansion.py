@@ -5,11 +5,12 @@ is only ever compared, never computed with. SymPy's own `expand` takes any time,
 what is positive, real or whole of all that is nested.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 import sympy
+from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.logic.boolalg import Boolean
 
@@ -35,7 +36,7 @@ _EVEN = (sympy.cosh,)
 
 #: The base of the natural exponential, as a factor of weights that may be beyond floating point.
 EULER = Factor("exp", ("e", ()), frozenset())
-_FEW_CASES = 4  # of what is chosen by conditions
+_FEW_CASES, _FEW_RELATIONS = 3, 3  # of a choice that is multiplied out
 _LARGEST_POWER = 700  # of e that is a number for floating point
 
 
@@ -226,30 +227,45 @@ class Expansion:
         add(made, constant(HALF))
         return made
 
-    def _chosen(self, pairs: Sequence[tuple[sympy.Basic, sympy.Basic]]) -> Sum:
+    def _chosen(self, pairs: Iterable[tuple[sympy.Basic, sympy.Basic]]) -> Sum:
         """What is chosen by conditions: a sum over the cases, each times 0 or 1."""
-        if len(pairs) > _FEW_CASES:
-            return self._chosen_of_many(pairs)
-        made: Sum = {}
-        left = constant(1)
-        for value, condition in pairs:
-            holds = self._indicator(condition)
-            add(made, self._product((self(value), holds, left)))
-            fails = constant(1)
-            add(fails, holds, -1)
-            left = self.algebra.times(left, fails)
+        left, made = constant(1), constant(0)
+        before: list[sympy.Basic] = []
+        for value, condition in self._open(pairs):
+            before.append(condition)
+            holds = dict(left) if condition == sympy.true else self._case(before, left)
+            add(made, self.algebra.times(self(value), holds))
+            add(left, holds, -1)
         return made
 
-    def _chosen_of_many(self, pairs: Sequence[tuple[sympy.Basic, sympy.Basic]]) -> Sum:
-        """The same with one weight for each case, since products of conditions are too many."""
-        conditions = tuple(condition for _, condition in pairs)
-        made: Sum = {}
-        for i, (value, _) in enumerate(pairs):
-            before = conditions[: i + 1]
-            symbols = frozenset[sympy.Symbol]().union(*(c.free_symbols for c in before))
-            holds = self.algebra.single(Factor("case", before, symbols))
-            add(made, self.algebra.times(self(value), holds))
-        return made
+    def _open(
+        self, pairs: Iterable[tuple[sympy.Basic, sympy.Basic]]
+    ) -> Iterator[tuple[sympy.Basic, sympy.Basic]]:
+        """The cases that can be, with conditions that the motion decides."""
+        for value, condition in pairs:
+            known = condition
+            if isinstance(condition, Relational):
+                number = number_in(self._side(condition))
+                known = condition if number is None else condition.func(number, 0)
+            if known != sympy.false:
+                yield value, known
+            if known == sympy.true:
+                return
+
+    def _case(self, conditions: Sequence[sympy.Basic], left: Sum) -> Sum:
+        """1 where the last condition holds and none before it, else 0; `left` is 1 without it."""
+        if len(conditions) <= _FEW_CASES and len(_relations(conditions[-1])) <= _FEW_RELATIONS:
+            return self.algebra.times(self._indicator(conditions[-1]), left)
+        sides = [self._side(relation) for c in conditions for relation in _relations(c)]
+        content = (tuple(_form(c) for c in conditions), tuple(frozen(side) for side in sides))
+        return self.algebra.single(Factor("case", content, self.algebra.symbols(*sides)), {})
+
+    def _side(self, relation: Relational) -> Sum:
+        """What decides a relation, up to a positive number."""
+        difference = self(relation.lhs - relation.rhs)
+        if number_in(difference) is not None:
+            return difference
+        return normal(difference, positive=_is_order(relation))[1]
 
     def _indicator(self, condition: sympy.Basic) -> Sum:
         """1 where a condition holds, 0 where it does not; at a border it may be anything."""
@@ -278,6 +294,23 @@ class Expansion:
         if number is not None:
             return constant(0 if number else 1)
         return self._opaque(sympy.Eq, [normal(difference, positive=False)[1]])
+
+
+def _is_order(relation: Relational) -> bool:
+    return not isinstance(relation, (sympy.Eq, sympy.Ne))
+
+
+def _relations(condition: sympy.Basic) -> list[Relational]:
+    """The relations of a condition, in the order in which they stand."""
+    return [node for node in sympy.preorder_traversal(condition) if isinstance(node, Relational)]
+
+
+def _form(condition: sympy.Basic) -> str:
+    """How a condition is made of relations; at a border it may be anything."""
+    if isinstance(condition, Relational):
+        operator = str(condition.rel_op)
+        return operator.removesuffix("=") if _is_order(condition) else operator
+    return f"{type(condition).__name__}({', '.join(map(_form, condition.args))})"
 
 
 def _complement(holds: Sum) -> Sum:

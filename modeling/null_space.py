@@ -75,8 +75,12 @@ def null_space(
 def _slope_at(total: Polynomial, point: Sequence[Fraction], j: int) -> Fraction:
     """Derivative of a polynomial by a variable at a point."""
     terms = (
-        weight * powers[j] * math.prod(x**e for x, e in zip(point, powers, strict=True)) / point[j]
+        weight
+        * powers[j]
+        * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
+        / point[j]
         for powers, weight in total.items()
+        if powers[j]
     )
     return sum(terms, Fraction(0))
 
