@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.codegen import print_python
-from axisid.codegen.compiler import NativeUnavailableError, find_compiler
+from axisid.codegen.compiler import find_compiler
 from axisid.codegen.execute import execute
+from axisid.codegen.native_errors import NativeUnavailableError
 from axisid.codegen.oracle import Oracle, UndecidedError
 from axisid.codegen.print_c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.print_casadi import print_function
 from axisid.codegen.program import Program
+from axisid.codegen.workshop import Workshop
 from tests.codegen.test_feed_forward import as_export, in_python
 from tests.codegen.test_lower import X, Y, program_of
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
@@ -36,7 +38,8 @@ def compiled(program: Program, points: Points, folder: Path) -> Array:
     body = f"{print_c_function(program)}\n{print_c_rows(program)}"
     source, library = folder / "chosen.c", folder / "chosen.so"
     source.write_text(f"{print_c_prelude(body)}\n{body}")
-    find_compiler().compile(source, library)
+    with Workshop(folder, 120.0) as workshop:
+        find_compiler().compile(source, library, workshop)
     x, y = np.array(points).T.copy()
     out = np.empty((len(points), sum(len(row) for row in program.outputs[0].rows)))
     pointer = ctypes.POINTER(ctypes.c_double)

@@ -59,7 +59,7 @@ def same(a: Any, b: Any) -> bool:
         equal = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
         return bool(equal and a.flags.writeable == b.flags.writeable)
     if dataclasses.is_dataclass(a):
-        names = [field.name for field in dataclasses.fields(a)]
+        names = [field.name for field in dataclasses.fields(a) if field.compare]
         return all(same(getattr(a, name), getattr(b, name)) for name in names)
     if isinstance(a, Mapping):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
