@@ -11,7 +11,7 @@ NEIGHBOURS = 400
 _FEWEST = 20  # of them; among fewer, digits are alike by chance
 _FEWEST_ENDED = 100  # the same where the last line has its end, as one that was cut off has not
 _FAR = 5.0  # times the largest bend among them
-_NUMBER = re.compile(r"[+-]?(?P<whole>\d*)(?P<decimals>\.\d*)?(?P<power>[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?=\.?\d)(?P<whole>\d*)(?P<decimals>\.\d*)?(?P<power>[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def _by_value(last: _Written, known: Sequence[_Written]) -> str:
 
 def _written(cell: str) -> _Written | None:
     found = _NUMBER.fullmatch(cell)
-    if found is None or not any(letter.isdigit() for letter in cell):
+    if found is None:
         return None
     whole, decimals, power = (len(found[name] or "") for name in ("whole", "decimals", "power"))
     mantissa = cell[: len(cell) - power]

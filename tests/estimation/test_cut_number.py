@@ -120,3 +120,9 @@ def test_row_that_lacks_a_cell_is_refused_as_before(tmp_path: Path) -> None:
     file.write_text(f"time,position,control\n{rows}\n300.5,300")
     with pytest.raises(DataError, match="or leave the end of the log out with --tail drop"):
         read_record(file)
+
+
+@pytest.mark.parametrize("cell", ["e0", "+e5", ".", "-", ".e1", ""])
+def test_text_that_only_looks_like_a_number_is_no_cut_one(cell: str) -> None:
+    cells = [*(f"{k}.25e+00" for k in range(120)), cell]
+    assert cut_number(cells, ["0"] * 120 + ["\n"], ended=False) == ""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError
-from axisid.estimation.read_text import text_blocks
+from axisid.estimation.read_text import encoding_of, text_blocks
 from axisid.estimation.readers import read_table
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
 from tests.fuzz.text_logs import TextLog, changed_log, damaged, smaller_logs, text_log
@@ -77,10 +77,11 @@ def test_blocks_are_read_as_the_whole_is(file: Path) -> None:
     def check(log: TextLog) -> None:
         whole = _columns(log, file)
         blocks: dict[str, list[np.ndarray]] = {}
-        for table in text_blocks(file, 7):
-            for name, column in table.columns.items():
-                if name in whole:
-                    blocks.setdefault(name, []).append(column.read().values)
+        with file.open("rb", buffering=0) as raw:
+            for table in text_blocks(str(file), raw, 7, encoding_of(str(file), [log.content])):
+                for name, column in table.columns.items():
+                    if name in whole:
+                        blocks.setdefault(name, []).append(column.read().values)
         for name, pieces in blocks.items():
             if not np.array_equal(np.concatenate(pieces), whole[name], equal_nan=True):
                 raise WrongError(f"blocks: column {name} differs")
