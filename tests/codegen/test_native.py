@@ -349,7 +349,7 @@ def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
         ("start[from]", "start[0]"),
         ("stopped[l] = k;", "stopped[l] = 0;"),
         ("mode.direction = lane.direction;", ";"),
-        ("move(*q, *dq, held, mode, p, step)", "move(*q, *dq, held, mode, p, 0.5 * step)"),
+        ("move(q, dq, held, &mode, p, step)", "move(q, dq, held, &mode, p, 0.5 * step)"),
     ],
 )
 def test_time_loop_that_computes_wrong_values_is_refused(
