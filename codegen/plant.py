@@ -233,7 +233,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     passing = build(
         "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
     )
-    builder.output("rate", [[build("max", rate, passing)]])
+    builder.output("plant_rate", [[build("max", rate, passing)]])
     return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
 
 
