@@ -38,7 +38,8 @@ class Record:
     force : (N,) array or None
         Drive force, N or N m; taken instead of the control where both are given.
     sample_period : float or None
-        s. None takes the mean of the time column's steps.
+        s. None takes the mean of the time column's steps. Given beside them, it confirms that the
+        log is not sampled as a control law runs.
     segments : tuple of (int, int)
         First row and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)
