@@ -200,7 +200,7 @@ class _Batch:
         lanes = len(self.parameters)
         sound = has_inertia(self.axis, self.parameters, self.start)
         failures = {
-            int(lane): no_inertia(self.axis, self.parameters[lane])
+            int(lane): no_inertia(self.axis, self.parameters[lane], self.start[lane])
             for lane in np.flatnonzero(~sound)
         }
         counts = np.full(lanes, substeps or 1)

@@ -30,6 +30,7 @@ from .loop_setup import (
     allowed_distance,
     check_loop,
     failure,
+    has_inertia,
     no_inertia,
     substeps_along,
     substeps_at_start,
@@ -140,11 +141,8 @@ def simulate(
     if not (start is None or (is_real(start) and math.isfinite(start))):
         raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
-    if not np.all(np.isfinite(theta)):
-        raise EstimationError(no_inertia(axis, theta))
-    (push,) = axis.rows("direct_dynamics", first, 0.0, [1.0, 0.0], 0.0, theta)
-    if not 0 < push[0, 0] - push[1, 0] < math.inf:
-        raise EstimationError(no_inertia(axis, theta))
+    if not has_inertia(axis, theta[None, :], np.array([first])).all():
+        raise EstimationError(no_inertia(axis, theta, first))
     needed = substeps or int(substeps_at_start(axis, theta[None, :], np.array([first]), period)[0])
     if axis.uniform and needed > MOST_SUBSTEPS:
         raise EstimationError(too_stiff(axis, theta))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen import STATUSES, GeneratedAxis, is_real, is_whole
-from axisid.modeling import ModelError, UsageError
+from axisid.modeling import ModelError, UsageError, forces_at_rest
 
 from .arrays import Array
 
@@ -15,6 +15,7 @@ _PROBE = 1e-6  # of position and velocity, for the plant's rates
 _SLACK = 1e-6
 _TOO_STIFF = 16  # times the most steps; their rate times step is then near 1
 _RESOLVED = 0.05  # rate times step at which a Runge-Kutta step is accurate
+_EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
 #: The signals that `substeps_along` looks at.
 VISITED = ("position", "velocity", "force", "direction")
@@ -72,8 +73,8 @@ def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDAr
         return np.asarray((push - rest > 0) & finite)
 
 
-def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of a parameter set without inertia, or with what is no number."""
+def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
         for name, value in zip(axis.names, parameters, strict=True)
@@ -84,11 +85,35 @@ def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
             f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
             "parameters."
         )
+    if told := _no_force(axis, parameters, position):
+        return told
     return (
         f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
         "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
         "signs of force and position in the record."
     )
+
+
+def _no_force(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position))
+    q = axis.axis.coordinate
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
+    endless = [term for term, force in forces if math.isnan(force)]
+    if endless:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force has no finite value {where}; "
+            f"see the term {endless[0]}. Write one that is finite wherever the axis can be and at "
+            "rest: b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive."
+        )
+    term, force = max(forces, key=lambda pair: abs(pair[1]))
+    if abs(force) * _EPSILON > 1:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force is {force:.3g} {q.force_unit} "
+            f"{where}, beside which no drive counts; see the term {term}. Correct its factor, its "
+            "units, or the parameters in it."
+        )
+    return ""
 
 
 def substeps_at_start(
