@@ -241,7 +241,7 @@ class _Batch:
         for lane, theta in enumerate(self.parameters):
             beyond = beyond_bounds(self.axis, theta)
             if not has_mass[lane]:
-                refused[lane] = no_inertia(self.axis, theta)
+                refused[lane] = no_inertia(self.axis, theta, float(self.start[lane]))
             elif beyond or not held[lane]:
                 refused[lane] = beyond or pushes(self.axis, theta)
         return refused

@@ -252,7 +252,7 @@ def _loop(
         raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
     if not has_inertia(axis, theta[None, :], np.array([first])).all():
-        raise EstimationError(no_inertia(axis, theta))
+        raise EstimationError(no_inertia(axis, theta, first))
     return _Loop(
         axis=axis,
         parameters=theta,

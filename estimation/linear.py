@@ -89,7 +89,15 @@ def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Fa
         )
     if not np.all(np.isfinite(columns)):
         raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
-    scale = np.linalg.norm(columns, axis=0)
+    with np.errstate(over="ignore"):
+        scale = np.linalg.norm(columns, axis=0)
+    if not np.all(np.isfinite(scale)):
+        listed = ", ".join(n for n, size in zip(names, scale, strict=True) if not np.isfinite(size))
+        raise EstimationError(
+            f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
+            f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
+            "over the positions and speeds of the record, and their units."
+        )
     silent = [name for name, size in zip(names, scale, strict=True) if size == 0]
     if silent:
         raise EstimationError(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen import PASSED, RESOLVED, STATUSES, GeneratedAxis, is_real, is_whole
-from axisid.modeling import ModelError, UsageError
+from axisid.modeling import ModelError, UsageError, forces_at_rest
 
 from .arrays import Array
 
@@ -19,6 +19,7 @@ _TOO_SHORT = 2  # the same for a wave of the position; Simpson's rule then errs 
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
 _SAME_PERIOD = 5e-4
 _ROUNDING = 1e-9
+_EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
 #: The signals that `substeps_along` looks at.
 VISITED = ("position", "velocity", "force", "direction")
@@ -136,8 +137,8 @@ def _from_rest(
     ]
 
 
-def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of a parameter set without inertia, or with what is no number."""
+def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
     endless = [
         f"{name} = {value}"
         for name, value in zip(axis.names, parameters, strict=True)
@@ -148,6 +149,8 @@ def no_inertia(axis: GeneratedAxis, parameters: Array) -> str:
             f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
             "parameters."
         )
+    if told := _no_force(axis, parameters, position):
+        return told
     return (
         f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
         "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
@@ -162,6 +165,28 @@ def has_settled_steps(axis: GeneratedAxis) -> bool:
     time loop itself takes as many steps as the motion asks for.
     """
     return axis.uniform or axis.has_sides
+
+
+def _no_force(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position))
+    q = axis.axis.coordinate
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
+    endless = [term for term, force in forces if math.isnan(force)]
+    if endless:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force has no finite value {where}; "
+            f"see the term {endless[0]}. Write one that is finite wherever the axis can be and at "
+            "rest: b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive."
+        )
+    term, force = max(forces, key=lambda pair: abs(pair[1]))
+    if abs(force) * _EPSILON > 1:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force is {force:.3g} {q.force_unit} "
+            f"{where}, beside which no drive counts; see the term {term}. Correct its factor, its "
+            "units, or the parameters in it."
+        )
+    return ""
 
 
 def substeps_at_start(

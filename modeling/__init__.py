@@ -80,6 +80,7 @@ from .reading_order import InReadingOrder as InReadingOrder
 from .reading_order import Readable as Readable
 from .reading_order import readable as readable
 from .reading_order import written as written
+from .rest_force import forces_at_rest as forces_at_rest
 from .slope import slope as slope
 from .symbols import DIRECTION as DIRECTION
 from .symbols import FORCE as FORCE

@@ -105,7 +105,7 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
         It has none.
     """
     values = _ActualValues(0)
-    values.known.update({symbol: _exactly(number) for symbol, number in point.items()})
+    values.known.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
     return values.real(expression)
 
 

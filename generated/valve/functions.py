@@ -324,13 +324,13 @@ def plant_rate() -> casadi.Function:
     _21 = tau + _8 * casadi.if_else(_6, 0.0, -(0.01 + _20)) - F0 - _0 - _1 - k1 * _20 - k3 * (_20 * _20 * _20)
     _22 = casadi.fabs(((_21 - _12 * casadi.if_else(_10, 0.0, _20 - 0.01)) * _13 - _14) * _18)
     _23 = casadi.fmax(casadi.fmax(casadi.fabs(_19), casadi.sqrt(_22)), 0.1 * (casadi.fabs(dq) * 0.0))
-    _rate = _23
+    _plant_rate = _23
     return casadi.Function(
         "plant_rate",
         [q, dq, held, direction, sides, parameters],
-        [_rate],
+        [_plant_rate],
         ["q", "dq", "held", "direction", "sides", "parameters"],
-        ["rate"],
+        ["plant_rate"],
     )
 
 

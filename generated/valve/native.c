@@ -250,7 +250,7 @@ static inline void plant_rate(
     double direction_,
     const double *sides_,
     const double *parameters_,
-    double *rate_out)
+    double *plant_rate_out)
 {
     const double tau_ = held_[0];
     const double side1_ = sides_[0];
@@ -285,7 +285,7 @@ static inline void plant_rate(
     const double _19 = q_ + 1e-06;
     const double _20 = tau_ + _8 * select(_6, 0.0, -(0.01 + _19)) - F0_ - _0 - _1 - k1_ * _19 - k3_ * (_19 * _19 * _19);
     const double _21 = maximum(fabs(((_17 - 2000000.0 * select(_9, 0.0, 1.0 + _16) * _11) * _13 - _14) * _18), sqrt(fabs(((_20 - _12 * select(_10, 0.0, _19 - 0.01)) * _13 - _14) * _18)));
-    rate_out[0] = maximum(_21, 0.1 * (fabs(dq_) * 0.0));
+    plant_rate_out[0] = maximum(_21, 0.1 * (fabs(dq_) * 0.0));
 }
 
 /* One sample: measure, control, move for `step` seconds in one friction mode. 154 operations. */
@@ -430,10 +430,10 @@ void switching_rows(
 }
 
 void plant_rate_rows(
-    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *sides_, const double *parameters_, double *rate_out)
+    ptrdiff_t samples, const double *q_, const double *dq_, const double *held_, const double *direction_, const double *sides_, const double *parameters_, double *plant_rate_out)
 {
     for (ptrdiff_t k = 0; k < samples; ++k)
-        plant_rate(q_[k], dq_[k], held_, direction_[k], sides_, parameters_, rate_out + k * 1);
+        plant_rate(q_[k], dq_[k], held_, direction_[k], sides_, parameters_, plant_rate_out + k * 1);
 }
 
 void closed_loop_step_rows(

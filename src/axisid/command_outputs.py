@@ -1,6 +1,5 @@
 """Where commands write: places are checked before anything is computed, then written to."""
 
-import json
 import os
 import sys
 import tempfile
@@ -13,6 +12,7 @@ import click
 
 from axisid.command_inputs import file_of
 from axisid.earlier_output import is_earlier
+from axisid.json_text import json_text
 from axisid.terminal import show_text
 
 
@@ -240,4 +240,4 @@ def put_result(result: Result, json_file: str | None) -> None:
 
 def put_json(file: str, result: dict[str, Any]) -> None:
     """Write a result as JSON into a file, or to standard output for ``-``."""
-    write_output(file, json.dumps(result, indent=2, allow_nan=False) + "\n")
+    write_output(file, json_text(result))

@@ -4,7 +4,6 @@ The published figures stand beside the twin's. The twin has the paper's paramete
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from axisid.estimation import (
     text_table,
     twin_record,
 )
+from axisid.json_text import json_text
 from axisid.modeling import UsageError, load_axis
 
 #: The paper's two filters.
@@ -176,10 +176,8 @@ def write_study(study: Study, folder: Path) -> list[Path]:
 
     texts = {
         "tables.txt": study_tables(study) + "\n",
-        "appropriate.json": json.dumps(study.appropriate.to_dict(), indent=2, allow_nan=False)
-        + "\n",
-        "inappropriate.json": json.dumps(study.inappropriate.to_dict(), indent=2, allow_nan=False)
-        + "\n",
+        "appropriate.json": json_text(study.appropriate.to_dict()),
+        "inappropriate.json": json_text(study.inappropriate.to_dict()),
     }
     figures = {
         "figure3.png": (study.appropriate["idm-iv"], "IDM-IV, appropriate filter (figure 3)"),

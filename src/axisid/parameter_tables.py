@@ -15,6 +15,7 @@ from axisid.estimation.typeset import decimals
 from axisid.estimation.value import COVARIANCE_LABELS
 from axisid.fitted import FittedAxis
 from axisid.formulas import symbol_latex, unit_latex
+from axisid.json_text import json_text
 from axisid.modeling import Parameter
 
 _HEADER = (
@@ -50,7 +51,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
             for method in methods
         },
     }
-    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:

@@ -1,7 +1,6 @@
 """Faults of simulated loops: what cannot be followed, and right models that once were not."""
 
 import json
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from axisid import (
     build,
     cascade_pd,
     coulomb,
-    end_stop,
     newton,
     simulate,
     viscous,
@@ -87,3 +85,72 @@ def _finds(folder: Path, _: str, *, methods: int = 4, **truth: float) -> None:
         found = {name: p["value"] for name, p in estimate["parameters"].items()}
         for name, value in truth.items():
             assert found[name] == pytest.approx(value, rel=0.01), estimate["method"]
+
+
+_X = Coordinate("x", "m")
+
+
+def _carriage() -> GeneratedAxis:
+    m, b, c = (
+        Parameter("m", "kg", nominal=6.0, lower=0.0),
+        Parameter("b", "N/(m/s)"),
+        Parameter("c", "N"),
+    )
+    axis = newton(
+        "carriage",
+        coordinate=_X,
+        parameters=(m, b, c),
+        inertia=m,
+        resistance=viscous(b, _X) + coulomb(c, _X),
+        drive=Drive(gain=18.0, unit="A"),
+        control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
+    )
+    return build(axis, native=False)
+
+
+def _simulated(parameters: list[float], *, period: float = 1e-3) -> object:
+    reference = 0.05 * (1 - np.cos(np.linspace(0.0, 6.28, 500)))
+    return simulate(_carriage(), parameters, reference, period)
+
+
+FAULTS: tuple[Fault, ...] = (
+    Fault(
+        name="an axis that rests between its strokes",
+        make=partial(_twin, moves=[*_STROKES[:4], _PAUSE, *_STROKES[4:]]),
+        code=0,
+        says="carriage",
+        after=partial(_finds, m=6.2, b=14.0, c=7.5),
+    ),
+    Fault(
+        name="a force that jumps with the position",
+        make=partial(
+            _twin,
+            resistance='"F0*sign(x - 0.04)"',
+            parameters='F0 = { unit = "N", lower = 0 }',
+            truth="F0 = 5.0",
+        ),
+        code=0,
+        says="carriage",
+        after=partial(_finds, m=6.2, b=14.0, c=7.5, F0=5.0),
+    ),
+)
+MISUSES: tuple[Misuse, ...] = (
+    Misuse(
+        name="Coulomb friction that drives the axis",
+        call=lambda: _simulated([6.0, 14.0, -7.0]),
+        error=EstimationError,
+        says="the friction of axis 'carriage' drives it",
+    ),
+    Misuse(
+        name="a parameter below its bound",
+        call=lambda: _simulated([-6.0, 14.0, 7.0]),
+        error=UsageError,
+        says="below its declared bound of 0 kg",
+    ),
+    Misuse(
+        name="a period that is not the law's",
+        call=lambda: _simulated([6.0, 14.0, 7.0], period=2e-3),
+        error=UsageError,
+        says="the control law of axis 'carriage' is evaluated every 0.001 s",
+    ),
+)
