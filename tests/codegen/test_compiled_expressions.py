@@ -22,6 +22,7 @@ from axisid.codegen.oracle import Oracle, UndecidedError
 from axisid.codegen.print_c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.print_casadi import print_function
 from axisid.codegen.program import Program
+from axisid.codegen.workshop import Workshop
 from tests.codegen.test_feed_forward import as_export, in_python
 from tests.codegen.test_lower import X, Y, program_of
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
@@ -36,13 +37,13 @@ def compiled(program: Program, points: Points, folder: Path) -> Array:
     body = f"{print_c_function(program)}\n{print_c_rows(program)}"
     source, library = folder / "chosen.c", folder / "chosen.so"
     source.write_text(f"{print_c_prelude(body)}\n{body}")
-    find_compiler().compile(source, library)
+    with Workshop(folder, seconds=300) as workshop:
+        find_compiler().compile(source, library, workshop)
+        built = ctypes.CDLL(str(library))
     x, y = np.array(points).T.copy()
     out = np.empty((len(points), sum(len(row) for row in program.outputs[0].rows)))
     pointer = ctypes.POINTER(ctypes.c_double)
-    ctypes.CDLL(str(library)).f_rows(
-        ctypes.c_ssize_t(len(points)), *(a.ctypes.data_as(pointer) for a in (x, y, out))
-    )
+    built.f_rows(ctypes.c_ssize_t(len(points)), *(a.ctypes.data_as(pointer) for a in (x, y, out)))
     return out
 
 
