@@ -40,12 +40,11 @@ def compiled(program: Program, points: Points, folder: Path) -> Array:
     source.write_text(f"{print_c_prelude(body)}\n{body}")
     with Workshop(folder, 120.0) as workshop:
         find_compiler().compile(source, library, workshop)
+        built = ctypes.CDLL(str(library))
     x, y = np.array(points).T.copy()
     out = np.empty((len(points), sum(len(row) for row in program.outputs[0].rows)))
     pointer = ctypes.POINTER(ctypes.c_double)
-    ctypes.CDLL(str(library)).f_rows(
-        ctypes.c_ssize_t(len(points)), *(a.ctypes.data_as(pointer) for a in (x, y, out))
-    )
+    built.f_rows(ctypes.c_ssize_t(len(points)), *(a.ctypes.data_as(pointer) for a in (x, y, out)))
     return out
 
 

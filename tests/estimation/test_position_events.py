@@ -155,14 +155,39 @@ def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
     assert loop.position[~held].max() > 1e-3
 
 
-def test_axis_without_friction_oscillates_through_a_jump_and_comes_to_rest_in_it() -> None:
-    """Viscous friction alone takes for ever: the oscillation is followed until it is nothing."""
-    theta, reference = [2.0, 30.0, 0.0, 40.0], np.zeros(600)
-    loop = simulate(axis("jump"), theta, reference, PERIOD, start=0.01)
-    settled = np.abs(loop.position[-100:])
-    assert np.all(settled < 1e-12)
+def without_feedback(name: str, *resistance: sympy.Expr) -> GeneratedAxis:
+    """The reference is the drive's force."""
+    used = {symbol for term in resistance for symbol in term.free_symbols}
+    return build(
+        newton(
+            name,
+            coordinate=x,
+            parameters=tuple(p for p in (M, Fv, J, k) if p is M or p.symbol in used),
+            inertia=M,
+            resistance=resistance,
+            drive=Drive(gain=1.0),
+            control=ControlLaw(
+                name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION
+            ),
+        )
+    )
+
+
+def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_into_rest() -> None:
+    """Its velocity falls by half in 23 ms and would never be nothing."""
+    made = without_feedback("swing", viscous(Fv, x), J * sympy.sign(q))
+    theta = [1.0, 30.0, 40.0]
+    loop = simulate(made, theta, np.zeros(1200), PERIOD, start=0.01)
+    exact = closed_loop(
+        PiecewiseAxis(1.0, 30.0, 0.0, [0.0], [(0.0, -40.0), (0.0, 40.0)]),
+        lambda *_: 0.0,
+        np.r_[0.01, np.zeros(199)],
+        PERIOD,
+    )
+    assert np.abs(loop.position[:200] - exact).max() < 1e-9
+    assert (np.diff(np.sign(exact)) != 0).sum() > 10
     assert np.all(loop.velocity[-100:] == 0)
-    assert (np.diff(np.sign(loop.position)) != 0).sum() > 3
+    assert np.abs(loop.position[-100:]).max() < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -273,19 +298,9 @@ def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
 
 def test_bounce_under_a_constant_force_keeps_its_energy() -> None:
     """Without friction or control: 100 bounces of a ball on a stiff spring, 0.03 ms each."""
-    ball = newton(
-        "ball",
-        coordinate=x,
-        parameters=(M, k),
-        inertia=M,
-        resistance=(k * sympy.Max(0, q),),
-        drive=Drive(gain=1.0),
-        control=ControlLaw(name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION),
-    )
-    push = np.full(20_000, 10.0)
-    loop = simulate(ball, [1.0, 1e10], push, PERIOD, start=-0.05)
-    energy = (
-        loop.velocity**2 / 2 - 10 * loop.position + 1e10 * np.maximum(loop.position, 0) ** 2 / 2
-    )
+    made = without_feedback("ball", k * sympy.Max(0, q))
+    loop = simulate(made, [1.0, 1e10], np.full(20_000, 10.0), PERIOD, start=-0.05)
+    depth = np.maximum(loop.position, 0.0)
+    energy = loop.velocity**2 / 2 - 10 * loop.position + 1e10 * depth**2 / 2
     assert (np.diff(np.sign(loop.velocity)) < 0).sum() > 90
     assert np.abs(energy / energy[0] - 1).max() < 1e-7
