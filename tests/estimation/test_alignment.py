@@ -98,8 +98,8 @@ def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAx
     assert record.control is not None
     noise = np.random.default_rng(8).normal(0.0, 30.0, len(record))
     noisy = replace(record, control=record.control + noise)
-    (check,) = (c for c in identify(emps2015, noisy, methods="idm-ls").verdict[-1:])
-    assert check.name == "alignment"
+    verdict = identify(emps2015, noisy, methods="idm-ls").verdict
+    (check,) = (c for c in verdict if c.name == "alignment")
     assert check.status == "not evaluated"
     assert "samples only" in check.meaning
 
