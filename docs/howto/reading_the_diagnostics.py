@@ -127,7 +127,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | normal residuals | heavy tails; a note with 100 rows or more, unless a few rows decide | outliers, or reversals |
 # | filter bias | the prefilter alone moves a value by more than its deviation; a note below 1 % of the value | leave out the reversals, or raise the cut-off; the values `without filter bias` are free of it |
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
-# | force against control | a force column is more than 20 % off the gain times the control, or off by a factor in what is slow, beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
+# | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
 # | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
 # | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations | declare the `offset` that is proposed, or mend the converter |
 # | ripple | one frequency, over time or position, is 15 % of the residuals' power or more; a note | the cut-off that is proposed, or `cogging` with the period |
