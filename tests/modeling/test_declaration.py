@@ -10,20 +10,24 @@ import sympy
 from axisid import (
     MEASURED_POSITION,
     REFERENCE,
+    Constant,
     ControlLaw,
     Coordinate,
     Drive,
     Experiment,
+    G,
     Memory,
     ModelError,
     Move,
     Parameter,
     build,
+    derive,
     lagrange,
     load_axis,
     newton,
     viscous,
 )
+from axisid.modeling import gain
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=1.0)
@@ -58,6 +62,57 @@ def declare(name: str = "test", **changes: Any) -> object:
 def test_names_that_text_cannot_carry_are_refused(name: str, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         Parameter(name, "kg")
+
+
+@pytest.mark.parametrize("name", ["pi", "G"])
+def test_names_of_constants_are_refused(name: str) -> None:
+    for make in (lambda: Parameter(name, "kg"), lambda: Coordinate(name)):
+        with pytest.raises(ModelError, match=rf"named '{name}', which is .* in every expression"):
+            make()
+
+
+def test_a_gain_may_be_g_but_not_pi() -> None:
+    def law(name: str) -> ControlLaw:
+        return ControlLaw(name="p", period=1e-3, output=gain(name), gains={name: 2.0})
+
+    assert law("G").gains == {"G": 2.0}
+    with pytest.raises(ModelError, match="named 'pi', which is the number pi"):
+        law("pi")
+
+
+@pytest.mark.parametrize(
+    ("resistance", "message"),
+    [
+        (
+            Fv * q.velocity * Constant(2.0, "1", "M").symbol,
+            "parameter 'M' and a constant have the same name. Rename one",
+        ),
+        (
+            Fv * q.velocity * Constant(2.0, "1", "dq").symbol,
+            "the coordinate 'dq' and a constant have the same name",
+        ),
+        (
+            M * G * Constant(2.0, "1", "n").symbol / Constant(3.0, "1", "n").symbol,
+            "two constants of different values are named 'n'",
+        ),
+    ],
+)
+def test_what_is_printed_alike_is_told_apart(resistance: sympy.Expr, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        declare(resistance=(resistance, viscous(Fv, q)))
+
+
+def test_eulers_number_is_no_parameter() -> None:
+    young = Parameter("E", "N")
+    declare(parameters=(M, young), resistance=(young.symbol,))
+    with pytest.raises(ModelError, match="parameter 'E' and a constant have the same name"):
+        declare(parameters=(M, young), resistance=(young * sympy.exp(1),))
+
+
+@pytest.mark.parametrize("factor", [sympy.I, sympy.sqrt(-2), (-1) ** sympy.Rational(1, 3)])
+def test_what_is_not_real_is_refused(factor: sympy.Expr) -> None:
+    with pytest.raises(ModelError, match=r"^axis 'test': .*(is not real|no finite real value)"):
+        derive(declare(resistance=(Fv * factor * q.velocity,)))  # type: ignore[arg-type]
 
 
 def test_names_that_differ_by_case_only_are_refused() -> None:

@@ -1,4 +1,4 @@
-"""What is the same function for reasons of algebra has the same sum, and no expression takes long."""
+"""What algebra makes the same function has the same sum, and no expression takes long."""
 
 import time
 from fractions import Fraction
@@ -64,7 +64,10 @@ ALIKE = {
     ),
     "an argument": (Max(0, (q + 1) ** 2 - 3), Max(0, q**2 + 2 * q - 2)),
     "the order of arguments": (Min(a * (q + 1), b), Min(b, a * q + a)),
-    "odd functions": (sympy.tanh(a - q) + sympy.atan(1 - b), -sympy.tanh(q - a) - sympy.atan(b - 1)),
+    "odd functions": (
+        sympy.tanh(a - q) + sympy.atan(1 - b),
+        -sympy.tanh(q - a) - sympy.atan(b - 1),
+    ),
     "even functions": (sympy.cosh(a - q), sympy.cosh(q - a)),
     "a choice by a step": (Piecewise((a, q < 0), (b, True)), b + (a - b) * Heaviside(-q)),
     "a choice by the velocity": (
@@ -95,7 +98,10 @@ ALIKE = {
         Piecewise(*[(i, q < i) for i in range(9)], (0, True)) ** 2,
         Piecewise(*[(i**2, q < i) for i in range(9)], (0, True)),
     ),
-    "what cancels": ((a + b + c) ** 5 * (a - b) ** 2, sympy.expand((a + b + c) ** 5 * (a - b) ** 2)),
+    "what cancels": (
+        (a + b + c) ** 5 * (a - b) ** 2,
+        sympy.expand((a + b + c) ** 5 * (a - b) ** 2),
+    ),
 }
 
 

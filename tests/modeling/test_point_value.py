@@ -71,7 +71,9 @@ def test_weights_of_impulses_are_looked_at_where_these_are() -> None:
     ],
     ids=str,
 )
-def test_dependence_is_told_from_what_cancels(expression: sympy.Expr, on: set[sympy.Symbol]) -> None:
+def test_dependence_is_told_from_what_cancels(
+    expression: sympy.Expr, on: set[sympy.Symbol]
+) -> None:
     assert {s for s in (p, q, r) if depends(expression, {s})} == on
 
 

@@ -1,0 +1,171 @@
+"""Energies depend on what they may, and inertias are positive."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import sympy
+
+from axisid import (
+    LIBRARY,
+    Axis,
+    Constant,
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    derive,
+    lagrange,
+    load_axis,
+    newton,
+)
+
+x = Coordinate("x")
+X, DX, DDX = x.symbol, x.velocity, x.acceleration
+m = Parameter("m", "kg", nominal=6.2)
+n = Parameter("n", "kg")
+k, b = Parameter("k", "N/m"), Parameter("b", "N/(m/s)")
+S = Constant(1.0, "s").symbol
+L = Constant(1.0, "m").symbol
+HALF = m * DX**2 / 2
+
+
+def axis(parameters: tuple[Parameter, ...] = (m, b), **energies: sympy.Expr) -> Axis:
+    return lagrange(
+        "t",
+        coordinate=x,
+        parameters=parameters,
+        **{"kinetic": HALF, "dissipation": b * DX**2 / 2, **energies},
+        drive=Drive(gain=1.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("energies", "message"),
+    [
+        ({"potential": m * X * DDX}, r"potential energy .* depends on ddx; it may depend on"),
+        ({"potential": b * X * DX}, r"potential energy .* depends on dx; .*friction into the diss"),
+        (
+            {"potential": m * X * DDX + b * X * DX},
+            r"depends on dx and ddx; it may depend on the position x alone",
+        ),
+        ({"dissipation": b * DX**2 / 2 + m * DX * DDX}, r"dissipation function .* on ddx; .*kinet"),
+        ({"kinetic": HALF + m * X * DDX}, r"kinetic energy .* depends on ddx; .*square of the vel"),
+        ({"kinetic": m * DX**3 * S / L / 2}, r"kinetic energy .* is not a square of the velocity"),
+        ({"kinetic": m * DX * sympy.Abs(DX) / 2}, r"is not a square of the velocity dx: write an"),
+        ({"kinetic": m * sympy.Max(0, DX) ** 2 / 2}, r"is not a square of the velocity"),
+        ({"kinetic": HALF + b * X * DX / 2}, r"is not a square of the velocity"),
+        (
+            {"kinetic": HALF + b * X**2 / S / 2},
+            r"at rest is a potential energy, with the other sign",
+        ),
+        ({"kinetic": -HALF}, r"the inertia -m is negative with the nominal values; .*its sign"),
+    ],
+)
+def test_an_energy_of_something_else_is_refused_by_its_name(
+    energies: dict[str, sympy.Expr], message: str
+) -> None:
+    with pytest.raises(ModelError, match=rf"^axis 't': .*{message}"):
+        axis(**energies)
+
+
+def newtonian(inertia: sympy.Expr, *parameters: Parameter) -> Axis:
+    return newton(
+        "t", coordinate=x, parameters=parameters, inertia=inertia, resistance=(),
+        drive=Drive(gain=1.0),
+    )  # fmt: skip
+
+
+def energetic(inertia: sympy.Expr, *parameters: Parameter) -> Axis:
+    return lagrange(
+        "t", coordinate=x, parameters=parameters, kinetic=inertia * DX**2 / 2,
+        drive=Drive(gain=1.0),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("declare", [newtonian, energetic])
+@pytest.mark.parametrize(
+    ("inertia", "parameters"),
+    [
+        (-m.symbol, (m,)),
+        (-n.symbol, (n,)),
+        (-n - 3 * m, (m, n)),
+        (m - 10 * n, (m, Parameter("n", "kg", nominal=1.0))),
+        (m - 10 * n, (m, Parameter("n", "kg", known=1.0))),
+        (n.symbol, (Parameter("n", "kg", nominal=-2.0, upper=-1.0),)),
+    ],
+)
+def test_a_negative_inertia_is_refused(
+    declare: Callable[..., Axis], inertia: sympy.Expr, parameters: tuple[Parameter, ...]
+) -> None:
+    with pytest.raises(ModelError, match="is negative"):
+        declare(inertia, *parameters)
+
+
+@pytest.mark.parametrize("declare", [newtonian, energetic])
+@pytest.mark.parametrize(
+    ("inertia", "parameters"),
+    [
+        (m.symbol, (m,)),
+        (n.symbol, (n,)),
+        (m - n, (m, n)),
+        (2 * n - 3 * m, (m, n)),
+        (-n.symbol, (Parameter("n", "kg", upper=0.0),)),
+        (-n.symbol, (Parameter("n", "kg", nominal=-1.0),)),
+        (m * sympy.sqrt(n / m - 9), (m, n)),
+    ],
+)
+def test_an_inertia_that_may_be_positive_is_not(
+    declare: Callable[..., Axis], inertia: sympy.Expr, parameters: tuple[Parameter, ...]
+) -> None:
+    assert declare(inertia, *parameters).parameters == parameters
+
+
+@pytest.mark.parametrize(
+    "kinetic",
+    [
+        (m + n * sympy.cos(X / L)) * DX**2 / 2,
+        m * (X.diff(X) * DX) ** 2 / 2 + n * sympy.Max(0, X / L) * DX**2 / 2,
+        m * ((X + L) ** 2 - X**2 - 2 * X * L) / L**2 * DX**2 / 2 + n * DX**2 / 2,
+        0.5 * m * (0.3 * DX) ** 2 + n * DX**2 / 2,
+    ],
+    ids=str,
+)
+def test_half_an_inertia_times_a_square_is_right_however_it_is_written(kinetic: sympy.Expr) -> None:
+    assert derive(axis((m, n, b), kinetic=kinetic)).inertia != 0
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_the_library_has_no_negative_inertia(name: str) -> None:
+    assert load_axis(name).name
+
+
+DECLARATION = """
+name = "t"
+coordinate = {{ name = "x" }}
+drive = {{ gain = 1.0 }}
+[parameters]
+m = {{ unit = "kg", nominal = 6.2 }}
+b = {{ unit = "N/(m/s)" }}
+[lagrange]
+kinetic = "{kinetic}"
+potential = "{potential}"
+dissipation = "b*dx**2/2"
+"""
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "potential", "message"),
+    [
+        ("m*dx**2/2", "m*x*ddx", "potential energy ddx[*]m[*]x depends on ddx"),
+        ("-m*dx**2/2", "0", "is negative with the nominal values"),
+        ("m*ddx*x", "0", "kinetic energy .* depends on ddx"),
+    ],
+)
+def test_a_text_is_held_to_the_same(
+    kinetic: str, potential: str, message: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "axis.toml"
+    file.write_text(DECLARATION.format(kinetic=kinetic, potential=potential))
+    with pytest.raises(ModelError, match=message):
+        load_axis(file)
