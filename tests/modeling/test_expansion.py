@@ -1,4 +1,4 @@
-"""What is one function for reasons of algebra has one sum, and no expression takes long."""
+"""What algebra makes the same function has the same sum, and no expression takes long."""
 
 import time
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Directions in which no polynomial changes: as many as there are, in no more than their work."""
+"""Directions in which no polynomial changes: all of them, and no more work than allowed."""
 
 import time
 from fractions import Fraction
