@@ -69,6 +69,11 @@ class _Slopes:
         if isinstance(value, (sympy.Abs, sympy.sign, sympy.Heaviside)):
             inside = value.args[0]
             return _RATES[value.func](inside) * self(inside)
+        if value.is_Pow and self._variable not in value.exp.free_symbols:
+            # SymPy writes base**exp / base, which has no value where a hinge is 0.
+            return value.exp * value.base ** (value.exp - 1) * self(value.base)
+        if value.is_Mul and any(factor.is_Pow for factor in value.args):
+            return self._of_product(value)
         kinks = {node: sympy.Dummy(real=True) for node in _outermost_kinks(value)}
         outer = value.xreplace(kinks)
         derivative = outer.diff(self._variable)
@@ -77,6 +82,14 @@ class _Slopes:
             if slope != 0:
                 derivative += outer.diff(size) * slope
         return derivative.xreplace({size: node for node, size in kinks.items()})
+
+    def _of_product(self, value: sympy.Mul) -> sympy.Expr:
+        terms = []
+        for factor in value.args:
+            slope = self(factor)
+            if slope != 0:
+                terms.append(slope * sympy.Mul(*(other for other in value.args if other != factor)))
+        return sympy.Add(*terms)
 
     def _of_extreme(self, value: sympy.Expr) -> sympy.Expr:
         sign = 1 if isinstance(value, Max) else -1

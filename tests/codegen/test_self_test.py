@@ -84,14 +84,14 @@ def test_right_code_of_a_fast_model_passes(name: str) -> None:
 
 
 FAULTS = [
-    ("b->dq1[l] = dq1;", "b->dq1[l] = 0.999 * dq1;"),
+    ("b->dq1[l] = moved.dq;", "b->dq1[l] = 0.999 * moved.dq;"),
     ("put(control, k, u);", "put(control, k, 1.0001 * u);"),
     ("put(position, k, q);", "put(position, k, q + 1e-9);"),
     ("parameters[from * PARAMETERS + j]", "parameters[j]"),
     ("start[from]", "start[0]"),
     (
-        "plant_step(*q, *dq, held, mode, p, step,",
-        "plant_step(*q, *dq, held, mode, p, 0.5 * step,",
+        "move(q, dq, held, &mode, p, step)",
+        "move(q, dq, held, &mode, p, 0.5 * step)",
     ),
 ]
 

@@ -47,7 +47,7 @@ def axis(kind: str, kv: float = KV, *, native: bool = True) -> GeneratedAxis:
         "stops": (k * sympy.Max(0, q - stop) - k * sympy.Max(0, -q - stop), k),
         "bumper": (k * sympy.Piecewise((0, q < stop), (q - stop, True)), k),
         "jump": (J * sympy.sign(q), J),
-        "step": (J * (2 * sympy.Heaviside(q) - 1), J),
+        "leap": (J * (2 * sympy.Heaviside(q) - 1), J),
         "choice": (J * sympy.Piecewise((-1, q <= 0), (1, True)), J),
     }[kind]
     return build(
@@ -191,7 +191,7 @@ def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_int
 
 
 @pytest.mark.parametrize(
-    ("other", "kind"), [("bumper", "stop"), ("step", "jump"), ("choice", "jump")]
+    ("other", "kind"), [("bumper", "stop"), ("leap", "jump"), ("choice", "jump")]
 )
 def test_other_ways_to_write_it_are_the_same(other: str, kind: str) -> None:
     theta = [1.0, 2.0, 0.3, 1e5 if kind == "stop" else 2.0]
@@ -284,13 +284,15 @@ def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> N
     reference = trajectory((Move(0.2, 1.0, 20.0),), PERIOD)
     chosen = simulate(made, theta, reference, PERIOD)
     exact = simulate(made, theta, reference, PERIOD, substeps=1024)
-    assert np.abs(chosen.position - exact.position).max() < 1e-10
-    assert np.abs(chosen.force - exact.force).max() < 1e-6
+    assert np.abs(chosen.position - exact.position).max() < 1e-8
+    assert np.abs(chosen.force - exact.force).max() < 1e-6 * np.abs(exact.force).max()
 
 
 @pytest.mark.parametrize("stopped", [False, True])
 def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
-    made = wavy(lambda q: sympy.sin(q / 1e-8) + stopped * sympy.Max(0, q - sympy.Float(0.19)))
+    made = wavy(
+        lambda q: sympy.sin(q / 1e-8) + 1e6 * int(stopped) * sympy.Max(0, q - sympy.Float(0.19))
+    )
     reference = trajectory((Move(0.05, 1.0, 20.0),), PERIOD)
     with pytest.raises(EstimationError, match="wave of the position"):
         simulate(made, [2.0, 20.0, 1.0], reference, PERIOD)

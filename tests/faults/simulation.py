@@ -92,8 +92,8 @@ _X = Coordinate("x", "m")
 
 def _carriage() -> GeneratedAxis:
     m, b, c = (
-        Parameter("m", "kg", nominal=6.0, lower=0.0),
-        Parameter("b", "N/(m/s)"),
+        Parameter("m", "kg", nominal=6.0),
+        Parameter("b", "N/(m/s)", lower=0.0),
         Parameter("c", "N"),
     )
     axis = newton(
@@ -143,9 +143,9 @@ MISUSES: tuple[Misuse, ...] = (
     ),
     Misuse(
         name="a parameter below its bound",
-        call=lambda: _simulated([-6.0, 14.0, 7.0]),
+        call=lambda: _simulated([6.0, -14.0, 7.0]),
         error=UsageError,
-        says="below its declared bound of 0 kg",
+        says="below its declared bound of 0",
     ),
     Misuse(
         name="a period that is not the law's",

@@ -82,9 +82,6 @@ ADMITTED: dict[str, Callable[[], Axis]] = {
     "Max of three": lambda: axis(C[0] * nested(5, lambda e, i: Max(e, P[i] - e, i))),
     "Min of Max": lambda: axis(C[0] * nested(5, lambda e, i: Min(Max(0, e), P[i] - e))),
     "Abs in Abs": lambda: axis(C[0] * nested(12, lambda e, i: Abs(e - P[i]))),
-    "an energy of Max in Max": lambda: stored(
-        C[0] * nested(5, lambda e, i: Max(0, e - sympy.Rational(i, 7)) * (1 + e)) ** 2 / 2
-    ),
     "an energy of Max of three": lambda: stored(
         C[0] * nested(5, lambda e, i: Max(e, P[i] - e, i)) ** 2 / 2
     ),
