@@ -4,7 +4,7 @@
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -178,7 +178,10 @@ def instruments_by_hand(
 ) -> Array:
     """The regressor of the loop simulated with given values, without axisid's regressor."""
     reference, start = np.asarray(record.reference), float(record.position[0])
-    loop = simulate(axis, physical, reference, record.period, start=start)
+    # An estimate of a friction that is about nothing may lie a little below its bound.
+    unbounded = tuple(replace(p, lower=-math.inf) for p in axis.parameters)
+    free = replace(axis, parameters=unbounded)
+    loop = simulate(free, physical, reference, record.period, start=start)
     terms = _terms(loop.position, loop.velocity, loop.acceleration)
     return thinned(np.column_stack(terms), settings, record.period, ends)
 
