@@ -38,6 +38,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
 	$(BIN)/python benchmarks/faults.py
+	$(BIN)/python benchmarks/rests.py
 
 lint: $(VENV)/.test
 	$(BIN)/ruff format --check $(CODE)

@@ -259,7 +259,7 @@ def measure(count: int, seed: int) -> dict[str, float]:
         "off_largest_m": float(off.max()),
         "off_beyond_1_nm": int((off > 1e-9).sum()),
         "off_beyond_1_um": int((off > 1e-6).sum()),
-        "slowest_ms": 1e3 * max(each.seconds for each in done[len(LAWS) * 2 :]),
+        "slowest_ms": 1e3 * max((each.seconds for each in done[len(LAWS) * 2 :]), default=0.0),
     }
 
 

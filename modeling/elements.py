@@ -194,8 +194,9 @@ def end_stop(
     Known, not identified: it is there for simulations. It is zero between `lower` and `upper` (m),
     pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c in s/m, about
     ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution e. The force is
-    continuous, so that the integration needs no event. In a regression it is a known
-    force, which amplifies the noise of rows in contact: leave those out. [HuntCrossley1975]_.
+    continuous; where contact begins and ends is an event of the simulation, so that no contact is
+    too short to be met. In a regression it is a known force, which amplifies the noise of rows in
+    contact: leave those out. [HuntCrossley1975]_.
     """
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
     c = known(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
