@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 _SECONDS = 0.1  # that a part may take
 _FIRST = 32_768  # samples of the first part, whose time sets the others
 _GROWTH = 8
+_WAIT = 0.05  # s
 #: Steps of a loop that end within `_SECONDS` on any machine; a thread costs nothing beside more.
 _FEW_STEPS = 50_000
 
@@ -50,7 +51,14 @@ def run_stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int
     # The main thread waits where Ctrl-C reaches it.
     with ThreadPoolExecutor(len(runs)) as pool:
         try:
-            return list(pool.map(lambda run: run(stop), runs))
+            futures = [pool.submit(run, stop) for run in runs]
+            # Short waits: a signal that another thread gets does not wake this one.
+            pending = set(futures)
+            while pending:
+                done, pending = wait(pending, timeout=_WAIT, return_when=FIRST_COMPLETED)
+                for future in done:
+                    future.result()
+            return [future.result() for future in futures]
         except BaseException:
             stop[0] = 1
             raise

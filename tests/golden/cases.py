@@ -93,4 +93,4 @@ CASES: tuple[Case, ...] = (
     *map(_exported, ("c", "st", "python", "json", "toml", "csv", "latex")),
 )
 
-FOLDER = Path(__file__).parent / "results"
+FOLDER = Path(__file__).parent / "outputs"
