@@ -141,3 +141,26 @@ def test_delta_method_is_exact_for_linear_maps(rng: np.random.Generator) -> None
     mapped = delta_method(root @ root.T, J)
     assert mapped == pytest.approx(J @ root @ root.T @ J.T)
     assert np.array_equal(mapped, mapped.T)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "named"), [((1.0, 1e160, 1.0), "b"), ((-1e200, 1.0, 1e300), "a, c")]
+)
+def test_columns_whose_squares_no_number_holds_are_refused_by_name(
+    rng: np.random.Generator, sizes: tuple[float, ...], named: str
+) -> None:
+    _, X = problem(rng)
+    X = X / np.abs(X).max(axis=0) * sizes
+    largest = f"{max(map(abs, sizes)):.3g}".replace("+", r"\+")
+    with pytest.raises(
+        EstimationError,
+        match=rf"^the regressor of the log reaches {largest} in the columns of {named}, whose",
+    ):
+        factor(X, NAMES, "the log")
+
+
+def test_columns_whose_squares_a_number_just_holds_are_factored(rng: np.random.Generator) -> None:
+    y, X = problem(rng)
+    large = X / np.linalg.norm(X, axis=0) * 1e153
+    theta = least_squares(y, factor(large, NAMES)).theta
+    assert large @ theta == pytest.approx(X @ least_squares(y, factor(X, NAMES)).theta, rel=1e-9)
