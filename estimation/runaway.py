@@ -54,7 +54,7 @@ def widened_distance(
 def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
     """Way on which the loop, at rest on its reference, gives way to the load there, (B,).
 
-    Infinite where the control does not depend on the position.
+    Infinite where the control does not answer to the distance from the reference.
     """
     controls = np.array([_controls(axis, float(q)) for q in start]).T
     held, stiffness = controls[0], np.abs(controls[1] - controls[0]) / _OFF
