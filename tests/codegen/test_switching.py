@@ -18,6 +18,7 @@ from axisid import (
     viscous,
 )
 from axisid.codegen.switching import Switching, switching
+from axisid.modeling import with_numbers
 
 x = Coordinate("x", unit="rad")
 X, V = x.symbol, x.velocity
@@ -102,17 +103,15 @@ def test_sides_put_together_the_acceleration(name: str) -> None:
     force, _ = SWITCHED[name]
     axis = declared(force)
     whole, switched = derive(axis).acceleration, switching(derive(axis))
-    values = {m.symbol: 2.0, C: 3.0, D: 5.0, S: 1.0, sympy.Symbol("tau", real=True): 0.7}
+    values = {"m": 2.0, "c": 3.0, "b": 5.0, "tau": 0.7}
     rng = np.random.default_rng(1)
     for position, velocity in rng.uniform(-4.0, 4.0, (20, 2)):
-        motion = {X: position, V: velocity}
-        for symbol in whole.free_symbols | switched.acceleration.free_symbols:
-            motion |= {symbol: v for s, v in values.items() if s.name == symbol.name}
-            if symbol.name == "direction":
-                motion[symbol] = np.sign(velocity)
-        assert float(with_sides(switched, motion)) == pytest.approx(
-            float(whole.subs(motion)), rel=1e-12
-        )
+        named = values | {"x": position, "dx": velocity, "direction": np.sign(velocity)}
+        symbols = whole.free_symbols | switched.acceleration.free_symbols
+        motion = {symbol: named[symbol.name] for symbol in symbols if symbol.name in named}
+        motion |= {X: position, V: velocity}
+        direct = with_numbers(whole).subs(motion)
+        assert float(with_sides(switched, motion)) == pytest.approx(float(direct), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", SWITCHED)

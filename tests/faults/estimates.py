@@ -119,6 +119,19 @@ def _rests(folder: Path, *options: object) -> list[object]:
     return ["identify", "emps2015", "log.csv", "--method", "idm-iv", *options]
 
 
+def _white(folder: Path) -> list[object]:
+    """A reference of noise alone."""
+    axis = build(load_axis("emps2015"))
+    travel = float(np.ptp(twin_record(axis, position_noise=0.0).position))
+    reference = np.random.default_rng(1).normal(0.0, 1e-3 * travel, 5000)
+    loop = simulate(axis, [100.2, 236.9, 24.8], reference, 1e-3)
+    record = Record(
+        time=loop.time, position=loop.measured_position, reference=reference, control=loop.control
+    )
+    _write(folder / "log.csv", record)
+    return ["identify", "emps2015", "log.csv", "--method", "idm-iv"]
+
+
 def _right_after_rests(folder: Path, _out: str) -> None:
     written = json.loads((folder / "result.json").read_text())
     (iv,) = (e for e in written["estimates"] if e["method"] == "idm-iv")
@@ -207,6 +220,12 @@ FAULTS: tuple[Fault, ...] = (
         code=0,
         says="Nothing that was checked speaks against these numbers|Believe these numbers",
         after=_right_after_rests,
+    ),
+    Fault(
+        name="a reference of white noise",
+        make=_white,
+        code=0,
+        says=r"^(?!.*(still move|jumps with the parameters)).*IDM-IV",
     ),
     Fault(
         name="rests that are kept",

@@ -70,6 +70,26 @@ def _virtual(_: Path, out: str) -> None:
     assert "IDM-IV" in out
 
 
+_PUBLISHED = """
+from dataclasses import replace
+
+from axisid import Drive, cascade_pd, load_axis
+
+axis = replace(
+    load_axis("emps2015"),
+    name="published",
+    drive=Drive(gain=35.15, unit="V"),
+    control=cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True),
+)
+"""
+
+
+def _published(folder: Path) -> list[object]:
+    """A continuous law with gains so large that its self-test once found right code wrong."""
+    (folder / "published.py").write_text(_PUBLISHED)
+    return ["identify", "published.py", "--method", "idm-iv"]
+
+
 _OWN = {"AXISID_CACHE": "{folder}/cache", "TMPDIR": "{folder}"}
 
 FAULTS: tuple[Fault, ...] = (
@@ -95,6 +115,12 @@ FAULTS: tuple[Fault, ...] = (
         environment=_OWN,
         code=0,
         says="IDM-IV",
+    ),
+    Fault(
+        name="right code of a fast loop",
+        make=_published,
+        code=0,
+        says=r"^(?!.*computes wrong values).*IDM-IV",
     ),
 )
 

@@ -1,11 +1,13 @@
 """Faults of simulated loops: what cannot be followed, and right models that once were not."""
 
 import json
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 from axisid import (
     Coordinate,
@@ -16,6 +18,8 @@ from axisid import (
     build,
     cascade_pd,
     coulomb,
+    end_stop,
+    load_axis,
     newton,
     simulate,
     viscous,
@@ -90,7 +94,7 @@ def _finds(folder: Path, _: str, *, methods: int = 4, **truth: float) -> None:
 _X = Coordinate("x", "m")
 
 
-def _carriage() -> GeneratedAxis:
+def _carriage(*resistance: sympy.Expr, gain: float = 18.0) -> GeneratedAxis:
     m, b, c = (
         Parameter("m", "kg", nominal=6.0),
         Parameter("b", "N/(m/s)", lower=0.0),
@@ -101,16 +105,32 @@ def _carriage() -> GeneratedAxis:
         coordinate=_X,
         parameters=(m, b, c),
         inertia=m,
-        resistance=viscous(b, _X) + coulomb(c, _X),
-        drive=Drive(gain=18.0, unit="A"),
+        resistance=(viscous(b, _X), coulomb(c, _X), *resistance),
+        drive=Drive(gain=gain, unit="A"),
         control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
     )
     return build(axis, native=False)
 
 
+_REFERENCE = 0.05 * (1 - np.cos(np.linspace(0.0, 6.28, 500)))
+
+
 def _simulated(parameters: list[float], *, period: float = 1e-3) -> object:
-    reference = 0.05 * (1 - np.cos(np.linspace(0.0, 6.28, 500)))
-    return simulate(_carriage(), parameters, reference, period)
+    return simulate(_carriage(), parameters, _REFERENCE, period)
+
+
+def _other(axis: Callable[[], GeneratedAxis]) -> Callable[[], object]:
+    return lambda: simulate(axis(), [6.0, 14.0, 7.0], _REFERENCE, 1e-3)
+
+
+def _hanging(folder: Path) -> list[object]:
+    return ["show", *_twin(folder, resistance='"m*G"')[1:2]]
+
+
+def _sags(folder: Path, _: str) -> None:
+    """A motion of 1 um is followed, by an axis that gives way to its weight by 1 mm."""
+    loop = simulate(load_axis(folder / "carriage.toml"), [6.0, 14.0, 7.0], 1e-5 * _REFERENCE, 1e-3)
+    assert loop.position[-1] == pytest.approx(-6.0 * 9.80665 / (18 * 50 * 60), rel=0.2)
 
 
 FAULTS: tuple[Fault, ...] = (
@@ -133,6 +153,13 @@ FAULTS: tuple[Fault, ...] = (
         says="carriage",
         after=partial(_finds, m=6.2, b=14.0, c=7.5, F0=5.0),
     ),
+    Fault(
+        name="a reference far smaller than the sag of the load",
+        make=_hanging,
+        code=0,
+        says="carriage",
+        after=_sags,
+    ),
 )
 MISUSES: tuple[Misuse, ...] = (
     Misuse(
@@ -152,5 +179,17 @@ MISUSES: tuple[Misuse, ...] = (
         call=lambda: _simulated([6.0, 14.0, 7.0], period=2e-3),
         error=UsageError,
         says="the control law of axis 'carriage' is evaluated every 0.001 s",
+    ),
+    Misuse(
+        name="a loop that runs away",
+        call=_other(lambda: _carriage(gain=-18.0)),
+        error=EstimationError,
+        says="diverges: the position leaves the range at sample",
+    ),
+    Misuse(
+        name="a contact that no step resolves",
+        call=_other(lambda: _carriage(end_stop(_X, lower=-1.0, upper=0.05, stiffness=1e14))),
+        error=EstimationError,
+        says=r"too fast to follow at sample \d+ .*a contact is too stiff",
     ),
 )

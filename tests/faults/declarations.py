@@ -1,0 +1,223 @@
+"""Faults of declarations: what is no energy, no number, no name, and what takes for ever."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tests.faults.fault import Fault, Misuse
+
+Make = Callable[[Path], list[object]]
+
+# An inertia with friction under a cascade; its experiment is a twin.
+_AXIS = """
+name = "mine"
+coordinate = {{ name = "q", unit = "rad" }}
+drive = {{ gain = 1.0 }}
+control = {{ law = "cascade_pd", kp = 40.0, kv = 100.0, period = 1e-3 }}
+
+[parameters]
+J = {{ unit = "kg m^2", nominal = 1.0 }}
+{parameters}
+
+[experiment]
+moves = [{{ distance = 0.1, speed = 0.2, acceleration = 4.0 }}]
+truth = {{ J = 1.0, {truth} }}
+
+{equation}
+"""
+_UNITS = {"b": "N m/(rad/s)", "c": "N m", "d": "N m", "k": "N m rad/s"}
+
+_PROGRAM = """
+import functools
+
+import sympy
+from axisid import Coordinate, Drive, Parameter, newton
+
+q = Coordinate("q", unit="rad")
+J, c = Parameter("J", "kg m^2", nominal=1.0), Parameter("c", "N m")
+P = [Parameter(f"p{{k}}", "1", nominal=1.0 + k) for k in range(6)]
+
+
+def larger(inner, k):
+    return sympy.Max(P[k].symbol, inner * (k + 1) / 2 - sympy.Rational(3 * k, 10))
+
+
+force = {resistance}
+used = [p for p in (J, c, *P) if p is J or p.symbol in force.free_symbols]
+axis = newton(
+    "mine",
+    coordinate=q,
+    parameters=used,
+    inertia=J,
+    resistance=(force,),
+    drive=Drive(gain=1.0),
+)
+"""
+
+
+def _axis(equation: str, **nominal: float) -> str:
+    """The declaration, with parameters of these nominal values; those unknown are pure numbers."""
+    rows = (
+        f'{name} = {{ unit = "{_UNITS.get(name, "1")}", nominal = {value} }}'
+        for name, value in nominal.items()
+    )
+    truth = ", ".join(f"{name} = {value}" for name, value in nominal.items())
+    return _AXIS.format(parameters="\n".join(rows), truth=truth, equation=equation)
+
+
+def _newton(command: str, resistance: str, *options: object, **nominal: float) -> Make:
+    """A command for an axis with one resistance."""
+    equation = f'[newton]\ninertia = "J"\nresistance = ["{resistance}"]'
+
+    def make(folder: Path) -> list[object]:
+        (folder / "mine.toml").write_text(_axis(equation, **nominal))
+        return [command, "mine.toml", *options]
+
+    return make
+
+
+def _lagrange(kinetic: str, potential: str) -> Make:
+    """An axis declared by its energies."""
+    energies = f'kinetic = "{kinetic}"\npotential = "{potential}"\ndissipation = "b*dq**2/2"'
+
+    def make(folder: Path) -> list[object]:
+        (folder / "mine.toml").write_text(_axis(f"[lagrange]\n{energies}", b=1.0))
+        return ["identify", "mine.toml"]
+
+    return make
+
+
+def _python(command: str, resistance: str) -> Make:
+    """The same in Python, whose expressions no reader of texts has looked at."""
+
+    def make(folder: Path) -> list[object]:
+        (folder / "mine.py").write_text(_PROGRAM.format(resistance=resistance))
+        return [command, "mine.py"]
+
+    return make
+
+
+def _near_a_pole(folder: Path) -> list[object]:
+    """A log that comes so near to a pole of the force that no number holds its square."""
+    arguments = _newton("identify", "c*cosh(1/q**0.5)", "log.csv", "--method", "idm-ls", c=1.0)
+    time = 1e-3 * np.arange(3000)
+    position = 5e-6 + 0.1 * (1 - np.cos(4 * time)) / 2
+    rows = np.column_stack([time, position, np.cos(4 * time)])
+    header = "time,position,control"
+    np.savetxt(folder / "log.csv", rows, delimiter=",", header=header, comments="", fmt="%.12g")
+    return arguments(folder)
+
+
+_PAGE = "Inverse regressor"
+_SUMS = "c*(p0 + p1 + p2)**8*q + d*(p3 + p4)**12*q**3"
+
+#: What once took minutes, and is shown.
+_LONG = (
+    Fault(
+        name="Max in Max, six deep",
+        make=_python("show", "c * functools.reduce(larger, range(6), q.symbol)"),
+        code=0,
+        says=_PAGE,
+    ),
+    Fault(
+        name="powers of sums of parameters",
+        make=_newton("show", _SUMS, c=1.0, d=1.0, **{f"p{k}": 1.0 + k for k in range(5)}),
+        code=0,
+        says=_PAGE,
+    ),
+    Fault(
+        name="a logarithm of a broken power",
+        make=_newton("show", "c*log(cosh(q**(1/3)))", c=1.0),
+        code=0,
+        says=_PAGE,
+    ),
+    Fault(
+        name="a power of too many terms",
+        make=_newton("identify", "c*(q + p + r + s)**20", c=1.0, p=1.0, r=1.0, s=1.0),
+        code=4,
+        says="may have more than 500 terms",
+    ),
+)
+
+_ENERGIES = tuple(
+    Fault(name=name, make=_lagrange(kinetic, potential), code=4, says=says)
+    for name, kinetic, potential, says in (
+        (
+            "a potential energy of the acceleration",
+            "J*dq**2/2",
+            "J*q*ddq",
+            r"the potential energy \S+ depends on ddq; it may depend on the position q alone",
+        ),
+        (
+            "a potential energy of the velocity",
+            "J*dq**2/2",
+            "b*q*dq",
+            r"the potential energy \S+ depends on dq; .* friction into the dissipation function",
+        ),
+        (
+            "a kinetic energy of the acceleration",
+            "J*dq*ddq/2",
+            "0",
+            r"the kinetic energy \S+ depends on ddq; it may depend on the position q and the s",
+        ),
+        (
+            "a negative kinetic energy",
+            "-J*dq**2/2",
+            "0",
+            "the inertia -J is negative with the nominal values; so would be the kinetic energy",
+        ),
+    )
+)
+
+_NAMES = tuple(
+    Fault(
+        name=f"a parameter called {name}",
+        make=_newton("identify", f"b*dq + {name}*c*q", b=1.0, c=1.0, **{name: 3.0}),
+        code=4,
+        says=f"a parameter is named '{name}', which is {what} in every expression. Choose another",
+    )
+    for name, what in (("pi", "the number pi"), ("G", "the standard acceleration of gravity"))
+)
+
+_NO_NUMBER = (
+    Fault(
+        name="an arc cosine of a nominal value beyond 1",
+        make=_newton("identify", "c*max(9, acos(p))*q", c=1.0, p=2.0),
+        code=6,
+        says="the record cannot show p: the regressor's column is zero in every row",
+    ),
+    Fault(
+        name="a root that is nothing at its nominal value",
+        make=_newton("identify", "c*sqrt(2 - r)*q", c=1.0, r=2.0),
+        code=6,
+        says=r"no motion shows a change of c \+c, r \+\(4 - 2\*r\)\. Declare the combination",
+    ),
+    Fault(
+        name="an imaginary friction",
+        make=_python("identify", "c * sympy.I * q.symbol"),
+        code=4,
+        says=r"the equation of motion is not real: .*\. Write a force that is, without the imagin",
+    ),
+    Fault(
+        name="a record that comes too near to a pole of the force",
+        make=_near_a_pole,
+        code=6,
+        says=r"reaches \S+ in the columns of c, whose squares no number holds\. Check those terms",
+    ),
+    Fault(
+        name="a friction without a value at rest",
+        make=_newton("identify", "k/dq", k=1.0),
+        code=6,
+        says="cannot be simulated: its force has no finite value at rest at q = 0 rad",
+    ),
+    Fault(
+        name="a force beside which no drive counts",
+        make=_newton("identify", "1e300*c*exp(q)", c=1.0),
+        code=6,
+        says=r"its force is 1e\+300 N m at rest at q = 0 rad .* see the term 1\S*c\*exp\(q\)\.",
+    ),
+)
+
+FAULTS: tuple[Fault, ...] = (*_LONG, *_ENERGIES, *_NAMES, *_NO_NUMBER)
+MISUSES: tuple[Misuse, ...] = ()
