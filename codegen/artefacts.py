@@ -19,7 +19,7 @@ from .print_casadi import print_function
 from .program import Output, Program
 
 #: Counts changes of what is emitted; part of every signature.
-SCHEMA = 2
+SCHEMA = 3
 
 FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "functions.py",

@@ -87,17 +87,22 @@ class _Check:
 
     def inverse(self) -> None:
         """Inverse dynamics, and its regressor with its parameters."""
-        row, known = self._run("idm_regressor")
-        parts = np.column_stack([row * self.declared.parameters, known])
+        parts = self._columns()
         allowed = self.declared.error + _sum_of_sizes(parts)
         self._compare("inverse_dynamics", self._run("inverse_dynamics")[0][:, 0], allowed)
         self._compare("idm_regressor", np.sum(parts, axis=1), allowed)
 
     def direct(self) -> None:
-        """Direct dynamics and its regressor, as the forces that their accelerations need."""
+        """Direct dynamics and its regressor, as the forces that their accelerations need.
+
+        Both add up the columns of the inverse regressor too, and some of these may cancel: there is
+        one for each product of declared parameters.
+        """
         declared = self.declared
         sizes = _sum_of_sizes(
-            np.column_stack([declared.force, declared.inertia * declared.acceleration])
+            np.column_stack(
+                [self._columns(), declared.force, declared.inertia * declared.acceleration]
+            )
         )
         results = {"direct_dynamics": self._run("direct_dynamics")[0]}
         if "ddm_regressor" in self.programs:
@@ -112,6 +117,11 @@ class _Check:
                 allowed = declared.error + sizes + _sum_of_sizes(spent)
                 got = np.where(declared.inertia == 0, 0.0, more) + declared.force
                 self._compare(name, got, allowed)
+
+    def _columns(self) -> Array:
+        """What the inverse regressor adds up: its columns times their parameters, and the rest."""
+        row, known = self._run("idm_regressor")
+        return np.column_stack([row * self.declared.parameters, known])
 
     def _run(self, name: str) -> list[Array]:
         return list(evaluate(self.programs[name], self.declared.elements).values())

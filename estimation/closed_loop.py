@@ -124,8 +124,11 @@ def simulate(
         Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
     substeps : int, optional
         Runge-Kutta steps in a sample, at most 1024; the error falls with their fourth power. By
-        default a power of 2, as many as the damping and stiffness ask for wherever the motion goes:
-        mostly 1. Where they vary the loop is simulated anew until it had enough.
+        default a power of 2, as many as the damping, the stiffness and the speed over the length of
+        a wave of the position ask for wherever the motion goes: mostly 1. Where they vary the loop
+        is simulated anew until it had enough. For an axis whose force has kinks or jumps over the
+        position it is the least number: each piece of a sample, from one side to the next, takes
+        the steps that its own rates ask for.
 
     Raises
     ------

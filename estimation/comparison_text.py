@@ -7,11 +7,13 @@ from dataclasses import asdict
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from axisid.modeling import left_out_text
+
 from .candidate import LEVEL, Candidate, ParameterCheck
 from .held_out import HeldOut
 from .motion_checks import within_bounds
 from .nesting import NestedTest
-from .serialised import estimate_dict, prefilter_dict, record_dict
+from .serialised import estimate_dict, left_out_dict, prefilter_dict, record_dict
 from .summary import heading_text, number_with_sd, record_lines, rows_text, text_table
 
 if TYPE_CHECKING:
@@ -81,6 +83,7 @@ def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
         "name": candidate.name,
         "axis": candidate.axis.axis.name,
         "signature": candidate.axis.signature,
+        "left_out": left_out_dict(candidate.axis),
         "estimate": estimate_dict(candidate.estimate),
         "criteria": asdict(candidate.criteria),
         "held_out_equation": _held_out_dict(candidate.equation),
@@ -112,8 +115,16 @@ def _heading(c: "Comparison") -> str:
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    lines = record_lines(c.record)
+    lines = {"left out": _left_out(c.candidates), **record_lines(c.record)}
     return heading_text({**lines, "columns": "", "method": method})
+
+
+def _left_out(candidates: Sequence[Candidate]) -> str:
+    """What stands for the parameters that were left out, and of which candidates if not all."""
+    texts = {c.name: left_out_text(c.axis.declared) for c in candidates}
+    if len({*texts.values()}) == 1:
+        return texts[candidates[0].name]
+    return "; ".join(f"{text} of {name}" for name, text in texts.items() if text)
 
 
 def _estimates(candidates: Sequence[Candidate]) -> str:

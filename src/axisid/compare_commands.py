@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.command_inputs import axis_and_record
+from axisid.command_inputs import axis_and_record, leave_out_option
 from axisid.command_outputs import Target, check_targets, force_option, json_option, put_result
 from axisid.completion import complete_axis, complete_file
 from axisid.filter_options import Filtering, filter_options
@@ -77,6 +77,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 )
 @filter_options()
 @record_options
+@leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
@@ -89,6 +90,7 @@ def compare(
     method: str,
     filtering: Filtering,
     reading: Reading,
+    left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
     force: bool,
@@ -98,7 +100,7 @@ def compare(
     The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
     Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
     same rows and judged by the error on rows that are held out. Without RECORD it is the twin of
-    the first axis.
+    the first axis. What --leave-out names is left out of every candidate that has it.
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
@@ -115,8 +117,10 @@ def compare(
 
     candidates: dict[str, Axis] = {}
     if ladder is not None:
-        candidates |= friction_ladder(first.declared, quadratic=quadratic, stribeck=stribeck)
-    _add_named(candidates, axes)
+        shared = _without(first.declared, left_out)
+        candidates |= friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
+    _add_named(candidates, axes, left_out)
+    _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data.period)
@@ -150,12 +154,38 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     put_result(result, json_file)
 
 
-def _add_named(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+def _without(axis: "Axis", names: tuple[str, ...]) -> "Axis":
+    """The axis without those of the parameters that it has."""
+    from axisid.modeling import leave_out
+
+    return leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
+
+
+def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+    """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
+    from axisid.modeling import UsageError
+
+    for name in names:
+        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
+            raise UsageError(
+                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
+            )
+        for label, axis in candidates.items():
+            if name in {p.name for p in axis.parameters}:
+                raise UsageError(
+                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
+                    "friction; leave out what all rungs share, or give the candidates by --axes."
+                )
+
+
+def _add_named(
+    candidates: "dict[str, Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
+) -> None:
     """Add axes by their own names, or as they were given where two have the same."""
     from axisid.modeling import UsageError, load_axis
 
     for name in names:
-        axis = load_axis(name)
+        axis = _without(load_axis(name), left_out)
         label = name if axis.name in candidates else axis.name
         if label in candidates:
             raise UsageError(f"the axis {name} is given twice; give each one once.")

@@ -230,6 +230,34 @@ def test_any_declaration_has_its_force_in_compiled_c(
             check(declared, values, (x, v, 0.7), {"C": what["C"]})
 
 
+SPEEDS = Q + DQ * Constant(1.0, "s").symbol * mu
+offset = Parameter("offset", "rad", nominal=-0.7)
+SIZES = tuple(Parameter(f"c{i}", "N m", nominal=1.0 + i) for i in range(20))
+#: Of which a linear model has columns, and base parameters, that cancel where the force is small.
+CANCELLING = {
+    "power of a sum of parameters": lambda: stage(
+        F * (SPEEDS + offset) ** 8, parameters=(F, mu, offset)
+    ),
+    "power of a parameter's distance": lambda: stage(
+        F * (Q + offset) ** 12, parameters=(F, offset)
+    ),
+    "powers that are not independent": lambda: stage(
+        *(size * (0.1 * i + 0.3 * Q + 0.7 * DQ) ** 5 for i, size in enumerate(SIZES)),
+        parameters=SIZES,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CANCELLING)
+def test_columns_that_cancel_are_no_fault_of_the_program(name: str) -> None:
+    model = derive(CANCELLING[name]())
+    programs = axis_programs(model)
+    check_programs(model, programs)
+    off = replace(model, acceleration=model.acceleration + sympy.Float(1e-6))
+    with pytest.raises(ModelError, match="the generated direct_dynamics gives"):
+        check_programs(off, axis_programs(off))
+
+
 @pytest.mark.parametrize("name", AWKWARD)
 def test_a_model_that_was_multiplied_out_is_refused(name: str) -> None:
     model = derive(AWKWARD[name][0])

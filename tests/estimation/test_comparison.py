@@ -401,9 +401,31 @@ def test_axes_are_listed_in_any_usual_way(run: Run, files: Path, arguments: str)
     assert "recommended: b.py" in out
 
 
+def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files: Path) -> None:
+    text = (files / "b.py").read_text().replace("stage", "poor").replace("coulomb(Fc, q)", "Fc")
+    (files / "d.py").write_text(text)
+    arguments = (
+        "log.csv --axes a.py b.py d.py --leave-out Fv --hold zoh --no-native --json out.json"
+    )
+    code, out, err = run("compare", *arguments.split())
+    assert code == 0, err
+    candidates = json.loads((files / "out.json").read_text())["candidates"]
+    assert [[*c["estimate"]["parameters"]] for c in candidates] == [["M"], ["M", "Fc"], ["M", "Fc"]]
+    assert [c["left_out"] for c in candidates] == [{"Fv": 0.0}] * 3
+    assert "left out: Fv = 0 N/(m/s)\n" in out
+    arguments = arguments.replace("Fv", "Fc")
+    assert run("compare", *arguments.replace("d.py", "").split())[0] == 2  # one axis twice
+    code, out, err = run("compare", *arguments.replace("a.py", "").split())
+    assert (code, out) == (2, "")
+    code, out, err = run("compare", *"log.csv --ladder b.py --leave-out Fc".split())
+    assert (code, out) == (2, "")
+    assert "the ladder's rung 'Coulomb' is with Fc, which is friction" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ("log.csv --axes a.py b.py --leave-out Fz", "--leave-out Fz: none of the candidates has"),
         ("log.csv", "name the candidates: --axes AXIS AXIS..., or --ladder AXIS"),
         ("log.csv --axes", "requires an argument"),
         ("log.csv --axes --ladder a.py", "--axes names no axis before --ladder"),

@@ -55,6 +55,12 @@ def nested(levels: int, step: Callable[[sympy.Expr, int], sympy.Expr]) -> sympy.
     return inner
 
 
+def energy_of_hinges(levels: int) -> Axis:
+    """By levels, its slope may have 5, 27, 168, and from the fourth on more than 500 terms."""
+    grown = nested(levels, lambda e, i: Max(0, e - sympy.Rational(i, 7)) * (1 + e))
+    return stored(C[0] * grown**2 / 2)
+
+
 ADMITTED: dict[str, Callable[[], Axis]] = {
     "powers of sums of parameters": lambda: axis(
         C[0] * (P[0] + P[1] + P[2]) ** 8 * x, C[1] * (P[3] + P[4]) ** 12 * v
@@ -85,6 +91,7 @@ ADMITTED: dict[str, Callable[[], Axis]] = {
     "an energy of Max of three": lambda: stored(
         C[0] * nested(5, lambda e, i: Max(e, P[i] - e, i)) ** 2 / 2
     ),
+    "an energy of Max in Max": lambda: energy_of_hinges(3),
     "choices in choices": lambda: axis(
         C[0] * nested(5, lambda e, i: Piecewise((e, x < i), (P[i] - e, True)))
     ),
@@ -129,6 +136,11 @@ REFUSED = {
             C[1] * sympy.prod(Piecewise((x, x < j), (v + j, True)) for j in range(9)),
         ),
         "too many terms once it is multiplied out",
+    ),
+    # The energy itself may have 21 terms.
+    "the force of an energy of Max in Max": (
+        lambda: energy_of_hinges(5),
+        "the equation of motion may have more than 500 terms",
     ),
 }  # fmt: skip
 
