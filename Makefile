@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 # What is linted; files of your own beside them are left alone.
-CODE := modeling codegen estimation src/axisid/*.py src/axisid/report tests examples benchmarks docs
+CODE := modeling codegen estimation src/axisid tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
 .PHONY: help identify generate check test fuzz bench lint types tests docs lock clean
@@ -77,9 +77,11 @@ $(BIN)/python:
 		{ echo "axisid needs Python 3.11 or later; choose one with make PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
+ROOMS := $(shell find modeling codegen estimation src/axisid -type d ! -name __pycache__)
+
 # The folders are listed because a strict editable install links the files that there are: it must
 # be renewed when one comes or goes.
-$(VENV)/.run: requirements/run.txt pyproject.toml modeling modeling/library codegen estimation src/axisid src/axisid/report src/axisid/report/assets | $(BIN)/python
+$(VENV)/.run: requirements/run.txt pyproject.toml $(ROOMS) | $(BIN)/python
 	$(PIP) install --quiet --require-hashes --requirement requirements/run.txt
 	$(PIP) install --quiet --no-deps --no-build-isolation --config-settings editable_mode=strict \
 		--editable .

@@ -20,9 +20,10 @@ from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from axisid import Prefilter, build, load_axis, simulate
-from axisid.estimation import Covariance, Hac, Published, trajectory
-from axisid.estimation.forms import InverseForm
-from axisid.estimation.linear import factor, least_squares
+from axisid.estimation.regression.covariance import Covariance, Hac, Published
+from axisid.estimation.regression.forms import InverseForm
+from axisid.estimation.regression.linear import factor, least_squares
+from axisid.estimation.simulation.twin import trajectory
 
 Array = NDArray[np.float64]
 

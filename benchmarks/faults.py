@@ -41,7 +41,7 @@ from axisid import (
     read_record,
     twin_record,
 )
-from axisid.codegen import GeneratedAxis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 
 OUTCOMES = ("refused", "told", "harmless", "SILENT", "broken", "hung")
 VARIANTS = ("full", "with force", "without reference", "force alone")

@@ -18,7 +18,7 @@ from unittest.mock import patch
 from sympy.core.cache import clear_cache
 
 from axisid import LIBRARY, load_axis
-from axisid.codegen import stage_times
+from axisid.codegen.artefacts.generated_axis import stage_times
 
 Times = dict[str, float]
 

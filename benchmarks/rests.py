@@ -49,8 +49,8 @@ from axisid import (
     stribeck,
     viscous,
 )
-from axisid.codegen import GeneratedAxis
-from axisid.estimation import trajectory
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.simulation.twin import trajectory
 
 Array = NDArray[np.float64]
 Row = dict[str, float]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid import Axis, simulate
-from axisid.codegen import GeneratedAxis
-from axisid.estimation import trajectory
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.simulation.twin import trajectory
 
 Array = NDArray[Any]
 

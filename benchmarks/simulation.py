@@ -38,9 +38,9 @@ from axisid import (
     simulate,
     simulate_batch,
 )
-from axisid.codegen import GeneratedAxis
-from axisid.estimation import trajectory
-from axisid.modeling import back_and_forth
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling.declaration.experiment import back_and_forth
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def medians(*runs: Callable[[], Any], times: int) -> list[float]:
 
 def hand_written(folder: Path) -> ctypes.CDLL:
     """Compile the yardstick with the flags that generated code gets."""
-    from axisid.codegen.compiler import FLAGS, find_compiler
+    from axisid.codegen.runtime.compiler import FLAGS, find_compiler
 
     library = folder / "hand_written.so"
     flags = [flag for flag in FLAGS if flag != "-std=c11"]
@@ -188,8 +188,8 @@ def profile_shares(run: Callable[[], Any]) -> dict[str, float]:
     profile.disable()
     parts = {
         "filters": ("scipy/signal",),
-        "simulation_and_rows": ("codegen/native.py",),
-        "linear_algebra": ("numpy/linalg", "estimation/linear.py"),
+        "simulation_and_rows": ("codegen/runtime/native.py",),
+        "linear_algebra": ("numpy/linalg", "estimation/regression/linear.py"),
     }
     spent = dict.fromkeys([*parts, "rest"], 0.0)
     for (file, _, _), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]

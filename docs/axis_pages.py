@@ -12,8 +12,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from axisid import LIBRARY, AxisModel, derive, load_axis
-from axisid.formulas import equation_latex
-from axisid.modeling import Axis, describe_combinations, named_constants
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import named_constants
+from axisid.modeling.wording import describe_combinations
+from axisid.presentation.formulas.latex import equation_latex
 from benchmarks.library import prefilter_of
 
 FOLDER = ROOT / "docs" / "axes"

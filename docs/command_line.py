@@ -31,7 +31,7 @@
 import click
 from IPython.display import Markdown, display
 
-from axisid.cli import cli
+from axisid.commands.main import cli
 
 for name in sorted(cli.commands):
     command = cli.commands[name]

@@ -9,8 +9,8 @@ from IPython.display import Markdown, display
 from matplotlib import pyplot as plt
 
 from axisid import LIBRARY, identify, load_axis, twin_record
-from axisid.estimation.typeset import decimals, readable_unit, significant
-from axisid.formulas import equation_latex
+from axisid.presentation.formulas import decimals, readable_unit, significant
+from axisid.presentation.formulas.latex import equation_latex
 from benchmarks.library import prefilter_of
 
 for name in LIBRARY:

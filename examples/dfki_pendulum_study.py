@@ -49,7 +49,7 @@ from axisid import (
     validate,
 )
 from axisid.estimation import Check, Hac
-from axisid.estimation.linear import factor, instrumental_variables
+from axisid.estimation.regression import factor, instrumental_variables
 
 CUTOFFS = (3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 60.0)  # Hz
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import settings
 
 from axisid import LIBRARY, build, load_axis, read_record, twin_record
-from axisid.cli import main
-from axisid.codegen import GeneratedAxis
-from axisid.estimation import Record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.commands.main import main
+from axisid.estimation.records.record import Record
 
 ROOT = Path(__file__).resolve().parents[1]
 

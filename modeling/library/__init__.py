@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from axisid.modeling.axis import Axis
+from axisid.modeling.declaration.axis import Axis
 
 #: Names of the library's axes, in the order of tables.
 LIBRARY = (

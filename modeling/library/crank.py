@@ -8,12 +8,14 @@ acceleration is linear in no finite set of parameters, so there is no direct reg
 
 import sympy
 
-from axisid.modeling.constants import Constant, G
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.lagrange import lagrange
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    lagrange,
+)
+from axisid.modeling.quantities import Constant, Coordinate, G, Parameter
 
 radius, rod = Constant(0.05, "m", "radius").symbol, Constant(0.2, "m", "rod").symbol
 

@@ -4,12 +4,17 @@
 from the record. The twin has the published estimates.
 """
 
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import coulomb, offset, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    coulomb,
+    newton,
+    offset,
+    viscous,
+)
+from axisid.modeling.quantities import Coordinate, Parameter
 
 q = Coordinate("q", unit="m")
 M = Parameter("M", "kg", nominal=100.0, lower=0.0, description="mass")

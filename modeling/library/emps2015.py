@@ -4,12 +4,16 @@
 Table 1. Its motion is ours (the paper's is not published), chosen for forces within 150 N.
 """
 
-from axisid.modeling.control import cascade_pd
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import coulomb, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd,
+    coulomb,
+    newton,
+    viscous,
+)
+from axisid.modeling.quantities import Coordinate, Parameter
 
 q = Coordinate("q", unit="m")
 M = Parameter("M", "kg", nominal=100.0, lower=0.0, description="mass")

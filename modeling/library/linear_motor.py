@@ -8,13 +8,17 @@ identified here. As the nominal force sees an inertia of the position, there is 
 
 import sympy
 
-from axisid.modeling.constants import Constant
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import cogging, coulomb, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    cogging,
+    coulomb,
+    newton,
+    viscous,
+)
+from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 pitch = Constant(0.016, "m", "pitch")
 

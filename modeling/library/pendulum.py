@@ -3,13 +3,17 @@
 Typical of a laboratory arm: 0.23 kg half a metre from the pivot, a disc motor of 0.5 N m/A.
 """
 
-from axisid.modeling.constants import G
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import coulomb, gravity_moment, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    coulomb,
+    gravity_moment,
+    newton,
+    viscous,
+)
+from axisid.modeling.quantities import Coordinate, G, Parameter
 
 q = Coordinate("q", unit="rad")
 J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0, description="inertia about the pivot")

@@ -6,12 +6,17 @@ Figures typical of a direct-drive indexing table of 300 mm (22 pole pairs; coggi
 
 import math
 
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import cogging, coulomb, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    cogging,
+    coulomb,
+    newton,
+    viscous,
+)
+from axisid.modeling.quantities import Coordinate, Parameter
 
 PERIOD = 2 * math.pi / 66  # rad
 

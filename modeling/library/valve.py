@@ -5,12 +5,20 @@ spring closes; 0 is the middle of the stroke, where the spring pushes with its p
 are beyond the experiment's stroke: they are there for simulations that hit them.
 """
 
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import coulomb, cubic_spring, end_stop, offset, spring, viscous
-from axisid.modeling.experiment import Experiment, Move
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    Move,
+    cascade_pd_averaged,
+    coulomb,
+    cubic_spring,
+    end_stop,
+    newton,
+    offset,
+    spring,
+    viscous,
+)
+from axisid.modeling.quantities import Coordinate, Parameter
 
 # Reversals all over the stroke, m: at its ends alone they would bias the stiffness.
 STROKES = (-0.008, 0.014, -0.008, 0.01, -0.014, 0.006)

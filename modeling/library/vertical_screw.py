@@ -8,13 +8,20 @@ from the counterbalance, whose force falls by its rate as the slide rises.
 
 import math
 
-from axisid.modeling.constants import Constant
-from axisid.modeling.control import cascade_pd_averaged
-from axisid.modeling.drive import Drive
-from axisid.modeling.elements import coulomb, gravity, motor_inertia, offset, spring, viscous
-from axisid.modeling.experiment import Experiment, back_and_forth
-from axisid.modeling.newton import newton
-from axisid.modeling.symbols import Coordinate, Parameter
+from axisid.modeling.declaration import (
+    Drive,
+    Experiment,
+    back_and_forth,
+    cascade_pd_averaged,
+    coulomb,
+    gravity,
+    motor_inertia,
+    newton,
+    offset,
+    spring,
+    viscous,
+)
+from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 TURNS = 2 * math.pi / 0.01  # rad/m
 rotor = Constant(3.2e-3, "kg m^2", "rotor")

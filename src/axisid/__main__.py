@@ -1,5 +1,5 @@
 """``python -m axisid`` is the command line."""
 
-from axisid.cli import main
+from axisid.commands.main import main
 
 main()

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from axisid.codegen.compiler import NativeUnavailableError, find_compiler
+from axisid.codegen.runtime.compiler import find_compiler
+from axisid.codegen.runtime.native_errors import NativeUnavailableError
 
 STAGES = ["derive", "lower and print", "build for the virtual machine", "compile", "load", "total"]
 

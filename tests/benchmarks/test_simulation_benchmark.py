@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from axisid.codegen.compiler import NativeUnavailableError, find_compiler
+from axisid.codegen.runtime.compiler import find_compiler
+from axisid.codegen.runtime.native_errors import NativeUnavailableError
 
 CONTRACT = {
     "single_over_hand_c",

@@ -17,7 +17,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.estimation import trajectory
+from axisid.estimation.simulation.twin import trajectory
 from tests.estimation.unseen import with_bump, with_stribeck
 from tests.faults.fault import Fault, Misuse
 

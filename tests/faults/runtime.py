@@ -28,11 +28,12 @@ from axisid import (
     sweep,
     twin_record,
 )
-from axisid.codegen import axis_artefacts
-from axisid.codegen.compiler import find_compiler
-from axisid.codegen.library_cache import _name
-from axisid.codegen.native_errors import NativeUnavailableError
-from axisid.estimation import identify_stream, trajectory
+from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.runtime.compiler import find_compiler
+from axisid.codegen.runtime.library_cache import _name
+from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.estimation.simulation.twin import trajectory
+from axisid.estimation.studies.streaming import identify_stream
 from tests.faults.fault import Fault, Misuse
 
 _RUN: list[object] = ["identify", "emps2015", "--method", "idm-iv"]

@@ -24,7 +24,7 @@ from axisid import (
     simulate,
     viscous,
 )
-from axisid.codegen import GeneratedAxis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from tests.faults.fault import Fault, Misuse
 
 # A carriage under a cascade, with resistances of its own; its experiment is a twin.

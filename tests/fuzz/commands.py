@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from unittest import mock
 
-from axisid.cli import main
+from axisid.commands.main import main
 from tests.fuzz.cases import WrongError
 
 CODES = {0, 2, 3, 4, 6}

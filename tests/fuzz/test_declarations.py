@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from axisid import build, derive, load_axis
-from axisid.show import FORMATS, shown
+from axisid.presentation.formulas.axis_page import FORMATS, shown
 from tests.fuzz.cases import Fuzz, WrongError
 from tests.fuzz.declarations import changed_declaration, declared, smaller_declarations
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from axisid import build, load_axis
-from axisid.modeling.dynamics_text import DYNAMICS
-from axisid.modeling.expression_text import read_expression
-from axisid.modeling.symbols import Coordinate
+from axisid.modeling.quantities.symbols import Coordinate
+from axisid.modeling.text.dynamics import DYNAMICS
+from axisid.modeling.text.expression import read_expression
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
 from tests.fuzz.expressions import (
     NoValueError,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from axisid import Prefilter, Record, identify, simulate
-from axisid.codegen import GeneratedAxis
-from axisid.estimation.arrays import relative_error_percent
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.support.arrays import relative_error_percent
 
 PUBLISHED = {
     "M": ("95.1089", "0.1085"),

@@ -37,15 +37,15 @@ def test_belt_example_is_also_a_program(capsys: pytest.CaptureFixture[str]) -> N
     assert "belt drive with a return spring" in capsys.readouterr().out
 
 
-def test_readme_code_runs_as_printed(
+def test_code_of_the_readme_and_the_pages_runs_as_printed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    declaration, twin_script, script, simulation = re.findall(
-        r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL
-    )
+    declaration, script = _blocks("README.md", "python")
+    (twin_script,) = _blocks("docs/declaring.md", "python")
+    (simulation,) = _blocks("docs/identifying.md", "python")
     monkeypatch.chdir(tmp_path)
     Path("my_axis.py").write_text(declaration)
-    (toml,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    (toml,) = _blocks("docs/declaring.md", "toml")
     Path("my_axis.toml").write_text(toml)
     assert load_axis("my_axis.toml") == load_axis("my_axis.py")
     namespace: dict[str, Any] = {}
@@ -67,3 +67,7 @@ def test_readme_code_runs_as_printed(
     assert "DDM-IV" in out
     exec(simulation, namespace)
     assert namespace["forces"].shape == (7801, 1000)
+
+
+def _blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from axisid import LIBRARY, build, load_axis
-from axisid.codegen import check_files, expected_files, write_files
+from axisid.codegen.artefacts.folder import check_files, expected_files, write_files
 
 Run = Callable[..., tuple[int, str, str]]
 

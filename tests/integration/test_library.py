@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import LIBRARY, Identification, derive, identify, load_axis, twin_record
-from axisid.codegen import axis_artefacts
+from axisid.codegen.artefacts.texts import axis_artefacts
 from benchmarks.library import outside, prefilter_of
 
 NO_DIRECT_MODEL = ("crank", "linear_motor")

@@ -31,7 +31,7 @@ from axisid import (
     twin_record,
     viscous,
 )
-from axisid.modeling import Axis
+from axisid.modeling.declaration.axis import Axis
 
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=5.0, lower=0.0)

@@ -39,8 +39,9 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen import feed_forward
-from axisid.estimation import check_law, identify_stream
+from axisid.codegen.lowering.feed_forward import feed_forward
+from axisid.estimation.diagnostics.control_law import check_law
+from axisid.estimation.studies.streaming import identify_stream
 
 FILTER = Prefilter(cutoff=60.0)
 

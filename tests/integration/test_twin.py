@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from axisid import Identification, Prefilter, identify, twin_record
-from axisid.codegen import GeneratedAxis
-from axisid.estimation import METHODS, Record
-from axisid.paper import APPROPRIATE, INAPPROPRIATE, run_study, study_tables
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates.study import METHODS
+from axisid.estimation.records.record import Record
+from axisid.paper.study import APPROPRIATE, INAPPROPRIATE, run_study, study_tables
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,8 @@
+"""How far a program may be from what was declared.
+
+In: `Program`, the declared force. Out: rounding bounds, and a refusal where they do not hold.
+Knows nothing of languages and compilers.
+"""
+
+from .declared_check import check_programs as check_programs
+from .rounding import rounding_bounds as rounding_bounds

@@ -1,0 +1,178 @@
+"""The folder of generated code: write it, and prove that nothing in it is stale."""
+
+import difflib
+import errno
+import os
+import secrets
+import shutil
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from axisid.modeling.declaration import Axis
+from axisid.modeling.derivation import derive
+from axisid.support.errors import UsageError
+from axisid.support.progress import Progress, each
+from axisid.support.regular_file import read_regular
+
+from .texts import MANIFEST, axis_artefacts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One file that is not as it would be generated.
+
+    Attributes
+    ----------
+    path : Path
+        The file, inside the folder.
+    state : str
+        ``missing``, ``stale`` or ``orphan``.
+    diff : str
+        Unified, from the file to what would be generated; empty for an orphan.
+    """
+
+    path: Path
+    state: str
+    diff: str = ""
+
+
+def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> dict[Path, str]:
+    """Return every generated file of the axes by its path in the folder.
+
+    Parameters
+    ----------
+    axes : iterable of Axis
+    progress : callable, optional
+        Told before each axis how many are done, of how many, and which it is.
+
+    Raises
+    ------
+    ModelError
+        An axis cannot be derived or lowered: nothing is generated for any.
+    UsageError
+        Two axes have one name.
+    """
+    files: dict[Path, str] = {}
+    for axis in each(axes, progress, lambda axis: axis.name):
+        for name, text in axis_artefacts(derive(axis)).items():
+            path = Path(axis.name) / name
+            if path in files:
+                raise UsageError(f"two axes are named {axis.name!r}; rename one of them.")
+            files[path] = text
+    return files
+
+
+def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
+    """Write what differs, each file complete or not at all; a manifest after its folder's files.
+
+    Returns
+    -------
+    list of Path
+        What was written, inside the folder.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    written = []
+    for path in sorted(files, key=lambda p: (p.parent, p.name == MANIFEST, p.name)):
+        if _read(folder / path) != files[path]:
+            try:
+                replace_file(folder / path, files[path])
+            except OSError as error:
+                raise UsageError(
+                    f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
+                    "Free the space or choose another folder with --output."
+                ) from error
+            written.append(path)
+    return written
+
+
+def check_files(folder: Path, files: Mapping[Path, str], *, orphans: bool = True) -> list[Finding]:
+    """Compare the folder with what would be generated.
+
+    Parameters
+    ----------
+    folder : Path
+    files : mapping of Path to str
+        From `expected_files`.
+    orphans : bool
+        Whether files that belong to none of the axes are findings.
+    """
+    findings = []
+    for path, text in sorted(files.items()):
+        found = _read(folder / path)
+        if found != text:
+            state = "missing" if found is None else "stale"
+            findings.append(Finding(path=path, state=state, diff=_diff(path, found or "", text)))
+    if orphans:
+        present = {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
+        # Names that begin with a dot are temporary: of a run beside this one, or of one cut short.
+        ignored = {p for p in present if "__pycache__" in p.parts or p.name.startswith(".")}
+        findings += [
+            Finding(path=path, state="orphan") for path in sorted(present - ignored - set(files))
+        ]
+    return findings
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, whole or not at all, through a temporary file beside it.
+
+    A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
+    existing file keeps its mode; a new one gets the user's default.
+
+    Raises
+    ------
+    OSError
+        The file system refuses; the file is as it was.
+    """
+    # Names of files may hold bytes that are no text.
+    data = content.encode(errors="replace") if isinstance(content, str) else content
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)  # by this name: that of an open pipe leads nowhere
+        return
+    try:
+        path = path.resolve()
+    except RuntimeError as error:  # before Python 3.13
+        raise OSError(errno.ELOOP, "the link leads to itself") from error
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "the file is read-only")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with temporary.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            shutil.copymode(path, temporary)
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _read(path: Path) -> str | None:
+    try:
+        return read_regular(path).decode()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except UnicodeDecodeError:
+        return ""
+    except OSError as error:
+        raise UsageError(
+            f"{path} cannot be read ({error.strerror}); remove it or choose another folder with "
+            "--output."
+        ) from error
+
+
+def _diff(path: Path, found: str, wanted: str) -> str:
+    lines = difflib.unified_diff(
+        found.splitlines(keepends=True),
+        wanted.splitlines(keepends=True),
+        f"{path} (on disk)",
+        f"{path} (generated)",
+    )
+    return "".join(lines)

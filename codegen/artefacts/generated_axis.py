@@ -1,0 +1,298 @@
+"""The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
+
+import pickle
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from axisid.codegen.runtime import (
+    VECTORS,
+    Native,
+    NativeUnavailableError,
+    by_sample,
+    checked_arguments,
+    execute,
+    slices,
+)
+from axisid.modeling.declaration import Axis
+from axisid.modeling.derivation import AxisModel, BaseModel, derive
+from axisid.modeling.quantities import DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
+from axisid.modeling.wording import describe_direction, describe_loss
+from axisid.support.errors import UsageError
+from axisid.support.real_numbers import Array, real_array
+
+from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A named number's label: ``M`` in ``kg``; `expression` says how it is made, if it is."""
+
+    name: str
+    unit: str
+    expression: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeneratedAxis:
+    """An axis as named CasADi functions, with the labels its results need.
+
+    Attributes
+    ----------
+    axis : Axis
+        The declaration (names, units, nominal values, drive, law, columns) in base parameters.
+    base : BaseModel
+        Base parameters from the declared ones.
+    signature : str
+        Sha256 of what the functions were generated from.
+    parameters : tuple of Quantity
+        Length p; physical, or the base parameters where those declared are not linear or not
+        told apart, which then have an `expression`.
+    ddm_parameters : tuple of Quantity
+        Of the direct model, length m; empty without a direct regressor.
+    ddm_refusal : str
+        Why there is no direct regressor, or no way back from it; else empty.
+    uniform : bool
+        Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
+    has_direction : bool
+        Whether the force depends on the direction of motion, as friction does.
+    nonlinear : tuple of bool
+        Which parameters enter nonlinearly, length p; the inverse regressor is then linearised.
+    hidden : tuple of str
+        Parameters that no motion tells apart, in words; empty if there are none.
+    functions : mapping of str to casadi.Function
+        See `axisid.codegen.lowering.axis_functions`.
+    native : Native
+        The same functions and the closed loop, compiled; empty-handed where there is no compiler.
+    """
+
+    axis: Axis
+    base: BaseModel
+    signature: str
+    parameters: tuple[Quantity, ...]
+    ddm_parameters: tuple[Quantity, ...]
+    ddm_refusal: str
+    uniform: bool
+    has_direction: bool
+    nonlinear: tuple[bool, ...]
+    hidden: tuple[str, ...]
+    functions: Mapping[str, Any]
+    native: Native
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
+        """The declaration, from which another process makes the same again."""
+        return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
+
+    def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
+        return self  # nothing in it changes
+
+    @property
+    def declared(self) -> Axis:
+        """The axis as it was declared."""
+        return self.base.declared
+
+    @property
+    def nominal(self) -> Array:
+        """A-priori parameters, (p,)."""
+        return np.array([p.nominal for p in self.axis.parameters])
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether the acceleration has kinks or jumps over the position, as at an end stop."""
+        return "switching" in self.functions
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the force is linear in all parameters."""
+        return not any(self.nonlinear)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the physical parameters."""
+        return tuple(p.name for p in self.parameters)
+
+    def describe(self, parameters: Array) -> str:
+        """Physical parameters in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
+        pairs = zip(self.parameters, parameters, strict=True)
+        return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
+
+    def rows(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
+        """Evaluate a function of scalars at N samples.
+
+        Parameters
+        ----------
+        function : str
+            Its name.
+        *arguments : array_like, (N,)
+            One per argument, all of one length; the parameter vector, (p,), where one is taken.
+
+        Returns
+        -------
+        tuple of (N, columns) arrays
+            One per output.
+        """
+        library = self.native.rows(function)
+        if library is not None:
+            return library.rows(function, arguments)
+        compiled = self._function(function)
+        given, samples = checked_arguments(function, compiled, arguments)
+        names = compiled.name_in()
+        outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
+        for part in slices(samples):
+            columns = [
+                a[:, None] if name in VECTORS else a[None, part]
+                for name, a in zip(names, given, strict=True)
+            ]
+            for output, out in zip(outputs, compiled.call(columns), strict=True):
+                output[part] = by_sample(out.full(), part.stop - part.start)
+        return outputs
+
+    def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
+        """Apply a parameter map: the mapped vector and its Jacobian.
+
+        Parameters
+        ----------
+        function : str
+            ``ddm_from_physical`` or ``physical_from_ddm``.
+        values : array_like
+            Length p or m.
+        """
+        compiled = self._function(function)
+        vector = np.ravel(real_array(values, f"{function}: {compiled.name_in(0)}"))
+        if compiled.n_in() != 1 or len(vector) != compiled.size1_in(0):
+            raise UsageError(f"{function} maps no vector of {len(vector)} values.")
+        result, jacobian = compiled(vector)
+        return result.full().ravel(), jacobian.full()
+
+    def _function(self, name: str) -> Any:
+        if name not in self.functions:
+            raise UsageError(
+                f"axis {self.axis.name!r} has no function {name!r}; it has "
+                f"{', '.join(self.functions)}."
+            )
+        return self.functions[name]
+
+
+def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
+    """Derive an axis and build its functions from the text that `axisid generate` writes.
+
+    Parameters
+    ----------
+    axis : Axis
+    native : bool
+        Whether simulations may compile and run native code; the CasADi virtual machine otherwise.
+
+    Raises
+    ------
+    ModelError
+        The axis cannot be derived or lowered.
+    """
+    model = derive(axis)
+    axis, mapping = model.axis, model.parameter_map
+    combined = {p.name: p.description for p, _ in model.base.combined}
+    texts = axis_artefacts(model)
+    functions = execute(texts[FUNCTIONS], axis.name)
+    return GeneratedAxis(
+        axis=axis,
+        base=model.base,
+        signature=signature(model),
+        parameters=tuple(
+            Quantity(name=p.name, unit=p.unit, expression=combined.get(p.name, ""))
+            for p in axis.parameters
+        ),
+        ddm_parameters=()
+        if mapping is None
+        else tuple(
+            Quantity(name=str(symbol), unit=str(unit), expression=str(value))
+            for symbol, unit, value in zip(
+                mapping.symbols, mapping.units, mapping.forward, strict=True
+            )
+        ),
+        ddm_refusal=_refusal(model),
+        uniform=_is_uniform(model),
+        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.known)),
+        nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
+        hidden=tuple(map(describe_loss, model.hidden)),
+        functions=functions,
+        native=Native(texts[NATIVE], functions, enabled=native),
+    )
+
+
+@lru_cache(maxsize=32)
+def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
+    """Build a pickled declaration, once in a process: every task of a worker brings it along."""
+    return build(pickle.loads(declared), native=native)  # noqa: S301
+
+
+def _is_uniform(model: AxisModel) -> bool:
+    """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
+    q, law = model.axis.coordinate, model.axis.control
+    expressions = [(model.acceleration, (q.symbol, q.velocity), DIRECTION)]
+    if law is not None and law.continuous:
+        expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
+    return all(
+        not expression.diff(variable).free_symbols & {*variables, direction}
+        for expression, variables, direction in expressions
+        for variable in variables
+    )
+
+
+def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
+    """Return a generated axis as it is, and build a declared one.
+
+    Raises
+    ------
+    UsageError
+        It is neither.
+    """
+    if isinstance(axis, GeneratedAxis):
+        return axis
+    if isinstance(axis, Axis):
+        return build(axis)
+    raise UsageError(f"the axis is {axis!r}; give an Axis, such as load_axis('emps').")
+
+
+def _refusal(model: AxisModel) -> str:
+    mapping = model.parameter_map
+    if mapping is None:
+        return model.ddm_refusal
+    if mapping.hidden:
+        trades = "; ".join(map(describe_direction, mapping.hidden))
+        return (
+            f"axis {model.axis.name!r}: the direct model cannot tell its inertial parameters apart "
+            f"(no motion shows a change of {trades}); declare their combination as one parameter"
+        )
+    return ""
+
+
+def stage_times(axis: Axis) -> list[tuple[str, float]]:
+    """Seconds that each stage takes from declaration to loaded native code.
+
+    Compilation is timed whether or not the library is cached; loading is from the cache.
+    """
+    times: list[tuple[str, float]] = []
+
+    def timed(stage: str, run: Callable[[], Any]) -> Any:
+        begin = time.perf_counter()
+        result = run()
+        times.append((stage, time.perf_counter() - begin))
+        return result
+
+    model = timed("derive", lambda: derive(axis))
+    texts = timed("lower and print", lambda: axis_artefacts(model))
+    functions = timed("build for the virtual machine", lambda: execute(texts[FUNCTIONS], axis.name))
+    native = Native(texts[NATIVE], functions)
+    try:
+        timed("compile", native.compile_afresh)
+    except (NativeUnavailableError, OSError) as error:
+        native.refusal = str(error)
+        native.warn_once()
+        return times
+    native.library()
+    timed("load", Native(texts[NATIVE], functions).library)
+    return times

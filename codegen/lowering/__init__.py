@@ -1,0 +1,20 @@
+"""Expressions as programs of single operations.
+
+In: `AxisModel`. Out: `Program`.
+Knows nothing of languages and compilers.
+"""
+
+from .axis_functions import axis_programs as axis_programs
+from .feed_forward import FeedForward as FeedForward
+from .feed_forward import feed_forward as feed_forward
+from .loop_settings import BLOCK as BLOCK
+from .loop_settings import PASSED as PASSED
+from .loop_settings import RESOLVED as RESOLVED
+from .loop_settings import SIGNALS as SIGNALS
+from .loop_settings import STATUSES as STATUSES
+from .loop_settings import LoopSettings as LoopSettings
+from .program import OPERATIONS as OPERATIONS
+from .program import Input as Input
+from .program import Operation as Operation
+from .program import Output as Output
+from .program import Program as Program

@@ -1,0 +1,171 @@
+"""The set of functions every axis gets, as programs built from its model.
+
+All arguments are SI. ``parameters`` are the physical ones in the axis's order; ``direction`` is the
+friction direction (sign of the velocity while sliding).
+"""
+
+import sympy
+
+from axisid.modeling.declaration import ControlLaw, gain
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import (
+    DIRECTION,
+    FORCE,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
+)
+
+from .lower import Arguments, Lowering
+from .plant import closed_loop_step, plant_programs
+from .program import Builder, Program
+
+
+def axis_programs(model: AxisModel) -> tuple[Program, ...]:
+    """Build every function the model allows.
+
+    Without a direct regressor there are no ``ddm_regressor`` and no parameter map; without a
+    control law there is no closed loop.
+    """
+    acceleration = _direct_dynamics(model)
+    programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
+    programs += _direct_regressor(model)
+    law = None if model.axis.control is None else _control_law(model, model.axis.control)
+    plant = plant_programs(model, law, acceleration)
+    programs += plant
+    if law is not None and model.axis.control is not None:
+        start = _control_start(model, model.axis.control)
+        programs += [
+            start,
+            law,
+            _control_terms(model.axis.control),
+            closed_loop_step(model, law, plant[1]),
+        ]
+    return tuple(programs)
+
+
+def _motion(model: AxisModel, *, force: bool) -> Arguments:
+    q = model.axis.coordinate
+    third = FORCE if force else q.acceleration
+    return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION)
+
+
+def _parameters(model: AxisModel) -> list[sympy.Symbol]:
+    return [p.symbol for p in model.axis.parameters]
+
+
+def inverse_dynamics(model: AxisModel) -> Program:
+    """The force that a motion needs, by friction direction and parameters."""
+    arguments = _motion(model, force=False).vector("parameters", _parameters(model))
+    return arguments.lower(tau=[[model.force]]).program(
+        "inverse_dynamics", "Force that the motion needs."
+    )
+
+
+def _idm_regressor(model: AxisModel) -> Program:
+    arguments, about = _motion(model, force=False), "tau = row . parameters + known."
+    if model.idm.nonlinear:
+        arguments = arguments.vector("parameters", _parameters(model))
+        about = "tau = row . parameters + known, linearised about the parameters."
+    builder = arguments.lower(row=[model.idm.columns], known=[[model.idm.known]])
+    return builder.program("idm_regressor", about)
+
+
+def _direct_dynamics(model: AxisModel) -> Program:
+    arguments = _motion(model, force=True).vector("parameters", _parameters(model))
+    name = model.axis.coordinate.acceleration.name
+    return arguments.lower(**{name: [[model.acceleration]]}).program(
+        "direct_dynamics", "Acceleration that the force causes."
+    )
+
+
+def _direct_regressor(model: AxisModel) -> list[Program]:
+    if model.ddm is None or model.parameter_map is None:
+        return []
+    row, mapping = model.ddm.regressor, model.parameter_map
+    builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.known]])
+    forward = Arguments().vector("parameters", mapping.parameters)
+    programs = [
+        builder.program("ddm_regressor", "ddq = row . ddm_parameters + known."),
+        forward.lower(
+            ddm_parameters=mapping.forward.tolist(), jacobian=mapping.forward_jacobian.tolist()
+        ).program("ddm_from_physical", "Parameters of the direct model, and the Jacobian."),
+    ]
+    if mapping.inverse is not None and mapping.inverse_jacobian is not None:
+        backward = Arguments().vector("ddm_parameters", mapping.symbols)
+        programs.append(
+            backward.lower(
+                parameters=mapping.inverse.tolist(), jacobian=mapping.inverse_jacobian.tolist()
+            ).program("physical_from_ddm", "Physical parameters, and the Jacobian.")
+        )
+    return programs
+
+
+def _state(law: ControlLaw) -> tuple[str, ...]:
+    """Names of what the drive remembers between samples: the law's memory, then the delay line."""
+    return (*(memory.name for memory in law.memory), *law.delay_line)
+
+
+def _control_start(model: AxisModel, law: ControlLaw) -> Program:
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    builder = arguments.builder
+    lowering = Lowering(builder, arguments.values)
+    memory = [lowering(memory.start) for memory in law.memory]
+    values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
+    rest = {MEASURED_VELOCITY: builder.constant(0.0)}
+    first = _output(model, law, builder, {**arguments.values, **values, **rest})
+    builder.output("state", [[index] for index in (*memory, *[first] * law.delay)])
+    return builder.program("control_start", "What the drive remembers of an axis at rest.")
+
+
+def _output(
+    model: AxisModel, law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]
+) -> int:
+    """The law's output within the drive's limit."""
+    control = _law_lowering(law, builder, values)(law.output)
+    return within(model.axis.drive.limit, builder, control)
+
+
+def within(limit: float, builder: Builder, value: int) -> int:
+    """A value clipped at plus and minus a limit; infinite for none."""
+    if limit == float("inf"):
+        return value
+    # Selected, not min and max: those would turn a control that is not a number into the limit.
+    upper, lower = builder.constant(limit), builder.constant(-limit)
+    value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
+    return builder.apply("select", builder.apply("lt", value, lower), lower, value)
+
+
+def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
+    known = {gain(name): builder.constant(value) for name, value in law.gains.items()}
+    return Lowering(builder, {**values, **known, PERIOD: builder.constant(law.period)})
+
+
+def _control_law(model: AxisModel, law: ControlLaw) -> Program:
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
+    builder, values = arguments.builder, arguments.values
+    state = builder.vector("state", _state(law))
+    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
+    line = state[len(law.memory) :]
+    following = _law_lowering(law, builder, {**values, **memory})
+    control = _output(model, law, builder, {**values, **memory})
+    queue = (control, *line)
+    builder.output("control", [[queue[-1]]])
+    builder.output(
+        "next_state",
+        [[following(m.following)] for m in law.memory] + [[index] for index in queue[:-1]],
+    )
+    return builder.program("control_law", "Control that the drive applies, within its limit.")
+
+
+def _control_terms(law: ControlLaw) -> Program:
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
+    builder, values = arguments.builder, arguments.values
+    state = builder.vector("state", _state(law))
+    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
+    lower = _law_lowering(law, builder, {**values, **memory})
+    builder.output("row", [[lower(factor * signal) for factor, signal in law.terms]])
+    return builder.program(
+        "control_terms", "What the law adds up, one number for each product of gains."
+    )

@@ -1,0 +1,142 @@
+"""The feed-forward of an identified axis: its inverse dynamics with the parameters as numbers.
+
+It is made from the same lowering as every other function of the axis. What it needs besides is the
+friction direction: the sign of the velocity, 0 at rest, since a feed-forward is given the
+reference's velocity, which is exactly 0 at rest.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from axisid.modeling.derivation import AxisModel
+from axisid.support.errors import UsageError
+
+from .axis_functions import inverse_dynamics, within
+from .program import Builder, Program
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Constant:
+    """A parameter as a number, and what is said of it."""
+
+    name: str
+    value: float
+    comment: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeedForward:
+    """What a printer turns into the functions ``NAME_feedforward`` and ``NAME_control``.
+
+    Attributes
+    ----------
+    name : str
+        Of the axis.
+    about : tuple of str
+        Lines of the text's heading.
+    constants : tuple of Constant
+        The parameters, in the axis's order.
+    motion : mapping of str to str
+        Unit of position, velocity and acceleration, by name.
+    force : Program
+        From the motion and the parameters.
+    force_about : str
+        What it gives, in a sentence.
+    control : Program
+        From ``tau``: over the drive's gain, within its limit.
+    control_about : str
+    """
+
+    name: str
+    about: tuple[str, ...]
+    constants: tuple[Constant, ...]
+    motion: Mapping[str, str]
+    force: Program
+    force_about: str
+    control: Program
+    control_about: str
+
+    @property
+    def functions(self) -> tuple[str, str]:
+        """Names of the two functions."""
+        return f"{self.name}_feedforward", f"{self.name}_control"
+
+
+def feed_forward(
+    model: AxisModel,
+    parameters: Mapping[str, tuple[float, str]],
+    about: tuple[str, ...] = (),
+    dead_zone: float = 0.0,
+) -> FeedForward:
+    """Prepare an axis for print, with parameters as numbers.
+
+    Parameters
+    ----------
+    model : AxisModel
+    parameters : mapping of str to (float, str)
+        Value and comment of every parameter, by name.
+    about : tuple of str
+        Lines of the text's heading.
+    dead_zone : float
+        Speed up to which the friction direction is 0, in the velocity's unit.
+
+    Raises
+    ------
+    UsageError
+        The dead zone is negative, or a value is not finite.
+    """
+    if not (math.isfinite(dead_zone) and dead_zone >= 0):
+        raise UsageError(f"the dead zone is {dead_zone!r}; give a speed of 0 or more.")
+    for name, (value, _) in parameters.items():
+        if not math.isfinite(value):
+            raise UsageError(f"{name} is {value!r}, which is no number to export.")
+    axis, q = model.axis, model.axis.coordinate
+    at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
+    limit = axis.drive.limit
+    reach = "" if math.isinf(limit) else f", within {-limit:g} and {limit:g}"
+    return FeedForward(
+        name=axis.name,
+        about=about,
+        constants=tuple(
+            Constant(name=p.name, value=parameters[p.name][0], comment=parameters[p.name][1])
+            for p in axis.parameters
+        ),
+        motion={
+            q.name: q.unit,
+            f"{q.velocity}": f"{q.unit}/s",
+            f"{q.acceleration}": f"{q.unit}/s^2",
+        },
+        force=_force(model, dead_zone),
+        force_about=f"Force in {q.force_unit} that the motion needs. The friction direction is the "
+        f"sign of {q.velocity}, 0 {at_rest}.",
+        control=_control(axis.drive.gain, limit),
+        control_about=f"Control in {axis.drive.unit} for that force{reach}.",
+    )
+
+
+def _force(model: AxisModel, dead_zone: float) -> Program:
+    builder, q = Builder(), model.axis.coordinate
+    motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
+    parameters = builder.vector("parameters", [p.name for p in model.axis.parameters])
+    direction = _direction(builder, motion[1], dead_zone)
+    arguments = (*((index,) for index in (*motion, direction)), parameters)
+    (tau,) = builder.inline(inverse_dynamics(model), *arguments)["tau"]
+    builder.output("tau", [[tau]])
+    return builder.program("feedforward", "Force that the motion needs.")
+
+
+def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
+    if not dead_zone:
+        return builder.apply("sign", velocity)
+    upper, lower = builder.constant(dead_zone), builder.constant(-dead_zone)
+    return builder.apply(
+        "sub", builder.apply("lt", upper, velocity), builder.apply("lt", velocity, lower)
+    )
+
+
+def _control(gain: float, limit: float) -> Program:
+    builder = Builder()
+    control = builder.apply("div", builder.scalar("tau"), builder.constant(gain))
+    builder.output("control", [[within(limit, builder, control)]])
+    return builder.program("control", "Control for a force.")

@@ -1,0 +1,279 @@
+"""SymPy expressions to operations, one method per node class.
+
+An unknown node is a named error, not a guess. The memo belongs to the caller, so that expressions
+lowered together share their common subexpressions.
+
+SymPy has one zero, floating point two. All targets give a zero the same sign, but for ``sign``,
+the smaller or larger of two zeros, and what a condition chooses, which CasADi's virtual machine
+computes as a sum; only an angle of ``atan2`` on its cut could show it.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import reduce
+
+import sympy
+from sympy.functions.elementary.miscellaneous import Max, Min
+from sympy.functions.elementary.piecewise import ExprCondPair
+from sympy.logic.boolalg import BooleanFalse, BooleanTrue
+
+from axisid.support.errors import ModelError
+
+from .program import Builder
+
+_UNARY: dict[type[sympy.Basic], str] = {
+    sympy.exp: "exp",
+    sympy.log: "log",
+    sympy.sin: "sin",
+    sympy.cos: "cos",
+    sympy.tan: "tan",
+    sympy.asin: "asin",
+    sympy.acos: "acos",
+    sympy.atan: "atan",
+    sympy.sinh: "sinh",
+    sympy.cosh: "cosh",
+    sympy.tanh: "tanh",
+    sympy.Abs: "abs",
+    sympy.sign: "sign",
+    sympy.Not: "not",
+}
+_FOLDED: dict[type[sympy.Basic], str] = {
+    Min: "min",
+    Max: "max",
+    sympy.And: "and",
+    sympy.Or: "or",
+}
+_RELATIONS: dict[type[sympy.Basic], tuple[str, bool]] = {
+    sympy.StrictLessThan: ("lt", False),
+    sympy.LessThan: ("le", False),
+    sympy.StrictGreaterThan: ("lt", True),
+    sympy.GreaterThan: ("le", True),
+    sympy.Equality: ("eq", False),
+}
+# Classes with a method of their own; by class, since a function may bear any name.
+_MAPPED = frozenset(
+    {
+        sympy.Symbol,
+        sympy.Rational,
+        sympy.Float,
+        sympy.NumberSymbol,
+        sympy.Add,
+        sympy.Mul,
+        sympy.Pow,
+        sympy.atan2,
+        sympy.Piecewise,
+        sympy.ITE,
+        sympy.Heaviside,
+        sympy.Unequality,
+        BooleanTrue,
+        BooleanFalse,
+    }
+)
+_LARGEST_REPEATED_POWER = 4
+
+
+class Lowering:
+    """Lowers expressions into a builder.
+
+    Parameters
+    ----------
+    builder : Builder
+        Receives the operations.
+    values : mapping of sympy.Symbol to int
+        What each free symbol is, as an index into the builder.
+    """
+
+    def __init__(self, builder: Builder, values: Mapping[sympy.Symbol, int]) -> None:
+        self._builder = builder
+        self._values = values
+        self._memo: dict[sympy.Basic, int] = {}
+
+    def __call__(self, expression: sympy.Basic) -> int:
+        """Lower one expression.
+
+        Raises
+        ------
+        ModelError
+            A node has no counterpart, or a symbol has no value.
+        """
+        if expression not in self._memo:
+            self._memo[expression] = self._lower(expression)
+        return self._memo[expression]
+
+    def _lower(self, node: sympy.Basic) -> int:
+        for kind in type(node).__mro__:
+            if kind in _UNARY:
+                return self._builder.apply(_UNARY[kind], self(node.args[0]))
+            if kind in _FOLDED:
+                return self._fold(_FOLDED[kind], node)
+            if kind in _RELATIONS:
+                return self._relation(*_RELATIONS[kind], node)
+            if kind in _MAPPED:
+                return int(getattr(self, f"map_{kind.__name__}")(node))
+        raise ModelError(
+            f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
+            "use sums, products, powers, elementary functions, Min, Max or Piecewise."
+        )
+
+    def map_Symbol(self, node: sympy.Symbol) -> int:
+        if node not in self._values:
+            known = ", ".join(sorted(map(str, self._values)))
+            raise ModelError(f"the symbol {node} has no value here; known are {known}.")
+        return self._values[node]
+
+    def map_Rational(self, node: sympy.Rational) -> int:
+        try:
+            return self._builder.constant(int(node.p) / int(node.q))
+        except OverflowError as error:
+            raise ModelError(f"the number {node} is too large for a float.") from error
+
+    def map_Float(self, node: sympy.Float) -> int:
+        value = float(node)
+        if not math.isfinite(value):
+            raise ModelError(f"the number {node} is too large for a float.")
+        return self._builder.constant(value)
+
+    def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
+        return self._builder.constant(float(node))
+
+    def map_Add(self, node: sympy.Add) -> int:
+        positive, negative = [], []
+        for term in sorted(node.args, key=sympy.default_sort_key):
+            if term.could_extract_minus_sign():
+                negative.append(self(-term))
+            else:
+                positive.append(self(term))
+        if not positive:
+            return self._builder.apply("neg", self._chain("add", negative))
+        return reduce(
+            lambda left, right: self._builder.apply("sub", left, right),
+            negative,
+            self._chain("add", positive),
+        )
+
+    def map_Mul(self, node: sympy.Mul) -> int:
+        if node.could_extract_minus_sign():
+            return self._builder.apply("neg", self(-node))
+        numerator, denominator = [], []
+        for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
+            if factor.is_Rational and factor.q != 1:
+                numerator += [self(sympy.Integer(factor.p))] if factor.p != 1 else []
+                denominator.append(self(sympy.Integer(factor.q)))
+            elif factor.is_Pow and factor.exp.could_extract_minus_sign():
+                denominator.append(self(1 / factor))
+            else:
+                numerator.append(self(factor))
+        above = self._chain("mul", numerator) if numerator else self._builder.constant(1)
+        if not denominator:
+            return above
+        return self._divide(above, self._chain("mul", denominator), node)
+
+    def map_Pow(self, node: sympy.Pow) -> int:
+        base, exponent = node.base, node.exp
+        if exponent == sympy.Rational(1, 2):
+            return self._builder.apply("sqrt", self(base))
+        if exponent.could_extract_minus_sign():
+            return self._divide(self._builder.constant(1), self(base**-exponent), node)
+        if exponent.is_Integer and 1 < exponent <= _LARGEST_REPEATED_POWER:
+            return self._chain("mul", [self(base)] * int(exponent))
+        if exponent.is_Rational and exponent.q == 2 and 1 < exponent <= _LARGEST_REPEATED_POWER:
+            root = self._builder.apply("sqrt", self(base))  # much quicker than a power
+            return self._chain("mul", [self(base)] * int(exponent) + [root])
+        return self._builder.apply("pow", self(base), self(exponent))
+
+    def map_atan2(self, node: sympy.atan2) -> int:
+        return self._builder.apply("atan2", self(node.args[0]), self(node.args[1]))
+
+    def map_BooleanTrue(self, _: sympy.Basic) -> int:
+        return self._builder.constant(1)
+
+    def map_BooleanFalse(self, _: sympy.Basic) -> int:
+        return self._builder.constant(0)
+
+    def map_Piecewise(self, node: sympy.Piecewise) -> int:
+        *pairs, last = node.args
+        if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
+            raise ModelError(f"{node} is undefined in places; end it with (value, True).")
+        result = self(last.expr)
+        for value, condition in reversed(pairs):
+            result = self._builder.apply("select", self(condition), self(value), result)
+        return result
+
+    def map_ITE(self, node: sympy.ITE) -> int:
+        condition, value, otherwise = node.args
+        return self._builder.apply("select", self(condition), self(value), self(otherwise))
+
+    def map_Heaviside(self, node: sympy.Heaviside) -> int:
+        """The step, with the value at the step itself (1/2) that the node bears."""
+        argument, middle = self(node.args[0]), self(node.args[1])
+        zero, one = self._builder.constant(0), self._builder.constant(1)
+        above = self._builder.apply("lt", zero, argument)
+        below = self._builder.apply("lt", argument, zero)
+        beside = self._builder.apply("select", below, zero, middle)
+        return self._builder.apply("select", above, one, beside)
+
+    def map_Unequality(self, node: sympy.Unequality) -> int:
+        return self._builder.apply("not", self._relation("eq", False, node))
+
+    def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
+        divisor = self._builder.operations[below]
+        if divisor.name == "constant" and divisor.value == 0:
+            raise ModelError(f"{node} divides by a constant that is zero; check the gains.")
+        return self._builder.apply("div", above, below)
+
+    def _fold(self, operation: str, node: sympy.Basic) -> int:
+        return self._chain(
+            operation, [self(a) for a in sorted(node.args, key=sympy.default_sort_key)]
+        )
+
+    def _relation(self, operation: str, swapped: bool, node: sympy.Basic) -> int:
+        left, right = self(node.args[0]), self(node.args[1])
+        return self._builder.apply(operation, *((right, left) if swapped else (left, right)))
+
+    def _chain(self, operation: str, operands: list[int]) -> int:
+        return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
+
+
+class Arguments:
+    """A builder with arguments declared by SymPy symbol."""
+
+    def __init__(self, *, reciprocals: bool = False) -> None:
+        self.builder = Builder(reciprocals=reciprocals)
+        self.values: dict[sympy.Symbol, int] = {}
+
+    def scalars(self, *symbols: sympy.Symbol) -> "Arguments":
+        """Declare scalar arguments."""
+        for symbol in symbols:
+            self.values[symbol] = self.builder.scalar(symbol.name)
+        return self
+
+    def vector(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
+        """Declare a vector argument."""
+        indices = self.builder.vector(name, [symbol.name for symbol in symbols])
+        self.values.update(zip(symbols, indices, strict=True))
+        return self
+
+    def lowering(self) -> Lowering:
+        """What lowers expressions of the arguments."""
+        return Lowering(self.builder, self.values)
+
+    def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> Builder:
+        """Declare results, each in rows."""
+        lowering = self.lowering()
+        for name, rows in outputs.items():
+            self.builder.output(name, [[lowering(e) for e in row] for row in rows])
+        return self.builder
+
+
+def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
+    """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    numbers = [factor for factor in product.args if not factor.free_symbols]
+    symbolic = [factor for factor in product.args if factor.free_symbols]
+    # Numbers stay apart: SymPy writes their joined powers as products again, ``2*sqrt(2)``.
+    exponents: dict[sympy.Expr, sympy.Expr] = {}
+    for factor in symbolic:
+        base, exponent = factor.as_base_exp()
+        exponents[base] = exponents.get(base, sympy.S.Zero) + exponent
+    if len(exponents) == len(symbolic):
+        return tuple(product.args)
+    return [*numbers, *(base**exponent for base, exponent in exponents.items())]

@@ -1,0 +1,268 @@
+"""The plant between samples as programs: one mode's motion, and how fast that may change.
+
+A mode is a friction direction and, where the acceleration has kinks or jumps over the position, the
+side of each; see `switching`. Only then do programs take `sides`.
+"""
+
+from dataclasses import dataclass
+from functools import partial, reduce
+
+from axisid.modeling.algebra import slope
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import DIRECTION, FORCE
+
+from .loop_settings import PASSED, RESOLVED
+from .lower import Arguments
+from .program import Builder, Program
+from .switching import Switching, switching
+
+# What is held between samples, under a sampled law and under a continuous one.
+HELD_FORCE = ("tau",)
+HELD_REFERENCE = ("reference", "reference_rate", "measurement_error")
+_PROBE = 1e-6  # of position and velocity, for rates
+_PROBED = 0.01  # at most, of the way on which the acceleration varies
+
+
+def plant_programs(
+    model: AxisModel, law: Program | None, acceleration: Program
+) -> tuple[Program, ...]:
+    """Build what the time loop asks of the plant.
+
+    Parameters
+    ----------
+    model : AxisModel
+    law : Program or None
+        The control law.
+    acceleration : Program
+        The direct dynamics, as declared.
+
+    Returns
+    -------
+    tuple of Program
+        ``held_acceleration`` and ``plant_step``; with kinks or jumps over the position
+        ``switching`` and ``plant_rate``; else ``wave_number``, if the acceleration has one.
+    """
+    found = switching(model)
+    if found.sides:
+        acceleration = _by_sides(model, found)
+    programs = [
+        _held_acceleration(_plant(model, law, acceleration, found)),
+        _plant_step(_plant(model, law, acceleration, found)),
+    ]
+    if found.sides:
+        plant = _plant(model, law, acceleration, found)
+        programs += [_switching(model, found), _plant_rate(plant, found)]
+    elif found.wave_numbers:
+        programs.append(_wave_number(model, found))
+    return tuple(programs)
+
+
+def _by_sides(model: AxisModel, found: Switching) -> Program:
+    q = model.axis.coordinate
+    arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION)
+    builder = _with_sides(arguments, model, found).lower(acceleration=[[found.acceleration]])
+    return builder.program("acceleration_by_sides", "Acceleration in one mode.")
+
+
+def _with_sides(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
+    """Add the sides, if there are any, and the parameters."""
+    if found.sides:
+        arguments.vector("sides", found.sides)
+    return arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
+
+
+def _switching(model: AxisModel, found: Switching) -> Program:
+    q = model.axis.coordinate
+    arguments = _with_sides(Arguments().scalars(q.symbol, q.velocity), model, found)
+    slopes = {
+        name: [[slope(value, by, "what decides a side") for value in found.functions]]
+        for name, by in (("by_position", q.symbol), ("by_velocity", q.velocity))
+    }
+    builder = arguments.lower(switches=[found.functions], **slopes)
+    return builder.program(
+        "switching", "What changes its sign where a side changes, and how it changes."
+    )
+
+
+def _wave_number(model: AxisModel, found: Switching) -> Program:
+    arguments = Arguments().scalars(model.axis.coordinate.symbol)
+    arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
+    index = _largest(arguments, found)
+    arguments.builder.output("wave_number", [[index]])
+    return arguments.builder.program(
+        "wave_number", "Reciprocal of the way on which the acceleration may vary."
+    )
+
+
+def _largest(arguments: Arguments, found: Switching) -> int:
+    lowering, build = arguments.lowering(), arguments.builder.apply
+    return reduce(partial(build, "max"), map(lowering, found.wave_numbers))
+
+
+@dataclass(frozen=True, slots=True)
+class _Plant:
+    """The plant under what is held between samples, as operations of one builder.
+
+    A sampled law holds its force. A continuous law is evaluated inside the plant's derivative; held
+    are the line that the reference follows and the error of the measurement.
+    """
+
+    model: AxisModel
+    law: Program | None
+    acceleration: Program
+    arguments: Arguments
+    motion: tuple[int, int]
+    held: tuple[int, ...]
+    mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
+    parameters: tuple[int, ...]
+
+    @property
+    def builder(self) -> Builder:
+        return self.arguments.builder
+
+    def force(self, q: int, dq: int, elapsed: int | None) -> int:
+        """Force at a state, some time into the period."""
+        if self.law is None:
+            return self.held[0]
+        build = self.builder.apply
+        reference, rate, error = self.held
+        if elapsed is not None:
+            reference = build("add", reference, build("mul", rate, elapsed))
+        measured = build("add", q, error)
+        law = self.builder.inline(self.law, (reference,), (measured,), (dq,), ())
+        return build("mul", self.builder.constant(self.model.axis.drive.gain), *law["control"])
+
+    def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
+        """Acceleration at a state, some time into the period."""
+        tau = self.force(q, dq, elapsed)
+        arguments = ((q,), (dq,), (tau,), *self.mode, self.parameters)
+        (indices,) = self.builder.inline(self.acceleration, *arguments).values()
+        return indices[0]
+
+
+def _held_names(model: AxisModel) -> tuple[str, ...]:
+    law = model.axis.control
+    return HELD_REFERENCE if law is not None and law.continuous else HELD_FORCE
+
+
+def _plant(
+    model: AxisModel, law: Program | None, acceleration: Program, found: Switching
+) -> _Plant:
+    q = model.axis.coordinate
+    arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
+    held = arguments.builder.vector("held", _held_names(model))
+    values = _with_sides(arguments.scalars(DIRECTION), model, found).values
+    sides = tuple(values[side] for side in found.sides)
+    return _Plant(
+        model=model,
+        law=law if len(held) > 1 else None,
+        acceleration=acceleration,
+        arguments=arguments,
+        motion=(values[q.symbol], values[q.velocity]),
+        held=held,
+        mode=((values[DIRECTION],), sides) if sides else ((values[DIRECTION],),),
+        parameters=tuple(values[p.symbol] for p in model.axis.parameters),
+    )
+
+
+def _held_acceleration(plant: _Plant) -> Program:
+    name = plant.model.axis.coordinate.acceleration.name
+    plant.builder.output(name, [[plant.accelerate(*plant.motion, None)]])
+    plant.builder.output("tau", [[plant.force(*plant.motion, None)]])
+    return plant.builder.program(
+        "held_acceleration", "Acceleration and force under what is held since the last sample."
+    )
+
+
+def _plant_step(plant: _Plant) -> Program:
+    names = plant.model.axis.coordinate
+    end_q, end_dq, first, last = _runge_kutta(plant, plant.builder.scalar("step"))
+    plant.builder.output(f"{names.name}_next", [[end_q]])
+    plant.builder.output(f"{names.velocity}_next", [[end_dq]])
+    plant.builder.output("first_slope", [[first]])
+    plant.builder.output("last_slope", [[last]])
+    return plant.builder.program(
+        "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
+    )
+
+
+def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
+    """Classical fourth-order step: position, velocity, and acceleration at both ends."""
+    builder, build = plant.builder, plant.builder.apply
+    q, dq = plant.motion
+
+    def ahead(slopes: tuple[int, int], length: int) -> tuple[int, int]:
+        moved = [
+            build("add", start, build("mul", length, slope))
+            for start, slope in zip((q, dq), slopes, strict=True)
+        ]
+        return moved[0], moved[1]
+
+    def slopes(state: tuple[int, int], elapsed: int | None) -> tuple[int, int]:
+        return state[1], plant.accelerate(*state, elapsed)
+
+    half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
+    k1 = slopes((q, dq), None)
+    k2 = slopes(ahead(k1, half), half)
+    k3 = slopes(ahead(k2, half), half)
+    k4 = slopes(ahead(k3, step), step)
+    total = [
+        build("add", build("add", a, d), build("mul", two, build("add", b, c)))
+        for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
+    ]
+    end = ahead((total[0], total[1]), build("mul", builder.constant(1 / 6), step))
+    return *end, k1[1], k4[1]
+
+
+def _plant_rate(plant: _Plant, found: Switching) -> Program:
+    """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
+    builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
+    probe = way = builder.constant(_PROBE)
+    wave = builder.constant(0)
+    if found.wave_numbers:
+        wave = _largest(plant.arguments, found)
+        shorter = build("mul", builder.constant(_PROBE / _PROBED), wave)
+        way = build("div", probe, build("add", builder.constant(1), shorter))
+    here = plant.accelerate(q, dq, None)
+
+    def changed(q: int, dq: int, by: int) -> int:
+        difference = build("sub", plant.accelerate(q, dq, None), here)
+        return build("abs", build("div", difference, by))
+
+    damping = changed(q, build("add", dq, probe), probe)
+    stiffness = changed(build("add", q, way), dq, way)
+    rate = build("max", damping, build("sqrt", stiffness))
+    passing = build(
+        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
+    )
+    builder.output("plant_rate", [[build("max", rate, passing)]])
+    return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
+
+
+def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
+    """Build one sample of the loop from its control law and a step of the plant."""
+    coordinate, axis = model.axis.coordinate, model.axis
+    q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
+    arguments = Arguments(reciprocals=True).scalars(q, dq)
+    builder, values = arguments.builder, arguments.values
+    state_port = next(port for port in law.inputs if port.name == "state")
+    state = builder.vector("state", state_port.elements)
+    reference, rate, error = map(builder.scalar, HELD_REFERENCE)
+    # The direction, the sides if there are any, the parameters and the step.
+    others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
+    measured = builder.apply("add", values[q], error)
+    control = builder.inline(law, (reference,), (measured,), (values[dq],), state)
+    tau = builder.apply("mul", builder.constant(axis.drive.gain), control["control"][0])
+    held = (tau,) if _held_names(model) == HELD_FORCE else (reference, rate, error)
+    end = builder.inline(plant, (values[q],), (values[dq],), held, *others)
+    builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
+    builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])
+    builder.output("next_state", [[index] for index in control["next_state"]])
+    builder.output(ddq.name, [end["first_slope"]])
+    builder.output("tau", [[tau]])
+    builder.output("control", [control["control"]])
+    builder.output("last_slope", [end["last_slope"]])
+    return builder.program(
+        "closed_loop_step",
+        "One sample: measure, control, move for `step` seconds in one friction mode.",
+    )

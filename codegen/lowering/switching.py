@@ -1,0 +1,174 @@
+"""Where the acceleration has a kink or jumps over the position, and how finely it varies.
+
+Such a place is where a *switching function* of the motion is zero: the argument of an ``Abs``, the
+difference of what a ``Max`` compares. With the *side* (+1 or -1) in place of what decides there,
+the acceleration is smooth on each side and beyond it: one mode of the motion, as the friction
+direction makes one of the velocity's sign. The time loop locates where a side changes.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial, reduce
+
+import sympy
+from sympy.functions.elementary.miscellaneous import Max, Min
+
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import with_numbers
+
+_RELATIONS = (
+    sympy.StrictLessThan,
+    sympy.LessThan,
+    sympy.StrictGreaterThan,
+    sympy.GreaterThan,
+)
+_PERIODIC = (sympy.sin, sympy.cos, sympy.tan)
+_HIGHEST_DEGREE = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Switching:
+    """The acceleration by its sides.
+
+    Attributes
+    ----------
+    acceleration : sympy.Expr
+        With the sides in it.
+    sides : tuple of sympy.Symbol
+        One for each switching function; empty where the acceleration is smooth over the position.
+    functions : tuple of sympy.Expr
+        Each has the sign of its side; one may depend on the sides of those before it.
+    wave_numbers : tuple of sympy.Expr
+        Over how short a way the acceleration may vary: its reciprocals.
+    """
+
+    acceleration: sympy.Expr
+    sides: tuple[sympy.Symbol, ...]
+    functions: tuple[sympy.Expr, ...]
+    wave_numbers: tuple[sympy.Expr, ...]
+
+
+def switching(model: AxisModel) -> Switching:
+    """Find the kinks and jumps of an axis's acceleration."""
+    q, acceleration = model.axis.coordinate, with_numbers(model.acceleration)
+    sides: dict[sympy.Expr, sympy.Symbol] = {}
+    if _has_kink(acceleration, q.symbol):
+        acceleration = _Sides(q.symbol, q.velocity, sides)(acceleration)
+    return Switching(
+        acceleration=acceleration,
+        sides=tuple(sides.values()),
+        functions=tuple(sides),
+        wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
+    )
+
+
+def _has_kink(acceleration: sympy.Expr, position: sympy.Symbol) -> bool:
+    """Whether anything decides by the position."""
+    deciding = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
+    return any(position in node.free_symbols for node in acceleration.atoms(*deciding))
+
+
+class _Sides:
+    """Rewrites what decides by the motion in terms of sides, which it collects.
+
+    What decides by the sign of the velocity alone is left: there the friction direction changes.
+    """
+
+    def __init__(
+        self,
+        position: sympy.Symbol,
+        velocity: sympy.Symbol,
+        sides: dict[sympy.Expr, sympy.Symbol],
+    ) -> None:
+        self._motion, self._velocity, self._sides = {position, velocity}, velocity, sides
+        self._memo: dict[sympy.Basic, sympy.Basic] = {}
+
+    def __call__(self, node: sympy.Basic) -> sympy.Basic:
+        """Return the node by its sides."""
+        if not node.args or not node.free_symbols & self._motion:
+            return node
+        if node not in self._memo:
+            self._memo[node] = self._rewritten(node, [self(argument) for argument in node.args])
+        return self._memo[node]
+
+    def _rewritten(self, node: sympy.Basic, arguments: list[sympy.Basic]) -> sympy.Basic:
+        if isinstance(node, (Max, Min)):
+            ordered = sorted(arguments, key=sympy.default_sort_key)
+            return reduce(partial(self._chosen, kind=type(node)), ordered)
+        side = None
+        if isinstance(node, (sympy.Abs, sympy.sign, sympy.Heaviside)):
+            side = self._side(arguments[0])
+        elif isinstance(node, _RELATIONS):
+            side = self._side(arguments[0] - arguments[1])
+        if side is not None:
+            return self._decided(node, arguments[0], side)
+        if arguments == list(node.args):
+            return node
+        if node.is_Pow and not node.exp.is_Integer and node.base.is_nonnegative:
+            # A step may look beyond its side, where the base is negative.
+            return Max(0, arguments[0]) ** arguments[1]
+        return node.func(*arguments)
+
+    def _decided(self, node: sympy.Basic, inside: sympy.Expr, side: sympy.Expr) -> sympy.Basic:
+        if isinstance(node, sympy.Abs):
+            return side * inside
+        if isinstance(node, sympy.Heaviside):
+            return (1 + side) / 2
+        return side if isinstance(node, sympy.sign) else node.func(side, 0)
+
+    def _chosen(self, a: sympy.Expr, b: sympy.Expr, kind: type[sympy.Basic]) -> sympy.Expr:
+        side = self._side(a - b if kind is Max else b - a)
+        return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
+
+    def _side(self, value: sympy.Expr) -> sympy.Expr | None:
+        """The side of a value, if it is decided by more than the velocity's sign."""
+        if not value.free_symbols & self._motion:
+            return None
+        slope = value.diff(self._velocity)
+        rest = sympy.expand(value - slope * self._velocity)
+        if rest == 0 and not slope.free_symbols & self._motion:
+            return None
+        if -value in self._sides:
+            return -self._sides[-value]
+        if value not in self._sides:
+            self._sides[value] = sympy.Symbol(f"side{len(self._sides) + 1}", real=True)
+        return self._sides[value]
+
+
+def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
+    """Wave numbers of everything in the expressions that is no polynomial of the position."""
+    found: dict[sympy.Expr, None] = {}
+    for value in values:
+        for node in sympy.preorder_traversal(value):
+            if position in node.free_symbols:
+                found.update(dict.fromkeys(_of_node(node, position)))
+    return tuple(number for number in found if number != 0)
+
+
+def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
+    """Wave numbers of one function of what depends on the position, or of one root or quotient."""
+    if isinstance(node, _PERIODIC):
+        yield sympy.Abs(node.args[0].diff(position))
+    elif isinstance(node, sympy.Function) and not isinstance(node, (Max, Min, sympy.Piecewise)):
+        yield from (_width(inside, position) for inside in node.args)
+    elif node.is_Pow and position in node.exp.free_symbols:
+        yield _width(node.exp * sympy.log(node.base), position)
+    elif node.is_Pow and not (node.exp.is_Integer and node.exp > 0):
+        base = node.base
+        if base.is_polynomial(position):  # what else is in it has wave numbers of its own
+            first, second = base.diff(position), base.diff(position, 2)
+            yield sympy.Abs(first / base)
+            yield sympy.sqrt(sympy.Abs(second / base))
+
+
+def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
+    """Reciprocal of the way on which a step or a bell changes, from the argument that makes it.
+
+    The highest derivative gives the width of ``exp(-((q - q0)/w)**2)`` also where that is nothing.
+    """
+    slope = inside
+    for degree in range(1, _HIGHEST_DEGREE + 1):
+        slope = slope.diff(position)
+        if position not in slope.free_symbols:
+            return sympy.Abs(slope / sympy.factorial(degree)) ** sympy.Rational(1, degree)
+    return sympy.Abs(inside.diff(position)) + sympy.sqrt(sympy.Abs(inside.diff(position, 2)))

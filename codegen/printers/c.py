@@ -1,0 +1,135 @@
+"""Programs to C11 text: one static inline function each, and loops over samples.
+
+Functions take scalars by value and vectors by pointer, and write each output through a pointer, row
+by row. Inputs end in an underscore and outputs in `_out`, so that no name is a header's macro.
+"""
+
+import re
+from collections.abc import Mapping
+from importlib import resources
+
+from axisid.codegen.lowering import RESOLVED, Input, Output, Program
+
+from .shared import Language, print_operations
+
+_INCLUDES = """\
+#include <math.h>
+#include <stddef.h>
+"""
+# What printed functions may call beside <math.h>; written so that loops vectorise.
+_HELPERS = {
+    # as fmin and fmax, what is not a number loses
+    "minimum": "(double a, double b) { return a < b || b != b ? a : b; }",
+    "maximum": "(double a, double b) { return a > b || b != b ? a : b; }",
+    "sign": "(double a) { return (double)((a > 0.0) - (a < 0.0)); }",
+    "less": "(double a, double b) { return (double)(a < b); }",
+    "at_most": "(double a, double b) { return (double)(a <= b); }",
+    "equal": "(double a, double b) { return (double)(a == b); }",
+    "negated": "(double a) { return (double)(a == 0.0); }",
+    "both": "(double a, double b) { return (double)(a != 0.0 && b != 0.0); }",
+    "either": "(double a, double b) { return (double)(a != 0.0 || b != 0.0); }",
+    "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
+}
+#: How C writes a program.
+C = Language(
+    calls={
+        "abs": "fabs",
+        "min": "minimum",
+        "max": "maximum",
+        "lt": "less",
+        "le": "at_most",
+        "eq": "equal",
+        "not": "negated",
+        "and": "both",
+        "or": "either",
+    },
+    variable=lambda element: f"{element}_",
+    name=lambda name, expression: f"    const double {name} = {expression};",
+)
+
+
+def print_c_prelude(text: str) -> str:
+    """Return the headers and helpers that a C text needs; others would be unused."""
+    return f"{_INCLUDES}\n{print_c_helpers(text)}"
+
+
+def print_c_helpers(text: str) -> str:
+    """Return the helpers that a C text needs."""
+    used = [name for name in _HELPERS if re.search(rf"\b{name}\(", text)]
+    return "".join(f"static inline double {name}{_HELPERS[name]}\n" for name in used)
+
+
+def print_c_function(program: Program) -> str:
+    """Return the text of a static inline C function."""
+    texts, body = print_operations(program, C)
+    used = {op.symbol for op in program.operations if op.name == "input"}
+    lines = [f"/* {program.summary} {program.operation_count} operations. */"]
+    arguments = [_argument(port) for port in program.inputs]
+    arguments += [f"double *{port.name}_out" for port in program.outputs]
+    listed = ",\n    ".join(arguments)
+    lines.append(f"static inline void {program.name}(\n    {listed})\n{{")
+    for port in program.inputs:
+        lines += _unpacked(port, used)
+    lines += body
+    for result in program.outputs:
+        elements = [texts[i] for row in result.rows for i in row]
+        lines += [f"    {result.name}_out[{i}] = {text};" for i, text in enumerate(elements)]
+        lines += [] if elements else [f"    (void){result.name}_out;"]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def print_c_rows(program: Program) -> str:
+    """Return the text of an exported C function that evaluates a program at many samples.
+
+    Scalar arguments become arrays, one value a sample; vectors are the same for every sample;
+    outputs are arrays with one row a sample.
+    """
+    arguments = [f"const double *{port.name}_" for port in program.inputs]
+    arguments += [f"double *{port.name}_out" for port in program.outputs]
+    call = [f"{port.name}_[k]" if _is_scalar(port) else f"{port.name}_" for port in program.inputs]
+    call += [f"{port.name}_out + k * {_size(port)}" for port in program.outputs]
+    return (
+        f"void {program.name}_rows(\n    ptrdiff_t samples, {', '.join(arguments)})\n"
+        "{\n    for (ptrdiff_t k = 0; k < samples; ++k)\n"
+        f"        {program.name}({', '.join(call)});\n}}\n"
+    )
+
+
+def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
+    """Return the text of the closed loop over time, for the sizes of one axis.
+
+    Parameters
+    ----------
+    sizes : mapping of str to int
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``.
+    continuous : bool
+        Whether the law is.
+    """
+    values: dict[str, float] = {**sizes, "CONTINUOUS": int(continuous)}
+    if sizes["SIDES"]:
+        values["RESOLVED"] = RESOLVED
+    lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
+    return lines + "\n" + resources.files(__package__).joinpath("loop.c").read_text()
+
+
+def _argument(port: Input) -> str:
+    return f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}_"
+
+
+def _unpacked(port: Input, used: set[str]) -> list[str]:
+    if _is_scalar(port):
+        return [] if port.name in used else [f"    (void){port.name}_;"]
+    lines = [
+        f"    const double {element}_ = {port.name}_[{index}];"
+        for index, element in enumerate(port.elements)
+        if element in used
+    ]
+    return lines or [f"    (void){port.name}_;"]
+
+
+def _is_scalar(port: Input) -> bool:
+    return port.elements == (port.name,)
+
+
+def _size(port: Output) -> int:
+    return sum(len(row) for row in port.rows)

@@ -1,0 +1,172 @@
+"""The feed-forward as plain Python: nothing but ``math``, and the values of C.
+
+Where Python raises, C has a value: infinite, or not a number. Helpers give that; a text has those
+that it needs. Arrays are taken element by element, so that their values are those of numbers.
+"""
+
+import re
+from dataclasses import replace
+
+from axisid.codegen.lowering import OPERATIONS, FeedForward, Operation, Program
+
+from .shared import Language, Truth, comment, condition, distinct_names, print_operations
+
+_NUMBER = "float({})"
+#: What the text calls, beside helpers; these begin with an underscore, which no declared name does.
+_TAKEN = frozenset({"abs", "any", "float", "hasattr", "math", "numpy", "tau"})
+_EACH = '''\
+def _each(function, *motion):
+    """Values for arrays, element by element; who has arrays has NumPy."""
+    import numpy
+
+    with numpy.errstate(all="ignore"):
+        return numpy.vectorize(function, otypes=[float])(*motion)
+'''
+# What C gives where Python raises. A division by a number other than 0 needs no helper.
+_HELPERS = {
+    "quotient": '''\
+def _quotient(a, b):
+    """a / b, infinite or not a number where b is 0."""
+    if b:
+        return a / b
+    return math.copysign(math.inf, a) * math.copysign(1.0, b) if a and a == a else math.nan
+''',
+    "power": '''\
+def _power(a, b):
+    """a to the power of b, infinite or not a number where Python raises."""
+    odd = math.isfinite(b) and math.fmod(b, 2.0) in (1.0, -1.0)
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return -math.inf if a < 0.0 and odd else math.inf
+    except ValueError:
+        return math.nan if a else math.copysign(math.inf, a) if odd else math.inf
+''',
+    "exp": '''\
+def _exp(a):
+    """Infinite where it is too large."""
+    try:
+        return math.exp(a)
+    except OverflowError:
+        return math.inf
+''',
+    "sinh": '''\
+def _sinh(a):
+    """Infinite where it is too large."""
+    try:
+        return math.sinh(a)
+    except OverflowError:
+        return math.copysign(math.inf, a)
+''',
+    "cosh": '''\
+def _cosh(a):
+    """Infinite where it is too large."""
+    try:
+        return math.cosh(a)
+    except OverflowError:
+        return math.inf
+''',
+    "log": '''\
+def _log(a):
+    """Infinite at 0, not a number below."""
+    return math.log(a) if a > 0.0 else math.nan if a else -math.inf
+''',
+    "within": '''\
+def _within(function, a):
+    """Not a number where the function has no value."""
+    try:
+        return function(a)
+    except ValueError:
+        return math.nan
+''',
+    "least": '''\
+def _least(a, b):
+    """The smaller one; what is not a number loses."""
+    return a if a < b or b != b else b
+''',
+    "largest": '''\
+def _largest(a, b):
+    """The larger one; what is not a number loses."""
+    return a if a > b or b != b else b
+''',
+}
+_HELPED = {"quotient": "_quotient", "pow": "_power", "min": "_least", "max": "_largest"} | {
+    name: f"_{name}" for name in ("exp", "sinh", "cosh", "log")
+}
+_WITHIN = ("sqrt", "sin", "cos", "tan", "asin", "acos")  # what has no value everywhere
+
+
+def print_python(export: FeedForward) -> str:
+    """Return the text of a Python module with the two functions."""
+    force, control = export.functions
+    taken = {*_TAKEN, force.lower(), control.lower()}
+    names = distinct_names([*export.motion, *(c.name for c in export.constants)], str, taken)
+    language = _language({**names, "tau": "tau"})
+    about = "\n".join(map(comment, export.about)).replace('"', "'")
+    units = ", ".join(f"{names[name]} in {unit}" for name, unit in export.motion.items())
+    passed = ", ".join(names[name] for name in export.motion)
+    arguments = ", ".join(f"{names[name]}: float" for name in export.motion)
+    constants = [f"{names[c.name]} = {c.value!r}  # {comment(c.comment)}" for c in export.constants]
+    functions: list[str] = []
+    for name, text, program, first in (
+        (force, export.force_about, export.force, []),
+        (control, export.control_about, export.control, [f"    tau = {force}({passed})"]),
+    ):
+        functions += [
+            f"\n\ndef {name}({arguments}) -> float:",
+            f'    """{comment(text)}\n\n    {comment(units)}; numbers or arrays.\n    """',
+            f'    if any(hasattr(number, "__len__") for number in ({passed})):',
+            f"        return _each({name}, {passed})",
+            f"    {passed} = {', '.join(f'float({names[n]})' for n in export.motion)}",
+            *first,
+            *_body(program, language),
+        ]
+    body = "\n".join(functions)
+    helpers = [text for name, text in _HELPERS.items() if re.search(rf"\b_{name}\(", body)]
+    defined = "".join(f"\n\n{text}" for text in [*helpers, _EACH]).rstrip("\n")
+    used = "import math\n\n" if "math." in f"{body}{defined}" else ""
+    lines = "\n".join(constants)
+    return f'"""{about}\n"""\n\n{used}{lines}\n{defined}\n{body}\n'
+
+
+def _body(program: Program, language: Language) -> list[str]:
+    texts, lines = print_operations(_with_quotients(program), language)
+    return [*lines, f"    return {texts[program.outputs[0].rows[0][0]]}"]
+
+
+def _with_quotients(program: Program) -> Program:
+    """The program with another name for divisions by what may be 0."""
+
+    def named(operation: Operation) -> Operation:
+        if operation.name != "div":
+            return operation
+        divisor = program.operations[operation.operands[1]]
+        safe = divisor.name == "constant" and divisor.value
+        return operation if safe else replace(operation, name="quotient")
+
+    return replace(program, operations=tuple(map(named, program.operations)))
+
+
+def _language(names: dict[str, str]) -> Language:
+    return Language(
+        calls={
+            **{name: f"math.{name}" for name in OPERATIONS},
+            **_HELPED,
+            **{name: f"_within(math.{name}, {{}})".format for name in _WITHIN},
+            "abs": "abs",
+            "sign": lambda a: f"float(({a} > 0.0) - ({a} < 0.0))",
+            "lt": lambda a, b: Truth(f"{a} < {b}", _NUMBER),
+            "le": lambda a, b: Truth(f"{a} <= {b}", _NUMBER),
+            "eq": lambda a, b: Truth(f"{a} == {b}", _NUMBER),
+            "not": lambda a: Truth(f"not ({_if(a)})", _NUMBER),
+            "and": lambda a, b: Truth(f"({_if(a)}) and ({_if(b)})", _NUMBER),
+            "or": lambda a, b: Truth(f"({_if(a)}) or ({_if(b)})", _NUMBER),
+            "select": lambda c, a, b: f"({a} if {_if(c)} else {b})",
+        },
+        variable=lambda element: names[element],
+        name=lambda name, expression: f"    {name} = {expression}",
+    )
+
+
+def _if(text: str) -> str:
+    return condition(text, "{} != 0.0")

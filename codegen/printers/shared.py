@@ -1,0 +1,140 @@
+"""What the printers share: operations to expressions of one language.
+
+An operation used once stands where it is used; one used more often gets a name that starts with an
+underscore, which no declared name does.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from unicodedata import combining, normalize
+
+from axisid.codegen.lowering import Operation, Program
+
+Text = tuple[str, int]  # an expression, and how strongly it binds
+
+_INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
+_NEGATION, ATOM = 3, 4
+_WIDTH = 80
+
+
+class Truth(str):
+    """Text of a number that is 1 where a condition holds, else 0; made of the condition's text."""
+
+    __slots__ = ("condition",)
+    condition: str
+
+    def __new__(cls, condition: str, form: str) -> "Truth":
+        """Put the condition into a form, where it stands as ``{}``."""
+        made = super().__new__(cls, form.format(condition))
+        made.condition = condition
+        return made
+
+
+def condition(text: str, unequal: str) -> str:
+    """What a number says as a condition: what it is made of, or that it is unequal to 0."""
+    return text.condition if isinstance(text, Truth) else unequal.format(text)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Language:
+    """How a language writes what is not plain arithmetic.
+
+    Attributes
+    ----------
+    calls : mapping of str to str or callable
+        Function that an operation calls, or what makes a call of the texts of its operands; the
+        operation's own name where one is missing.
+    variable : callable
+        Text of an argument's element by its name.
+    name : callable
+        Text of a line that names an expression, from name and expression.
+    constant : callable
+        Text of a number, from Python's.
+    temporary : str
+        What a name of an expression starts with; a number follows.
+    """
+
+    calls: Mapping[str, str | Callable[..., str]]
+    variable: Callable[[str], str]
+    name: Callable[[str, str], str]
+    constant: Callable[[str], str] = str
+    temporary: str = "_"
+
+
+def print_operations(program: Program, language: Language) -> tuple[list[str], list[str]]:
+    """Return the text of every operation, and the lines that name those used more than once."""
+    uses = Counter(i for operation in program.operations for i in operation.operands)
+    uses.update(i for port in program.outputs for row in port.rows for i in row)
+    texts: list[Text] = []
+    lines: list[str] = []
+    for index, operation in enumerate(program.operations):
+        text = _expression(operation, texts, language)
+        if operation.operands and (uses[index] > 1 or len(text[0]) > _WIDTH):
+            name = f"{language.temporary}{len(lines)}"
+            lines.append(language.name(name, text[0]))
+            text = (name, ATOM)
+        texts.append(text)
+    return [text for text, _ in texts], lines
+
+
+def _expression(operation: Operation, texts: list[Text], language: Language) -> Text:
+    if operation.name == "input":
+        return language.variable(operation.symbol), ATOM
+    if operation.name == "constant":
+        negative = operation.symbol.startswith("-")
+        return language.constant(operation.symbol), 0 if negative else ATOM
+    operands = [texts[i] for i in operation.operands]
+    if operation.name == "neg":
+        return f"-{_enclosed(operands[0], _NEGATION)}", 2
+    if operation.name in _INFIX:
+        symbol, strength = _INFIX[operation.name]
+        left, right = _enclosed(operands[0], strength), _enclosed(operands[1], strength + 1)
+        return f"{left} {symbol} {right}", strength
+    function = language.calls.get(operation.name, operation.name)
+    arguments = [text for text, _ in operands]
+    return function(*arguments) if callable(function) else call(function, *arguments), ATOM
+
+
+def call(function: str, *arguments: str) -> str:
+    """Text of a call."""
+    return f"{function}({', '.join(arguments)})"
+
+
+def comment(text: str) -> str:
+    """Text that no language takes for the end of a comment, in ASCII; accents are left out."""
+    letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
+    plain = "".join(letters).encode("ascii", "replace").decode()
+    apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
+    return re.sub(r"[\x00-\x1f\x7f]", "?", apart).replace("??", "? ?").replace("\\", "/")
+
+
+def distinct_names(
+    names: Iterable[str],
+    legal: Callable[[str], str],
+    taken: Collection[str] = (),
+) -> dict[str, str]:
+    """What each name is called in a language; two never share a name, not even but for case.
+
+    Parameters
+    ----------
+    names : iterable of str
+    legal : callable
+        The name as the language can bear it.
+    taken : collection of str
+        What else bears a name, in lower case.
+    """
+    used, chosen = set(taken), {}
+    for name in names:
+        made, number = legal(name), 2
+        while made.lower() in used:
+            made, number = f"{legal(name)}_{number}", number + 1
+        used.add(made.lower())
+        chosen[name] = made
+    return chosen
+
+
+def _enclosed(operand: Text, strength: int) -> str:
+    text, own = operand
+    return text if own >= strength else f"({text})"

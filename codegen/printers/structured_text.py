@@ -1,0 +1,133 @@
+"""The feed-forward as IEC 61131-3 Structured Text: two FUNCTIONs in LREAL.
+
+Only what the standard has: its operators and functions, typed literals, no loops. Conditions are
+chosen by SEL, which computes both its values. ATAN2 is of the third edition.
+"""
+
+import re
+
+from axisid.codegen.lowering import OPERATIONS, FeedForward, Program
+
+from .shared import Language, Truth, call, comment, condition, distinct_names, print_operations
+
+_ONE, _ZERO, _TWO = "LREAL#1.0", "LREAL#0.0", "LREAL#2.0"
+_NUMBER = f"SEL({{}}, {_ZERO}, {_ONE})"
+_RENAMED = {"pow": "EXPT", "log": "LN"}
+# Identifiers of the language, upper case: keywords, types, operators of all its languages, standard
+# functions and function blocks, in both editions and what vendors commonly add.
+_RESERVED = frozenset(
+    """
+    ABS ABSTRACT ACOS ACTION ADD AND ANDN ANY ARRAY ASIN AT ATAN ATAN2 BOOL BY BYTE CAL CALC CALCN
+    CASE CEIL CHAR CLASS CONCAT CONFIGURATION CONSTANT CONTINUE COS CTD CTU CTUD D
+    DATE DATE_AND_TIME DEC DELETE DINT DIV DO DS DT DWORD ELSE ELSIF EN END_ACTION END_CASE
+    END_CLASS END_CONFIGURATION END_FOR END_FUNCTION END_FUNCTION_BLOCK END_IF END_INTERFACE
+    END_METHOD END_NAMESPACE END_PROGRAM END_REPEAT END_RESOURCE END_STEP END_STRUCT END_TRANSITION
+    END_TYPE END_VAR END_WHILE ENO EQ EXIT EXP EXPT EXTENDS F_EDGE F_TRIG FALSE FINAL FIND FLOOR
+    FOR FROM FUNCTION FUNCTION_BLOCK GE GT IF IMPLEMENTS INC INITIAL_STEP INSERT INT INTERFACE
+    INTERNAL INTERVAL JMP JMPC JMPCN L LD LDATE LDN LDT LE LEFT LEN LIMIT LINT LN LOG LREAL LT LTIME
+    LTOD LWORD MAX METHOD MID MIN MOD MOVE MUL MUX N NAMESPACE NE NIL NON_RETAIN NOT NULL OF ON OR
+    ORN OVERLAP OVERRIDE P P0 P1 PRIORITY PRIVATE PROGRAM PROTECTED PUBLIC R
+    R_EDGE R_TRIG READ_ONLY READ_WRITE REAL REF REF_TO REFERENCE REPEAT REPLACE RESOURCE RET RETAIN
+    RETC RETCN RETURN RIGHT ROL ROR RS RTC S SD SEL SEMA SHL SHR SIN SINGLE SINT SL SQRT SR ST
+    STEP STN STRING STRUCT SUB SUPER T TAN TASK THEN THIS TIME TIME_OF_DAY TO TOD TOF TON TP
+    TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USING USINT VAR VAR_ACCESS VAR_CONFIG
+    VAR_EXTERNAL VAR_GLOBAL VAR_IN_OUT VAR_INPUT VAR_OUTPUT VAR_TEMP WCHAR WHILE WITH WORD WSTRING
+    XOR XORN
+    """.split()
+)
+
+
+def print_st(export: FeedForward) -> str:
+    """Return the text of the two functions, the first used by the second."""
+    force, control = map(_legal, export.functions)
+    own = (force.lower(), control.lower(), "force")
+    names = distinct_names([*export.motion, *(c.name for c in export.constants)], _legal, own)
+    inputs = _block(
+        "VAR_INPUT", [f"{names[n]} : LREAL; (* {u} *)" for n, u in export.motion.items()]
+    )
+    constants = [
+        f"{names[c.name]} : LREAL := {_literal(repr(c.value))}; (* {comment(c.comment)} *)"
+        for c in export.constants
+    ]
+    language = _language({**names, "tau": "force"})
+    passed = ", ".join(names[name] for name in export.motion)
+    about = "\n   ".join(map(comment, export.about))
+    return "\n".join(
+        [
+            f"(* {about}\n*)\n\n(* {comment(export.force_about)} *)\nFUNCTION {force} : LREAL",
+            *inputs,
+            *_block("VAR CONSTANT", constants),
+            *_body(export.force, force, language, []),
+            f"END_FUNCTION\n\n(* {comment(export.control_about)} *)\nFUNCTION {control} : LREAL",
+            *inputs,
+            *_body(export.control, control, language, [f"force := {force}({passed});"]),
+            "END_FUNCTION\n",
+        ]
+    )
+
+
+def _body(program: Program, result: str, language: Language, first: list[str]) -> list[str]:
+    """Declarations of the names that the lines give, the lines, and the result."""
+    texts, lines = print_operations(program, language)
+    lines = [*first, *lines, f"{result} := {texts[program.outputs[0].rows[0][0]]};"]
+    given = [line.split(" := ")[0] for line in lines[:-1]]
+    return [
+        *_block("VAR", [f"{name} : LREAL;" for name in given]),
+        *(f"    {line}" for line in lines),
+    ]
+
+
+def _block(keyword: str, declarations: list[str]) -> list[str]:
+    if not declarations:
+        return []
+    return [keyword, *(f"    {line}" for line in declarations), "END_VAR"]
+
+
+def _legal(name: str) -> str:
+    """An identifier has no two underscores in a row, none at its end, and is no keyword."""
+    single = re.sub("_+", "_", name).rstrip("_")
+    return f"{single}_v" if single.upper() in _RESERVED else single
+
+
+def _literal(number: str) -> str:
+    """A number of Python's as a literal of type LREAL, which has a point in any case."""
+    mantissa, exponent, power = number.partition("e")
+    point = "" if "." in mantissa else ".0"
+    return f"LREAL#{mantissa}{point}{exponent.upper()}{power}"
+
+
+def _language(names: dict[str, str]) -> Language:
+    prefix = "tmp"
+    while any(name.lower().startswith(prefix) for name in names.values()):
+        prefix = f"x{prefix}"
+    return Language(
+        calls={
+            **{name: _RENAMED.get(name, name.upper()) for name in OPERATIONS},
+            "sinh": lambda a: f"((EXP({a}) - EXP(-({a}))) / {_TWO})",
+            "cosh": lambda a: f"((EXP({a}) + EXP(-({a}))) / {_TWO})",
+            "tanh": _tanh,
+            "sign": lambda a: (
+                f"SEL({a} > {_ZERO}, SEL({a} < {_ZERO}, {_ZERO}, LREAL#-1.0), {_ONE})"
+            ),
+            "lt": lambda a, b: Truth(f"{a} < {b}", _NUMBER),
+            "le": lambda a, b: Truth(f"{a} <= {b}", _NUMBER),
+            "eq": lambda a, b: Truth(f"{a} = {b}", _NUMBER),
+            "not": lambda a: Truth(f"NOT ({_if(a)})", _NUMBER),
+            "and": lambda a, b: Truth(f"({_if(a)}) AND ({_if(b)})", _NUMBER),
+            "or": lambda a, b: Truth(f"({_if(a)}) OR ({_if(b)})", _NUMBER),
+            "select": lambda c, a, b: call("SEL", _if(c), b, a),
+        },
+        variable=lambda element: names[element],
+        name=lambda name, expression: f"{name} := {expression};",
+        constant=_literal,
+        temporary=prefix,
+    )
+
+
+def _tanh(a: str) -> str:
+    """The standard has none. Beyond 20 it is 1 to the last digit, and EXP must not overflow."""
+    return f"({_ONE} - {_TWO} / (EXP({_TWO} * LIMIT(LREAL#-20.0, {a}, LREAL#20.0)) + {_ONE}))"
+
+
+def _if(text: str) -> str:
+    return condition(text, f"{{}} <> {_ZERO}")

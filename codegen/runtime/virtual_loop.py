@@ -1,0 +1,308 @@
+"""The closed loop over time in the CasADi virtual machine: `loop.c` in Python.
+
+It serves where there is no compiler, and as the native loop's independent check. The two follow the
+same steps, so that their results agree to rounding.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, LoopSettings
+from axisid.support.real_numbers import Array
+
+from .virtual_plant import Buffered, Mode, Moved, VirtualPlant
+
+_MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter (Zeno)
+_MOST_STEPS = 16384  # that a step may be divided into
+_MOST_REFINEMENTS = 60
+_JUST_LEFT = 1e-6  # of the time left in a sample
+_STUCK = 1 - 2.0**-53  # the largest direction at rest
+_AT_START = RESOLVED * (1 + 1e-6)  # so that rounding does not decide for round numbers
+_CAUGHT = 1 / 1024  # of a step
+_DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
+
+
+class _StoppedError(Exception):
+    """A simulation that cannot go on, with its status."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(STATUSES[status])
+        self.status = status
+
+
+class VirtualLoop:
+    """The closed loop of one axis, by its functions, with one parameter set."""
+
+    def __init__(
+        self, functions: Mapping[str, Any], parameters: Array, settings: LoopSettings
+    ) -> None:
+        self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
+        self._settings = settings
+        self._plant = VirtualPlant(functions, parameters)
+        self._law_start = functions["control_start"]
+        self._loop_step = Buffered(functions["closed_loop_step"])
+        self._loop_step.arguments["parameters"][:] = parameters
+        self._loop_step.arguments["step"][0] = settings.period
+
+    @np.errstate(all="ignore")  # what overflows ends as not finite
+    def run(
+        self, reference: Array, noise: Array | None, start: float
+    ) -> tuple[int, int, dict[str, Array]]:
+        """Run one simulation; as `NativeLibrary.simulate`."""
+        samples, settings = len(reference), self._settings
+        signals = {name: np.zeros(samples) for name in SIGNALS}
+        noise = np.zeros(samples) if noise is None else noise
+        q, dq, end = start, 0.0, 0.0
+        mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
+        measured = start + self._encoder(start, noise[0])
+        state = self._law_start(reference[0], measured).full().ravel()
+        self._loop_step.arguments["state"][:] = state
+        for k in range(samples):
+            if not abs(q - reference[k]) <= settings.allowed:
+                return (_OUT_OF_RANGE if np.isfinite(q) else _NOT_FINITE), k, signals
+            signals["position"][k], signals["velocity"][k], signals["before"][k] = q, dq, end
+            rate = 0.0
+            if self._plant.continuous and k + 1 < samples:
+                rate = (reference[k + 1] - reference[k]) / settings.period
+            error = self._encoder(q, noise[k])
+            try:
+                q, dq, mode, row = self._sample(q, dq, mode, (reference[k], rate, error))
+            except _StoppedError as stop:
+                return stop.status, k, signals
+            end = mode.direction
+            for name, value in zip(SIGNALS[2:6], row, strict=True):
+                signals[name][k] = value
+            if k == 0:  # nothing was held before
+                signals["before"][0] = signals["direction"][0]
+        return _DONE, samples - 1, signals
+
+    def _encoder(self, q: float, noise: float) -> float:
+        """Error of the measurement: noise, and rounding to the encoder's counts."""
+        resolution = self._settings.resolution
+        if resolution <= 0:
+            return noise
+        return float(np.floor((q + noise) / resolution + 0.5) * resolution - q)
+
+    def _sample(
+        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float]
+    ) -> tuple[float, float, Mode, tuple[float, float, float, float]]:
+        """Motion and mode at the next sample; acceleration, force, control, direction now.
+
+        `held` is the reference, its rate, and the error of the measurement.
+        """
+        mode = mode.directed(float(np.sign(dq)))
+        moved, (force, control) = self._law(q, dq, mode, held)
+        plant, substeps = self._plant, self._settings.substeps
+        direction = mode.direction
+        bends = moved.first * direction < 0 < moved.last * direction
+        if direction and moved.dq * direction >= 0 and not (bends or plant.sides or substeps > 1):
+            return moved.q, moved.dq, mode, (moved.first, force, control, direction)
+        plant.held[:] = held if plant.continuous else force
+        if not dq:
+            mode = plant.chosen_at_rest(q, mode)
+        ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
+        row = (ddq, force, control, mode.direction)
+        for i in range(substeps):
+            if i and dq == 0:
+                mode = plant.chosen_at_rest(q, mode)
+            q, dq, mode = self._advance(q, dq, mode, self._settings.period / substeps)
+        return q, dq, mode, row
+
+    def _law(
+        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float]
+    ) -> tuple[Moved, tuple[float, float]]:
+        """The law's next state; a step of the whole sample, and force and control."""
+        step = self._loop_step
+        if mode.sides:
+            step.arguments["sides"][:] = mode.sides
+        out = step(
+            **{self._q: q, self._dq: dq},
+            reference=held[0],
+            reference_rate=held[1],
+            measurement_error=held[2],
+            direction=mode.direction,
+        )
+        step.arguments["state"][:] = out[2]
+        q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
+        return Moved(q_next, dq_next, ddq, last), (force, control)
+
+    def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
+        """Move for `whole` seconds through every change of the mode."""
+        plant, left, event = self._plant, whole, 0
+        while event < _MOST_EVENTS[plant.sides > 0]:
+            if mode.sticks:
+                span = self._breakaway(q, mode, left)
+                plant.pass_time(span)
+                left -= span
+                if left <= 0:
+                    return q, dq, plant.at_rest(q, mode) if plant.continuous else mode
+                mode = plant.chosen_at_rest(q, mode)
+                event += 1
+                continue
+            span, end = self._attempt(q, dq, mode, left, whole)
+            if not (math.isfinite(end.q) and math.isfinite(end.dq)):
+                raise _StoppedError(_NOT_FINITE)
+            before, from_rest, direction = q, dq == 0, mode.direction
+            reversed_, span, end = self._reversal(q, dq, mode, span, end)
+            passed, span, end = self._passing(q, dq, mode, span, end)
+            q, dq = end.q, end.dq
+            plant.pass_time(span)
+            left -= span
+            if passed is not None:
+                dq, mode = self._beyond(passed, q, dq, mode, whole)
+            elif reversed_:
+                mode = plant.chosen_at_rest(q, mode)
+                if from_rest and q == before and mode.direction == direction:
+                    # It turned back before its position changed: what moves it is rounding.
+                    plant.pass_time(left)
+                    return q, dq, mode.directed(_STUCK * direction)
+            event += reversed_ or passed is not None
+            if left <= 0:
+                return q, dq, mode
+        raise _StoppedError(_CHATTER)
+
+    def _attempt(
+        self, q: float, dq: float, mode: Mode, span: float, whole: float
+    ) -> tuple[float, Moved]:
+        """A step as long as the rates at its ends allow, at most `span`."""
+        plant = self._plant
+        if not plant.sides:
+            return span, plant.move(q, dq, mode, span)
+        rate = plant.rate(q, dq, mode)
+        if rate * whole > _AT_START * _MOST_STEPS:
+            raise _StoppedError(_UNRESOLVED)
+        if span * rate > _AT_START:
+            span /= math.ceil(span * rate / _AT_START)
+        while True:
+            end = plant.move(q, dq, mode, span)
+            if plant.rate(end.q, end.dq, mode) * span <= 2 * RESOLVED:
+                return span, end
+            if 2 * _MOST_STEPS * span < whole:
+                finite = math.isfinite(end.q) and math.isfinite(end.dq)
+                raise _StoppedError(_UNRESOLVED if finite else _NOT_FINITE)
+            span *= 0.5
+
+    def _reversal(
+        self, q: float, dq: float, mode: Mode, span: float, end: Moved
+    ) -> tuple[bool, float, Moved]:
+        """Whether the velocity reaches zero in a step, which then ends there."""
+        if end.dq * mode.direction >= 0:
+            lowest = self._lowest(q, dq, mode, span, end)
+            if lowest is None:
+                return False, span, end
+            span = lowest
+        span = self._crossing(q, dq, mode, span)
+        end = self._plant.move(q, dq, mode, span)
+        return True, span, Moved(end.q, 0.0, end.first, end.last)
+
+    def _lowest(self, q: float, dq: float, mode: Mode, span: float, end: Moved) -> float | None:
+        """Time at which a velocity that ends in its direction dips below zero, if it does."""
+        direction = mode.direction
+        # From rest it leaves in its direction, whatever rounding says of the first slope.
+        if dq and end.first * direction < 0 < end.last * direction:
+            lowest = span * end.first / (end.first - end.last)
+            if self._plant.move(q, dq, mode, lowest).dq * direction < 0:
+                return lowest
+        return None
+
+    def _crossing(self, q: float, dq: float, mode: Mode, high: float) -> float:
+        """Time at which the velocity reaches zero; by `high` it has changed its sign."""
+        low, t = 0.0, high * _JUST_LEFT
+        if dq == 0:  # just left rest: it crosses zero again only after a while
+            if self._plant.move(q, dq, mode, t).dq * mode.direction <= 0:
+                return t
+            low = t
+        t = 0.5 * (low + high)
+        for _ in range(_MOST_REFINEMENTS):
+            end = self._plant.move(q, dq, mode, t)
+            if end.dq == 0:
+                break
+            low, high = (t, high) if end.dq * mode.direction > 0 else (low, t)
+            following = _within(low, high, t, end.dq, end.last)
+            if following == t:
+                break
+            t = following
+        return t
+
+    def _passing(
+        self, q: float, dq: float, mode: Mode, span: float, end: Moved
+    ) -> tuple[int | None, float, Moved]:
+        """The first side that changes in a step, which then ends there."""
+        plant, passed = self._plant, None
+        start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode)
+        for i, side in enumerate(mode.sides):
+            high = span
+            if at_end.values[i] * side >= 0:  # it may have been beyond in between
+                first = start.rate(i, dq, end.first) * side
+                last = at_end.rate(i, end.dq, end.last) * side
+                if not first < 0 < last:
+                    continue
+                high = span * (first / (first - last))
+                lowest = plant.move(q, dq, mode, high)
+                if plant.switches(lowest.q, lowest.dq, mode).values[i] * side >= 0:
+                    continue
+            passed, span = i, self._change(i, q, dq, mode, high)
+            end = plant.move(q, dq, mode, span)
+            at_end = plant.switches(end.q, end.dq, mode)
+        return passed, span, end
+
+    def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
+        """Time at which a side changes; by `high` it has changed."""
+        low, t = 0.0, 0.5 * high
+        for _ in range(_MOST_REFINEMENTS):
+            end = self._plant.move(q, dq, mode, t)
+            switches = self._plant.switches(end.q, end.dq, mode)
+            value = switches.values[index]
+            if value == 0:
+                break
+            low, high = (t, high) if value * mode.sides[index] > 0 else (low, t)
+            following = _within(low, high, t, value, switches.rate(index, end.dq, end.last))
+            if following == t:
+                break
+            t = following
+        return t
+
+    def _beyond(
+        self, index: int, q: float, dq: float, mode: Mode, whole: float
+    ) -> tuple[float, Mode]:
+        """Velocity and mode of an axis in a place where a side changes."""
+        plant = self._plant
+        mode = mode.beside(index, -mode.sides[index])
+        mode = plant.beyond(q, dq, mode, index + 1)
+        if self._is_caught(index, q, dq, mode, whole):
+            dq, mode = 0.0, mode.beside(index, 0.0)
+        return dq, plant.chosen_at_rest(q, mode) if dq == 0 else mode
+
+    def _is_caught(self, index: int, q: float, dq: float, mode: Mode, whole: float) -> bool:
+        """Whether an axis that passes a place is held there.
+
+        Its acceleration points to it on both sides, so that it would come back, and pass again,
+        ever sooner. If friction would hold it on each side too, it comes to rest by itself.
+        """
+        forward, backward = self._plant.leaving(q, mode.beside(index, 0.0))
+        if not 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward):
+            return False
+        return any(
+            abs(self._plant.at_rest(q, mode.beside(index, side)).direction) >= 1
+            for side in (1.0, -1.0)
+        )
+
+    def _breakaway(self, q: float, mode: Mode, left: float) -> float:
+        """Time at which a stuck axis leaves rest, at most `left`."""
+        plant = self._plant
+        if not plant.continuous or plant.sticks_after(q, mode, left):
+            return left
+        low, high = 0.0, left
+        for _ in range(_MOST_REFINEMENTS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if plant.sticks_after(q, mode, middle) else (low, middle)
+        return high
+
+
+def _within(low: float, high: float, t: float, value: float, rate: float) -> float:
+    """Newton's next time, or the middle where that lies outside."""
+    following = t - value / rate if rate else low
+    return following if low < following < high else 0.5 * (low + high)

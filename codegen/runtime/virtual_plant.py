@@ -1,0 +1,192 @@
+"""The plant between samples in the CasADi virtual machine, mode by mode, as `loop.c` has it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from axisid.support.real_numbers import Array
+
+_STUCK = 1 - 2.0**-53  # the largest direction at rest
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A friction direction, and a side of each place where the acceleration has a kink or jumps.
+
+    Attributes
+    ----------
+    direction : float
+        Strictly between -1 and 1 if the axis sticks.
+    sides : tuple of float
+        -1 or 1; 0 if the axis rests in the place itself.
+    """
+
+    direction: float
+    sides: tuple[float, ...] = ()
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the axis sticks."""
+        return abs(self.direction) < 1
+
+    def directed(self, direction: float) -> "Mode":
+        """The mode in another direction."""
+        return replace(self, direction=direction)
+
+    def beside(self, index: int, side: float) -> "Mode":
+        """The mode on another side of one place."""
+        return replace(self, sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A motion after a step, and its acceleration at both ends."""
+
+    q: float
+    dq: float
+    first: float
+    last: float
+
+
+@dataclass(frozen=True, slots=True)
+class Switches:
+    """What decides the sides, and how it changes with the position and the velocity."""
+
+    values: tuple[float, ...]
+    by_position: tuple[float, ...]
+    by_velocity: tuple[float, ...]
+
+    def rate(self, index: int, dq: float, acceleration: float) -> float:
+        """How one changes with time."""
+        return self.by_position[index] * dq + self.by_velocity[index] * acceleration
+
+
+class Buffered:
+    """A CasADi function on fixed memory: arguments and results without conversion."""
+
+    def __init__(self, function: Any) -> None:
+        arguments = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
+        results = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
+        self.arguments = dict(zip(function.name_in(), arguments, strict=True))
+        self.results = results
+        self._buffer, self._run = function.buffer()
+        for i, array in enumerate(arguments):
+            self._buffer.set_arg(i, memoryview(array.data))
+        for i, array in enumerate(results):
+            self._buffer.set_res(i, memoryview(array.data))
+
+    def __call__(self, **scalars: float) -> list[Array]:
+        """Set scalar arguments, evaluate, and return the results' memory."""
+        for name, value in scalars.items():
+            self.arguments[name][0] = value
+        self._run()
+        return self.results
+
+
+class VirtualPlant:
+    """The plant of one axis, with one parameter set, under what is held.
+
+    Attributes
+    ----------
+    held : array
+        What is held between samples.
+    continuous : bool
+        Whether that is a reference, which a continuous law follows.
+    sides : int
+        How many there are.
+    """
+
+    def __init__(self, functions: Mapping[str, Any], parameters: Array) -> None:
+        self._q, self._dq = functions["plant_step"].name_in()[:2]
+        names = ("plant_step", "held_acceleration", "switching", "plant_rate")
+        self._functions = {name: Buffered(functions[name]) for name in names if name in functions}
+        for function in self._functions.values():
+            function.arguments["parameters"][:] = parameters
+        self.held = np.zeros(functions["held_acceleration"].size1_in("held"))
+        self.continuous = len(self.held) > 1
+        switching = functions.get("switching")
+        self.sides = 0 if switching is None else switching.size1_in("sides")
+
+    def move(self, q: float, dq: float, mode: Mode, span: float) -> Moved:
+        """Take one step in a mode."""
+        end = self._call("plant_step", q, dq, mode, step=span)
+        return Moved(*(float(value[0]) for value in end))
+
+    def accelerate(self, q: float, dq: float, mode: Mode) -> float:
+        """Acceleration in a mode."""
+        return float(self._call("held_acceleration", q, dq, mode)[0][0])
+
+    def rate(self, q: float, dq: float, mode: Mode) -> float:
+        """How fast the motion may change in a mode, 1/s."""
+        return float(self._call("plant_rate", q, dq, mode)[0][0])
+
+    def switches(self, q: float, dq: float, mode: Mode) -> Switches:
+        """What decides the sides."""
+        if not self.sides:
+            return Switches((), (), ())
+        return Switches(*(tuple(out.tolist()) for out in self._call("switching", q, dq, mode)))
+
+    def leaving(self, q: float, mode: Mode) -> tuple[float, float]:
+        """Accelerations with which an axis at rest would leave, forward and backward."""
+        ahead, behind = (self.ahead(q, mode.directed(s)) for s in (1.0, -1.0))
+        return self.accelerate(q, 0.0, ahead), self.accelerate(q, 0.0, behind)
+
+    def at_rest(self, q: float, mode: Mode) -> Mode:
+        """Direction at zero velocity; strictly between -1 and 1 if the axis sticks."""
+        forward, backward = self.leaving(q, mode)
+        if forward > 0:
+            return mode.directed(1.0)
+        if backward < 0:
+            return mode.directed(-1.0)
+        # Not a number if the force is not one.
+        share = 0.0 if backward == forward else (backward + forward) / (backward - forward)
+        return mode.directed(_STUCK if share >= 1 else -_STUCK if share <= -1 else share)
+
+    def chosen_at_rest(self, q: float, mode: Mode) -> Mode:
+        """The mode of an axis at rest that may leave."""
+        mode = self.at_rest(q, mode)
+        return self.ahead(q, mode) if abs(mode.direction) >= 1 else mode
+
+    def ahead(self, q: float, mode: Mode) -> Mode:
+        """The sides of an axis that leaves rest: where it rested in a place, the one ahead."""
+        if all(mode.sides):
+            return mode
+        slopes = self.switches(q, 0.0, mode).by_position
+        sides = tuple(
+            side or (-1.0 if slope * mode.direction < 0 else 1.0)
+            for side, slope in zip(mode.sides, slopes, strict=True)
+        )
+        return replace(mode, sides=sides)
+
+    def beyond(self, q: float, dq: float, mode: Mode, first: int) -> Mode:
+        """The sides at a state, from one on; one may depend on those before it."""
+        for i in range(first, self.sides):
+            value = self.switches(q, dq, mode).values[i]
+            mode = mode.beside(i, float(np.sign(value))) if value else mode
+        return mode
+
+    def pass_time(self, span: float) -> None:
+        """What is held, `span` seconds later."""
+        if self.continuous:
+            self.held[0] += self.held[1] * span
+
+    def sticks_after(self, q: float, mode: Mode, span: float) -> bool:
+        """Whether an axis at rest sticks `span` seconds later."""
+        held = self.held.copy()
+        self.pass_time(span)
+        sticks = self.at_rest(q, mode).sticks
+        self.held[:] = held
+        return sticks
+
+    def _call(self, name: str, q: float, dq: float, mode: Mode, **others: float) -> list[Array]:
+        function = self._functions[name]
+        arguments = function.arguments
+        if "held" in arguments:
+            arguments["held"][:] = self.held
+        if "direction" in arguments:
+            arguments["direction"][0] = mode.direction
+        if self.sides:
+            arguments["sides"][:] = mode.sides
+        return function(**{self._q: q, self._dq: dq}, **others)

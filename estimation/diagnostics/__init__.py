@@ -1,0 +1,29 @@
+"""Estimates held against their data.
+
+In: estimates and what they were made from. Out: measured findings, each with a `Check`.
+Knows nothing of how it is shown.
+"""
+
+from .alignment import Alignment as Alignment
+from .alignment import profile_alignment as profile_alignment
+from .check import Check as Check
+from .conclusion import by_weight as by_weight
+from .conclusion import conclusion as conclusion
+from .control_law import LawCheck as LawCheck
+from .control_law import check_law as check_law
+from .diagnosis import JUDGED as JUDGED
+from .diagnosis import Diagnosis as Diagnosis
+from .diagnosis import diagnose as diagnose
+from .diagnosis import judged_method as judged_method
+from .excitation import Excitation as Excitation
+from .filter_bias import filter_bias as filter_bias
+from .filter_bias import shift as shift
+from .instruments import STRONG_F as STRONG_F
+from .instruments import Endogeneity as Endogeneity
+from .instruments import InstrumentTests as InstrumentTests
+from .instruments import biased_parameters as biased_parameters
+from .instruments import endogeneity_of as endogeneity_of
+from .instruments import instrument_tests as instrument_tests
+from .motion import beyond_bounds as beyond_bounds
+from .motion import is_outside as is_outside
+from .motion import within_bounds as within_bounds

@@ -1,0 +1,386 @@
+"""The declared control law against what the drive did.
+
+The recorded control is regressed on the law's own terms, computed from the recorded reference and
+position. Every factor must be 1. What they are instead tells the fault: millimetres for metres, a
+flipped sign, another gain, another clock, a delay. A law that takes an ideal sensor's velocity is
+compared after a zero-phase low-pass of both sides, since that velocity is not recorded; the
+identification's own filter plays no part.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.runtime import by_sample
+from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
+from axisid.estimation.regression import Hac, factor, least_squares
+from axisid.estimation.signals import Prefilter
+from axisid.modeling.declaration import ControlLaw, velocity_variants
+from axisid.modeling.quantities import MEASURED_VELOCITY
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import EstimationError
+
+#: Percent of the recorded control that a law may leave unexplained.
+GOOD_RESIDUAL = 5.0
+_SMOOTH = 0.02  # of the sampling frequency
+_GOOD_FACTOR = 0.05  # distance from 1
+_EXACT_FACTOR = 0.01  # the same where the law fits otherwise
+_LAGS = 50  # samples over which what the law leaves may be alike
+_MOST_SHIFT = 5  # samples
+_COLUMN_FAULTS = {
+    -1.0: "its sign",
+    1e-3: "its unit, such as millimetres for metres",
+    1e3: "its unit, such as metres for millimetres",
+    math.pi / 180: "its unit, such as degrees for radians",
+}
+_UNITS = {
+    1e3: "metres for millimetres",
+    1e-3: "millimetres for metres",
+    math.pi / 180: "degrees for radians",
+    180 / math.pi: "radians for degrees",
+}
+_MUCH_BETTER = 0.5  # of the residual of the law as declared
+_CLEARLY_BETTER = 0.7  # of the residual without a shift, or a constant
+_CONSTANT = "constant"
+_SETTLE = 10  # samples in which the law's memory fills
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawCheck:
+    """The recorded control against the declared law.
+
+    Attributes
+    ----------
+    factors : dict of str to float
+        By product of gains; each is 1 if the law is the drive's. Empty where the record cannot
+        tell the law's terms apart.
+    residual_percent : float or None
+        ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
+        another period than the law's.
+    fitted_residual_percent : float
+        The same with the factors: what no gain explains. None without factors.
+    delay : int
+        Samples by which the recorded control follows the declared law best.
+    constant : float or None
+        What the recorded control is more than the law in the mean, in the drive's unit; None for a
+        record of another period than the law's.
+    passed : bool
+        Whether instruments simulated with this law can be believed.
+    meaning : str
+        One sentence for the user.
+    """
+
+    factors: dict[str, float]
+    residual_percent: float | None
+    fitted_residual_percent: float | None
+    delay: int
+    constant: float | None
+    passed: bool
+    meaning: str
+
+
+def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
+    """Check an axis's control law against a record; or say why it cannot be checked."""
+    law = axis.axis.control
+    if law is None:
+        return "the axis declares no control law"
+    # The period is the only thing of a law that can be checked without a reference.
+    apart = other_period(law, record.period, clock_of(record))
+    if apart is not None:
+        return apart.text if apart.confirmed else _other_clock(apart.text)
+    if record.reference is None or record.control is None:
+        return "the record has no reference or no control"
+    if not is_sampled_by(record, law):
+        return (
+            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+            f"{1 / law.period:.6g} Hz"
+        )
+    record = record.longest()  # a law's memory does not outlast a gap
+    settle = round(1 / _SMOOTH) if _takes_velocity(law) else _SETTLE
+    if len(record.position) < 2 * settle + 10 * len(law.terms):
+        return f"the record is too short for it, {len(record.position)} samples"
+    control, terms, used = _compared(axis, law, record, settle)
+    if not np.all(np.isfinite(terms)):
+        return "the declared law is not finite on this record"
+    if used.sum() < 10 * terms.shape[1]:
+        return "the control is at the drive's limit, or masked, nearly all the time"
+    shift = _best_shift(terms.sum(axis=1), control, used)
+    declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
+    names = [str(product) for product, _ in law.terms]
+    factors, fitted = _factors(control[used], terms[used], names)
+    scaled = _scaled(control[used], terms[used], names)
+    passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
+    constant = None if passed else _constant(control[used], terms[used], names, fitted)
+    repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
+    return LawCheck(
+        factors=factors,
+        residual_percent=declared,
+        fitted_residual_percent=fitted,
+        delay=shift,
+        constant=float(np.mean((control - terms.sum(axis=1))[used])),
+        passed=passed,
+        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
+        if passed
+        else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
+        if repair
+        else _slightly(scaled)
+        if declared < GOOD_RESIDUAL and shift == 0
+        else _fault(
+            factors, declared, fitted, shift, None if law.continuous else law.delay, constant
+        ),
+    )
+
+
+def _other_clock(meaning: str) -> LawCheck:
+    """A law of differences has other gains at another period, and its record another time."""
+    return LawCheck(
+        factors={},
+        residual_percent=None,
+        fitted_residual_percent=None,
+        delay=0,
+        constant=None,
+        passed=False,
+        meaning=meaning,
+    )
+
+
+def _repair(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float
+) -> str:
+    """What would make the law fit: columns changed, or its velocity formed otherwise; or empty."""
+    good = min(GOOD_RESIDUAL, _MUCH_BETTER * declared)
+    for said, changed in _changed_columns(record):
+        if _off(axis, law, changed, settle) < good:
+            return f"it is with {said}"
+    offs = {
+        name: _off(
+            build(replace(axis.axis, control=variant), native=False), variant, record, settle
+        )
+        for name, variant in velocity_variants(law).items()
+    }
+    best = min(offs, key=lambda name: offs[name], default="")
+    if not best or offs[best] >= good:
+        return ""
+    return (
+        f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
+        "the velocity in another way: declare that"
+    )
+
+
+def _changed_columns(record: Record) -> Iterator[tuple[str, Record]]:
+    """The record as it would be without a common mistake in its columns, and which."""
+    reference, position = record.reference, record.position
+    assert reference is not None  # noqa: S101  # there is none to check without it
+    for role, values in (("position", position), ("reference", reference)):
+        for scale, what in _COLUMN_FAULTS.items():
+            changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
+            yield f"the {role} times {scale:g}: check {what}", changed
+    swapped = replace(record, position=reference, reference=position)
+    yield "position and reference exchanged: check which column is which", swapped
+
+
+def _off(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> float:
+    """What a law leaves of the recorded control, percent."""
+    control, terms, used = _compared(axis, law, record, settle)
+    return relative_error_percent((control - terms.sum(axis=1))[used], control[used])
+
+
+def _takes_velocity(law: ControlLaw) -> bool:
+    following = [memory.following for memory in law.memory]
+    return any(e.has(MEASURED_VELOCITY) for e in (law.output, *following))
+
+
+def _compared(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
+    control, reference = np.asarray(record.control), np.asarray(record.reference)
+    # Beyond the limit the unit is wrong, not the drive saturated.
+    limited = np.isclose(np.abs(control), axis.axis.drive.limit, rtol=1e-6, atol=0.0)
+    for start, stop in record.masked:
+        limited[start : stop + _SETTLE] = True  # a position that was cut off stays in the memory
+    limited[:settle] = True
+    if not _takes_velocity(law):
+        terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
+        return control, terms, ~limited
+    smooth = Prefilter(cutoff=_SMOOTH / record.period)
+    _, velocity, _ = smooth.motion(record.position, record.period)
+    terms = _run_law(axis, reference, record.position, velocity)
+    if np.all(np.isfinite(terms)):
+        control, *columns = (
+            smooth.motion(signal, record.period)[0] for signal in (control, *terms.T)
+        )
+        terms = np.column_stack(columns)
+    limited[-settle:] = True
+    # The low-pass spreads a limited sample over its neighbours.
+    return control, terms, ~maximum_filter1d(limited, settle)
+
+
+def _factors(
+    control: Array, terms: Array, names: list[str]
+) -> tuple[dict[str, float], float | None]:
+    """Factors and what they leave, percent; none where the terms cannot be told apart."""
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    if not kept:
+        return {}, None
+    try:
+        fit = least_squares(control, factor(terms[:, moving], kept))
+    except EstimationError:
+        return {}, None
+    factors = dict(zip(kept, map(float, fit.theta), strict=True))
+    return factors, relative_error_percent(fit.residuals, control)
+
+
+def _scaled(control: Array, terms: Array, names: list[str]) -> dict[str, float]:
+    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    try:
+        fit = least_squares(control, factor(terms[:, moving], kept)) if kept else None
+    except EstimationError:
+        return {}
+    if fit is None:
+        return {}
+    lags = min(_LAGS, len(control) // 4)
+    deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
+    far = np.maximum(_EXACT_FACTOR, 3 * deviations)
+    return {
+        name: float(value)
+        for name, value, limit in zip(kept, fit.theta, far, strict=True)
+        if abs(value - 1) > limit
+    }
+
+
+def _slightly(scaled: dict[str, float]) -> str:
+    """What factors near 1 look like."""
+    listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
+    values = np.array(list(scaled.values()))
+    what = (
+        "the control's scaling, such as the gain of a converter"
+        if np.ptp(values) < _EXACT_FACTOR
+        else "the gains, the velocity filter and the period"
+    )
+    return (
+        f"the recorded control is the declared law's but for its factors ({listed}): check {what}; "
+        "what scales the control scales every estimate"
+    )
+
+
+def _constant(
+    control: Array, terms: Array, names: list[str], without: float | None
+) -> float | None:
+    """A constant that explains what the law's terms with factors of their own do not, or None.
+
+    Parameters
+    ----------
+    without : float or None
+        What factors alone leave, percent.
+    """
+    factors, fitted = _factors(
+        control, np.column_stack([terms, np.ones(len(terms))]), [*names, _CONSTANT]
+    )
+    if fitted is None or fitted > GOOD_RESIDUAL:
+        return None
+    if without is not None and fitted > _CLEARLY_BETTER * without:
+        return None
+    constant = factors.pop(_CONSTANT)
+    near = all(abs(value - 1) < _GOOD_FACTOR for value in factors.values())
+    return constant if near else None
+
+
+def _best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
+    """Shift that explains the control clearly better than none, else 0."""
+    rows = np.flatnonzero(used)
+    rows = rows[(rows >= _MOST_SHIFT) & (rows < len(control) - _MOST_SHIFT)]
+    errors = {
+        shift: float(np.linalg.norm(control[rows] - predicted[rows - shift]))
+        for shift in range(-_MOST_SHIFT, _MOST_SHIFT + 1)
+    }
+    best = min(errors, key=lambda shift: errors[shift])
+    return best if errors[best] < _CLEARLY_BETTER * errors[0] else 0
+
+
+def _fault(
+    factors: dict[str, float],
+    residual: float,
+    fitted: float | None,
+    shift: int,
+    delay: int | None,
+    constant: float | None,
+) -> str:
+    """Which fault the figures look like, and what to do."""
+    listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
+    start = f"the recorded control is not the declared law's ({residual:.3g} % off{listed}): "
+    if shift:
+        return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
+    if constant is not None:
+        return (
+            f"{start}a constant of {constant:.3g} explains it; check the control's offset, or the "
+            "value that an integral has at the record's start"
+        )
+    values = np.array(list(factors.values()))
+    common = float(np.median(values)) if factors else 1.0
+    off = [name for name, value in factors.items() if abs(value - 1) >= _GOOD_FACTOR]
+    if fitted is None or fitted > GOOD_RESIDUAL or not off:
+        return (
+            f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
+            "drive's limit and the noise"
+        )
+    if not np.all(np.abs(values / common - 1) < _GOOD_FACTOR):
+        return (
+            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
+            "filter and the period"
+        )
+    if abs(common + 1) < _GOOD_FACTOR:
+        return f"{start}its sign is flipped; check the sign of the control or of the positions"
+    for scale, what in _UNITS.items():
+        if abs(common / scale - 1) < _GOOD_FACTOR:
+            return f"{start}one unit stands for another, such as {what}"
+    return (
+        f"{start}every gain is off by one factor; check the control's unit and scaling, and "
+        "the velocity filter"
+    )
+
+
+def _clock(shift: int, delay: int | None) -> str:
+    samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
+    if abs(shift) == _MOST_SHIFT:
+        return f"it is shifted by {samples} or more; check the clocks and the columns"
+    if delay is None:
+        return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; check the clocks"
+    if delay + shift < 0:
+        return f"it comes {samples} before the law could give it; check the clocks and the columns"
+    return (
+        f"it comes {samples} {'later' if shift > 0 else 'earlier'}; declare delay={delay + shift}, "
+        "or check the clock"
+    )
+
+
+def _run_law(axis: GeneratedAxis, reference: Array, position: Array, velocity: Array) -> Array:
+    """The control law's terms along recorded signals, (N, terms), when they are applied.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    reference, position, velocity : (N,) array
+        What the law measured.
+    """
+    declared = axis.axis.control
+    delay = 0 if declared is None else declared.delay
+    law, terms = axis.functions["control_law"], axis.functions["control_terms"]
+    start = axis.functions["control_start"](reference[0], position[0]).full()
+    signals = [values[None, :] for values in (reference, position, velocity)]
+    states = np.zeros((len(start), len(reference)))
+    if len(start):
+        # The state comes first in and first out, so that the function can be run along the samples.
+        along = law.slice("law", [3, 0, 1, 2], [1]).mapaccum(len(reference))
+        states = np.hstack([start, along(start, *signals).full()[:, :-1]])
+    rows = by_sample(terms.call([*signals, states])[0].full(), len(reference))
+    return np.concatenate([np.repeat(rows[:1], delay, axis=0), rows[: len(rows) - delay]])

@@ -1,0 +1,24 @@
+"""Estimates by each method.
+
+In: an axis, a record, a prefilter. Out: `Estimate` with its `Value` of each parameter.
+Knows nothing of verdicts and of how it is shown.
+"""
+
+from .estimate import CURVED as CURVED
+from .estimate import FOLLOWING as FOLLOWING
+from .estimate import STILL as STILL
+from .estimate import Estimate as Estimate
+from .estimate import Iterate as Iterate
+from .physical import Physical as Physical
+from .physical import physical_parameters as physical_parameters
+from .study import COVARIANCES as COVARIANCES
+from .study import METHODS as METHODS
+from .study import Study as Study
+from .value import COVARIANCE_LABELS as COVARIANCE_LABELS
+from .value import Named as Named
+from .value import Value as Value
+from .value import student_interval as student_interval
+from .visibility import FEW_ROWS as FEW_ROWS
+from .visibility import Reach as Reach
+from .visibility import check_shown as check_shown
+from .visibility import natural_sizes as natural_sizes

@@ -1,0 +1,204 @@
+"""The map from declared to base parameters in numbers, and the point of least distance to it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from axisid.modeling.derivation import BaseModel
+from axisid.support.arrays import Array
+
+_MOST_STEPS = 200
+_STILL = 1e-10  # deviations
+_SAME = 1e-6  # of a distance, and of a parameter
+_SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
+_STRETCHES = (1.0, 3.0, 1 / 3)
+_SHARPEST = 1e-9  # relative deviation
+_MOST_SIGNS = 8  # parameters whose signs are tried in all ways
+
+
+@dataclass(frozen=True, slots=True)
+class BaseMap:
+    """``beta = weights . monomials(theta)``; dimensions as in `BaseModel`."""
+
+    base: BaseModel
+    exponents: Array = field(init=False)
+    weights: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "exponents", np.array(self.base.exponents, dtype=float))
+        object.__setattr__(self, "weights", np.array(self.base.weights, dtype=float))
+
+    def at(self, theta: Array) -> tuple[Array, Array]:
+        """Base parameters (b,) of declared ones (p,), and the Jacobian (b, p)."""
+        powers = self.exponents
+        slopes = np.empty_like(powers)
+        for j in range(len(theta)):
+            lower = powers.copy()
+            lower[:, j] = np.maximum(lower[:, j] - 1, 0)
+            slopes[:, j] = powers[:, j] * np.prod(theta**lower, axis=1)
+        return self.weights @ np.prod(theta**powers, axis=1), self.weights @ slopes
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum:
+    """Declared parameters (p,) and their squared distance, in deviations."""
+
+    theta: Array
+    cost: float
+
+
+class Distance:
+    """How far declared parameters are from base parameters and fixed values.
+
+    Attributes
+    ----------
+    free : list of int
+        The unknowns among the p declared parameters: those not fixed exactly.
+    target : (z,) array
+        Base parameters, then the values fixed with a deviation.
+    """
+
+    def __init__(self, base_map: BaseMap, beta: Array, covariance: Array) -> None:
+        self.map = base_map
+        declared = base_map.base.declared.parameters
+        self._known = [j for j, p in enumerate(declared) if p.known is not None]
+        self._uncertain = [j for j in self._known if declared[j].known_sd > 0]
+        exact = set(self._known) - set(self._uncertain)
+        self.free = [j for j in range(len(declared)) if j not in exact]
+        self._start = np.array([p.nominal if p.known is None else p.known for p in declared])
+        self._low = np.array([p.lower for p in declared])
+        self._high = np.array([p.upper for p in declared])
+        self._spread = np.array([declared[j].known_sd for j in self._uncertain])
+        self.target = np.concatenate([beta, self._start[self._uncertain]])
+        self._whiten = _whitening(self.covariance(covariance), self.target)
+
+    def covariance(self, of_beta: Array) -> Array:
+        """Of the target, (z, z), from that of the base parameters."""
+        b, f = len(of_beta), len(self._spread)
+        whole = np.zeros((b + f, b + f))
+        whole[:b, :b] = of_beta
+        whole[b:, b:] = np.diag(self._spread**2)
+        return whole
+
+    def minimum(self) -> Minimum:
+        """The nearest parameters, inside the bounds if any there are as near."""
+        found = [self._descend(start) for start in self._starts()]
+        least = min(each.cost for each in found)
+        near = [each for each in found if each.cost <= least + _SAME * (1 + least)] or found
+        near += [
+            Minimum(theta, near[0].cost)
+            for theta in self._mirrored(near[0].theta)
+            if not self._inside(near[0].theta)
+        ]
+        return next((each for each in near if self._inside(each.theta)), near[0])
+
+    def others(self, theta: Array) -> list[Array]:
+        """Further parameters inside the bounds that are as near, each once."""
+        cost = self._residuals(theta)[0]
+        least = float(cost @ cost)
+        candidates = [*self._mirrored(theta)]
+        if not self.map.base.unsettled:
+            ends = [self._descend(start) for start in self._starts()]
+            candidates += [e.theta for e in ends if e.cost <= least + _SAME * (1 + least)]
+        apart: list[Array] = []
+        for other in candidates:
+            told = all(not np.allclose(other, seen, rtol=1e-3) for seen in [theta, *apart])
+            if told and self._inside(other):
+                apart.append(other)
+        return apart
+
+    def influence(self, theta: Array, rank: int) -> Array:
+        """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly."""
+        _, slopes = self._residuals(theta)
+        sizes, unit = _scaled(slopes)
+        left, values, right = np.linalg.svd(unit, full_matrices=False)
+        inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
+        whole = np.zeros((len(theta), len(self.target)))
+        whole[self.free] = (inverse / sizes[:, None]) @ self._whiten
+        return whole
+
+    def sharpness(self, theta: Array, rank: int) -> float:
+        """Smallest against largest singular value of the scaled Jacobian; 1 for no unknowns."""
+        if rank == 0:
+            return 1.0
+        values = np.linalg.svd(_scaled(self._residuals(theta)[1])[1], compute_uv=False)
+        return float(values[rank - 1] / values[0]) if values[0] > 0 else 0.0
+
+    def _residuals(self, theta: Array) -> tuple[Array, Array]:
+        """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
+        beta, jacobian = self.map.at(theta)
+        mapped = np.concatenate([beta, theta[self._uncertain]])
+        slopes = np.vstack([jacobian, np.eye(len(theta))[self._uncertain]])[:, self.free]
+        return self._whiten @ (self.target - mapped), self._whiten @ slopes
+
+    def _descend(self, start: Array) -> Minimum:
+        """Levenberg and Marquardt's steps from a start."""
+        theta, damping = start.copy(), 1e-3
+        with np.errstate(all="ignore"):
+            left, slopes = self._residuals(theta)
+            for _ in range(_MOST_STEPS):
+                sizes, unit = _scaled(slopes)
+                rows = np.vstack([unit, np.sqrt(damping) * np.eye(unit.shape[1])])
+                if not np.all(np.isfinite(rows)):
+                    break
+                step = np.linalg.lstsq(rows, np.append(left, np.zeros(unit.shape[1])), rcond=None)[
+                    0
+                ]
+                tried = theta.copy()
+                tried[self.free] += step / sizes
+                ahead, steeper = self._residuals(tried)
+                if ahead @ ahead <= left @ left:
+                    theta, left, slopes, damping = tried, ahead, steeper, damping / 10
+                    if np.linalg.norm(step) <= _STILL * (1 + np.linalg.norm(left)):
+                        break
+                elif damping > 1e12:
+                    break
+                else:
+                    damping *= 10
+        cost = float(left @ left)
+        return Minimum(theta, cost if np.isfinite(cost) else float("inf"))
+
+    def _starts(self) -> Iterator[Array]:
+        """The nominal values first; where one is 0, other sizes; then neighbours."""
+        known = np.isin(np.arange(len(self._start)), self._known)
+        bent = np.any(self.map.exponents[self.map.exponents.sum(axis=1) > 1] > 0, axis=0)
+        silent = (self._start == 0) & ~known & bent
+        sizes = _SIZES if np.any(silent) else (1.0,)
+        stretches = _STRETCHES if np.any(bent) else (1.0,)
+        for stretch, size in product(stretches, sizes):
+            filled = np.where(silent, size, self._start)
+            yield np.where(known, filled, stretch * filled)
+
+    def _mirrored(self, theta: Array) -> Iterator[Array]:
+        """The same base parameters from other signs: flips that leave every monomial's sign."""
+        odd = np.mod(self.map.exponents[np.any(self.map.weights != 0, axis=0)], 2)
+        free = [j for j in range(len(theta)) if j not in self._known and theta[j] != 0]
+        # Only parameters that enter some monomial evenly or beside others can flip.
+        able = [j for j in free if not np.any((odd[:, j] == 1) & (odd.sum(axis=1) == 1))]
+        for flips in product((0, 1), repeat=len(able[:_MOST_SIGNS])):
+            chosen = np.zeros(len(theta))
+            chosen[able[:_MOST_SIGNS]] = flips
+            if any(flips) and not np.any(np.mod(odd @ chosen, 2)):
+                yield np.where(chosen == 1, -theta, theta)
+
+    def _inside(self, theta: Array) -> bool:
+        return bool(np.all((self._low <= theta) & (theta <= self._high)))
+
+
+def _scaled(slopes: Array) -> tuple[Array, Array]:
+    sizes = np.linalg.norm(slopes, axis=0)
+    sizes = np.where(sizes > 0, sizes, 1.0)
+    return sizes, slopes / sizes
+
+
+def _whitening(covariance: Array, values: Array) -> Array:
+    """``L^-1`` with ``L L' = C``; what is free of noise counts as known to nine digits."""
+    least = _SHARPEST * np.where(values == 0, 1.0, np.abs(values))
+    deviations = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), least)
+    relative = covariance / np.outer(deviations, deviations)
+    np.fill_diagonal(relative, 1.0)
+    sizes, vectors = np.linalg.eigh(relative)
+    safe = np.maximum(sizes, np.finfo(float).eps * len(sizes))
+    return np.asarray((vectors / np.sqrt(safe)).T / deviations, dtype=float)

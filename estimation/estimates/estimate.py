@@ -1,0 +1,388 @@
+"""What an estimator returns."""
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from axisid.codegen.artefacts import Quantity
+from axisid.estimation.regression import (
+    Bend,
+    Covariance,
+    Drawn,
+    Form,
+    ResidualTests,
+    bend,
+    correlation,
+    drawn_parameters,
+    residual_tests,
+    summarised,
+)
+from axisid.modeling.text import FunctionLike, parameter_function
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.shown import Shown
+
+from .value import Named, Value, student_interval
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Simulation error in percent from which the simulated loop does not follow the record.
+FOLLOWING = 50.0
+#: Part of a deviation by which no parameter may still move when the iteration ends.
+STILL = 1e-2
+#: Second-order part of a deviation, against the first, from which the delta method is not enough.
+CURVED = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iterate:
+    """One iterate of the instrumental-variable estimate.
+
+    Attributes
+    ----------
+    physical : (p,) array
+    theta : (k,) array
+        In the regression's own parameters.
+    simulation_error_percent : float
+        Of the loop simulated with it.
+    """
+
+    physical: Array
+    theta: Array
+    simulation_error_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Estimate(Shown):
+    """An estimate of the physical parameters, and of the direct model's where it is regressed.
+
+    Attributes
+    ----------
+    method : str
+        ``idm-ls``, ``ddm-ls``, ``idm-iv`` or ``ddm-iv``.
+    form : Form
+        The regression's form, with the map from its parameters to the physical ones.
+    quantities : tuple of Quantity
+        Physical parameters, length p.
+    theta : (k,) array
+        In the regression's own parameters.
+    physical : (p,) array
+    covariances : dict of str to (p, p) array
+        Of `physical`, by name: ``iid``, ``robust`` and ``hac``; by the delta method for a
+        direct model.
+    jacobian : (p, k) array
+        Of the physical parameters by the regression's own.
+    ddm_quantities : tuple of Quantity
+        Length m; empty for an inverse model.
+    ddm_covariances : dict of str to (m, m) array
+    y : (n,) array
+        Left side of the regression: force (IDM) or acceleration (DDM).
+    X : (n, k) array
+        Regressor.
+    Z : (n, k) array or None
+        Instruments of the last solution; None for least squares.
+    rows : (n,) array
+        Sample number of each row.
+    period : float
+        Of the samples, s.
+    times : (n,) array or None
+        Of each row since the record's first sample, s, where the record has gaps; None where it is
+        `rows` times `period`.
+    residuals : (n,) array
+        ``y - X theta``, less the known part of the model if it has one.
+    simulated : (n,) array or None
+        Left side as the simulated loop has it; None where the loop could not be simulated.
+    equation_error_percent : float
+        ``100 ||y - X theta|| / ||y||``. Not a quality of an instrumental-variable estimate.
+    simulation_error_percent : float or None
+        ``100 ||y - simulated|| / ||y||``.
+    condition_number : float
+        Of X as it is, not scaled.
+    iterates : tuple of Iterate
+        The start and every iterate; empty for least squares.
+    covariance_names : dict of str to str
+        What each covariance is, with lags and corrections, for the notes of a table.
+    remarks : tuple of str
+        What the user should know about this estimate.
+    chosen : {"hac", "robust", "iid"}
+        Of `covariances`, what intervals, draws, curvatures and tests are of.
+    assumed : Covariance
+        The same as what it assumes of residuals, with its lags if it has any.
+    gain_relative_sd : float
+        Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
+    gain_slopes : (p,) array or None
+        Of the physical parameters by the logarithm of the gain; None where it is exact.
+    theta_gain_slopes : (k,) array or None
+        The same of the regression's own parameters.
+    not_simulated : str
+        Why the loop cannot be simulated with the estimate where its law and its reference are
+        there: too stiff, no inertia, diverging. Else empty.
+    filter_bias : (p,) array or None
+        What the prefilter alone moves the physical parameters by; None where the loop could not be
+        simulated.
+    """
+
+    method: str
+    form: Form
+    quantities: tuple[Quantity, ...]
+    theta: Array
+    physical: Array
+    covariances: Mapping[str, Array]
+    jacobian: Array
+    ddm_quantities: tuple[Quantity, ...]
+    ddm_covariances: Mapping[str, Array]
+    y: Array
+    X: Array
+    Z: Array | None
+    rows: Array
+    period: float
+    residuals: Array
+    simulated: Array | None
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    condition_number: float
+    iterates: tuple[Iterate, ...]
+    covariance_names: Mapping[str, str]
+    remarks: tuple[str, ...]
+    assumed: Covariance
+    times: Array | None = None
+    not_simulated: str = ""
+    chosen: str = "hac"
+    gain_relative_sd: float = 0.0
+    gain_slopes: Array | None = None
+    theta_gain_slopes: Array | None = None
+    filter_bias: Array | None = None
+
+    def __repr__(self) -> str:
+        values = (
+            f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.parameters.items()
+        )
+        return f"{self.method}: {', '.join(values)}"
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom of the residuals, n - k."""
+        return int(len(self.y) - self.X.shape[1])
+
+    @property
+    def corrected(self) -> Array:
+        """Physical parameters less the filter's own bias, where that is known, (p,)."""
+        return self.physical if self.filter_bias is None else self.physical - self.filter_bias
+
+    @property
+    def theta_ddm(self) -> Array:
+        """Parameters of the direct model, (m,); empty for an inverse model."""
+        return self.theta[: len(self.ddm_quantities)]
+
+    @property
+    def covariance(self) -> Array:
+        """Of the physical parameters for independent residuals; see `covariances` for others."""
+        return self.covariances["iid"]
+
+    @property
+    def ddm_covariance(self) -> Array:
+        """Of the direct model's parameters for independent residuals."""
+        return self.ddm_covariances["iid"]
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
+        return correlation(self.covariances[self.chosen])
+
+    @property
+    def parameters(self) -> Named:
+        """Physical parameters by name."""
+        return self._values(
+            self.quantities, self.physical, self.covariances, self.gain_slopes, self.filter_bias
+        )
+
+    @property
+    def ddm_parameters(self) -> Named:
+        """Parameters of the direct model by name; empty for an inverse model."""
+        biases = None
+        if self.ddm_quantities and self.filter_bias is not None:
+            biases = self.theta_ddm - self.form.regressed(self.corrected)
+        return self._values(
+            self.ddm_quantities,
+            self.theta_ddm,
+            self.ddm_covariances,
+            self.theta_gain_slopes,
+            biases,
+        )
+
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the physical parameters, with its unit and interval.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            Such as ``"M/Fv"``, a time constant in s. Text may use + - * / ** and sqrt, abs, exp,
+            log, sin, cos, tan, atan, pi.
+
+        Returns
+        -------
+        Value
+            By the delta method, under every covariance.
+
+        Raises
+        ------
+        UsageError
+            The function cannot be read, or its units do not fit.
+        EstimationError
+            It has no finite value at the estimate.
+
+        Warns
+        -----
+        RuntimeWarning
+            The function bends within the uncertainty, so that the delta method is not enough.
+        """
+        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        value, slopes, bends = read.at([float(x) for x in self.physical])
+        gradient, hessian = np.array(slopes), np.array(bends)
+        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
+            raise EstimationError(
+                f"{function} is not a finite real number with finite derivatives at the estimate; "
+                f"its value is {value:g}."
+            )
+        curvature = self._bend().ratio(gradient, hessian)
+        if curvature > CURVED:
+            warnings.warn(
+                f"{function} bends within the uncertainty: the second-order part of its standard "
+                f"deviation is {curvature:.2g} of the first; draw instead: propagate()",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        variances = {name: float(gradient @ c @ gradient) for name, c in self.covariances.items()}
+        by_gain, bias = (
+            None if moves is None else float(gradient @ moves)
+            for moves in (self.gain_slopes, self.filter_bias)
+        )
+        return self.valued(value, str(read.unit), variances, by_gain, bias)
+
+    @property
+    def curvatures(self) -> Array:
+        """Second-order part of each physical parameter's deviation against the first, (p,).
+
+        Zero where the regression is in the physical parameters themselves; the delta method is
+        enough up to about 0.1.
+        """
+        bent, flat = self._bend(), np.zeros((len(self.physical),) * 2)
+        return np.array([bent.ratio(row, flat) for row in np.eye(len(self.physical))])
+
+    def propagate(
+        self,
+        function: FunctionLike,
+        *,
+        draws: int = 10_000,
+        seed: int = 0,
+        covariance: str | None = None,
+    ) -> Drawn:
+        """Any function of the physical parameters over draws from the estimate's distribution.
+
+        The regression's own parameters are drawn from Student's multivariate distribution and
+        mapped exactly, so that neither map nor function is taken for straight, as `derive` does;
+        the filter's own bias is taken off what is drawn, as it is off every interval.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            As in `derive`; a parameter's name for itself.
+        draws, seed : int
+        covariance : {"hac", "robust", "iid"}, optional
+            The chosen one by default.
+
+        Raises
+        ------
+        UsageError
+            As in `derive`; or there are too few or too many draws, or no such covariance.
+        """
+        covariance = covariance or self.chosen
+        if covariance not in self.covariances:
+            raise UsageError(
+                f"there is no covariance {covariance!r}; choose from {', '.join(self.covariances)}."
+            )
+        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        drawn, lost = drawn_parameters(
+            self.form, self.theta, self._of_theta(covariance), self.dof, draws, seed
+        )
+        drawn += self.corrected - self.physical
+        return summarised(read.value, self.physical, str(read.unit), drawn, lost, seed)
+
+    @property
+    def residual_tests(self) -> ResidualTests:
+        """Tests of the residuals, against the instruments or the regressor of least squares."""
+        return residual_tests(self.residuals, self.X if self.Z is None else self.Z)
+
+    def plot_force(self) -> "Figure":
+        """Draw measured and reconstructed force (or acceleration) and the error."""
+        return self.plot("force")
+
+    def plot_autocorrelation(self) -> "Figure":
+        """Draw the residuals' autocorrelation."""
+        return self.plot("autocorrelation")
+
+    def plot_spectrum(self) -> "Figure":
+        """Draw the residuals' power density."""
+        return self.plot("spectrum")
+
+    def plot_convergence(self) -> "Figure":
+        """Draw the iterates of instruments; a `UsageError` for least squares."""
+        return self.plot("convergence")
+
+    def _bend(self) -> Bend:
+        return bend(self.form, self.theta, self._of_theta(self.chosen))
+
+    def _of_theta(self, name: str) -> Array:
+        """Covariance of the regression's own parameters."""
+        return (self.ddm_covariances or self.covariances)[name]
+
+    def _values(
+        self,
+        quantities: tuple[Quantity, ...],
+        theta: Array,
+        covariances: Mapping[str, Array],
+        slopes: Array | None,
+        biases: Array | None,
+    ) -> Named:
+        return Named(
+            (
+                q.name,
+                self.valued(
+                    float(theta[i]),
+                    q.unit,
+                    {name: float(c[i, i]) for name, c in covariances.items()},
+                    None if slopes is None else float(slopes[i]),
+                    None if biases is None else float(biases[i]),
+                ),
+            )
+            for i, q in enumerate(quantities)
+        )
+
+    def valued(
+        self,
+        value: float,
+        unit: str,
+        variances: Mapping[str, float],
+        by_gain: float | None,
+        filter_bias: float | None = None,
+    ) -> Value:
+        """A value from its variances and its slope by the logarithm of the drive gain."""
+        # Rounding may leave a variance of nothing a little below zero.
+        sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
+        corrected = value - (filter_bias or 0.0)
+        return Value(
+            value=value,
+            unit=unit,
+            sd=sds["iid"],
+            sd_robust=sds["robust"],
+            sd_hac=sds["hac"],
+            interval=student_interval(corrected, sds[self.chosen], self.dof),
+            sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
+            filter_bias=filter_bias,
+            chosen=self.chosen,
+        )

@@ -1,0 +1,92 @@
+"""The estimate made again on changed signals: what the filter does to it, and what the gain does.
+
+Both keep the instruments: only what was measured is changed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.records import Record
+from axisid.estimation.regression import (
+    Factored,
+    Form,
+    factor,
+    instrumental_variables,
+    least_squares,
+    simulated_position,
+)
+from axisid.estimation.signals import Prefilter, Signals, measured_signals
+from axisid.estimation.simulation import Simulation
+from axisid.support.arrays import Array
+
+_STEP = 1e-4  # of the gain
+
+
+def filter_bias(
+    form: Form,
+    record: Record,
+    prefilter: Prefilter,
+    loops: Sequence[Simulation],
+    physical: Array,
+    instruments: Factored | None,
+) -> Array:
+    """What filtering, differencing and decimation alone move the estimate by, (p,).
+
+    The loops simulated with the estimate are a record without noise, delay or unknown friction;
+    what the same filter and estimator make of it should be the estimate. Mostly it is rounding
+    where friction reverses that moves it.
+
+    Parameters
+    ----------
+    form : Form
+        At its point, if it is linearised.
+    record : Record
+    prefilter : Prefilter
+    loops : sequence of Simulation
+        Of the record's reference, with `physical`; one for each segment.
+    physical : (p,) array
+    instruments : Factored or None
+        Of the estimate; None for least squares.
+    """
+    noise_free = replace(
+        record,
+        position=simulated_position(loops),
+        control=None if record.control is None else np.concatenate([s.control for s in loops]),
+        force=None if record.force is None else np.concatenate([s.force for s in loops]),
+    )
+    signals = measured_signals(form.axis, noise_free, prefilter)
+    theta = _solved(form, signals, prefilter, record.period, instruments)
+    return np.asarray(form.physical(theta)[0] - physical, dtype=float)
+
+
+def slopes_by_gain(
+    form: Form,
+    signals: Signals,
+    prefilter: Prefilter,
+    period: float,
+    instruments: Factored | None,
+) -> tuple[Array, Array]:
+    """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
+
+    Without known terms every linear parameter is proportional to the gain; a known term keeps its
+    size, so that the others take what it leaves.
+    """
+    ahead, behind = (
+        _solved(form, replace(signals, force=signals.force * scale), prefilter, period, instruments)
+        for scale in (1 + _STEP, 1 - _STEP)
+    )
+    physical = form.physical(ahead)[0] - form.physical(behind)[0]
+    return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
+
+
+def _solved(
+    form: Form, signals: Signals, prefilter: Prefilter, period: float, instruments: Factored | None
+) -> Array:
+    rows = form.equations(signals).reduced(prefilter, period)
+    regressor = factor(rows.regressor, [q.expression or q.name for q in form.quantities])
+    left = rows.left - rows.known
+    if instruments is None:
+        return least_squares(left, regressor).theta
+    return instrumental_variables(left, regressor, instruments).theta

@@ -1,0 +1,52 @@
+"""How far the instrumental-variable iteration goes at a time, and how near its end must be.
+
+The next estimate follows from instruments that are simulated with the last one. Where the model
+leaves much unexplained, a whole step may overshoot, and the iteration swings between two estimates
+for ever: part of a step ends that, at the same estimate. And a loop that reverses thousands of
+times jumps with the parameters, as reversals move from one sample to the next: then no estimate
+follows from itself to the last digit.
+"""
+
+import numpy as np
+
+from axisid.support.arrays import Array
+
+from .estimate import STILL
+
+#: Part of a deviation by which an estimate may be away from the one that follows from it: a
+#: hundredth of the variance, where the simulated loop jumps too much for `STILL`.
+NEAR = 0.1
+_ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
+_SWINGING = 0.5  # of the last step, backwards
+_LEAST = 0.125
+_FIRST = 3  # steps; those from the nominal values are of any size and direction
+
+
+class Pace:
+    """Steps of one iteration, in deviations."""
+
+    def __init__(self) -> None:
+        self.share, self._taken = 1.0, 0
+        self._last: Array | None = None
+
+    def step(self, start: Array, goal: Array, deviation: Array) -> float:
+        """Take note of a step between parameters (p,); its size, the largest of them.
+
+        `share` is then the part of it to go.
+        """
+        unit = deviation + _ROUNDING / STILL * np.abs(goal)
+        moved = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
+        self._taken += 1
+        if self._last is not None and self._taken > _FIRST and self._swings(moved):
+            self.share = max(self.share / 2, _LEAST)
+        self._last = moved
+        return float(np.abs(moved).max())
+
+    def _swings(self, moved: Array) -> bool:
+        """Whether a step takes back the last one, and hardly shrinks."""
+        last = self._last
+        return (
+            last is not None
+            and float(moved @ last) < 0
+            and float(np.linalg.norm(moved)) > _SWINGING * float(np.linalg.norm(last))
+        )

@@ -1,0 +1,183 @@
+"""Physical parameters from base parameters and from what is known apart from the record.
+
+Classical minimum distance: with ``z = (beta_hat, fixed values)`` and its covariance V, the
+parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. What
+is fixed exactly is no unknown. Where z has more members than there are unknowns, the minimum is
+chi-squared distributed and tells whether what was fixed contradicts the record. For that beta_hat
+must be where the truth is expected and V say how far: the filter's own bias is taken off, and what
+the drive gain's deviation adds is in V.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from axisid.estimation.regression import delta_method
+from axisid.modeling.derivation import BaseModel
+from axisid.modeling.quantities import Parameter
+from axisid.modeling.wording import describe_unsettled, unsettled_names
+from axisid.support.arrays import Array
+
+from .base_distance import BaseMap, Distance
+from .estimate import Estimate
+from .value import Value
+
+_EXACT = 1e-6  # a distance in deviations that is none
+_SINGULAR = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Physical:
+    """Physical parameters of one estimate.
+
+    Attributes
+    ----------
+    method : str
+        Of the estimate.
+    base : BaseModel
+    parameters : mapping of str to Value
+        The declared parameters that follow, by name.
+    covariances : mapping of str to array
+        Of these, in their order: ``iid``, ``robust`` and ``hac``.
+    unsettled : tuple of str
+        In words, which parameters do not follow and what would have to be known.
+    statistic, dof, p_value : float, int, float or None
+        The minimum distance, chi-squared with `dof` degrees of freedom, and how likely a larger one
+        is; None where nothing contradicts whatever is fixed.
+    remarks : tuple of str
+        Other values that fit as well, bounds that are violated.
+    """
+
+    method: str
+    base: BaseModel
+    parameters: Mapping[str, Value]
+    covariances: Mapping[str, Array]
+    unsettled: tuple[str, ...]
+    statistic: float
+    dof: int
+    p_value: float | None
+    remarks: tuple[str, ...]
+
+    @property
+    def shows_more(self) -> bool:
+        """Whether it says anything that the base parameters do not."""
+        own = {p.name for p in self.base.axis.parameters}
+        return bool(self.parameters) and bool(self.base.known or set(self.parameters) - own)
+
+
+def physical_parameters(estimate: Estimate) -> Physical | None:
+    """Physical parameters from an estimate and what its axis declares as known.
+
+    Returns
+    -------
+    Physical or None
+        None where the estimate is of the physical parameters already and none is known.
+
+    References
+    ----------
+    [NeweyMcFadden1994]_.
+    """
+    base = estimate.form.axis.base
+    if not (base.changed or base.known):
+        return None
+    distance = Distance(BaseMap(base), estimate.corrected, _expected(estimate))
+    found = distance.minimum()
+    lost = unsettled_names(base)
+    rank = len(distance.free) - len(base.unsettled)
+    dof = len(distance.target) - rank
+    reason = _no_solution(found.cost, dof, distance, found.theta, rank)
+    if reason:
+        return _none(estimate, base, (*describe_unsettled(base), reason))
+    influence = distance.influence(found.theta, rank)
+    names = [p.name for p in base.declared.parameters]
+    kept = [j for j, name in enumerate(names) if name not in lost]
+    covariances = {
+        name: delta_method(distance.covariance(c), influence)[np.ix_(kept, kept)]
+        for name, c in estimate.covariances.items()
+    }
+    by_gain = None
+    if estimate.gain_slopes is not None:
+        by_gain = influence[:, : len(estimate.physical)] @ estimate.gain_slopes
+    return Physical(
+        method=estimate.method,
+        base=base,
+        parameters={
+            names[j]: estimate.valued(
+                float(found.theta[j]),
+                base.declared.parameters[j].unit,
+                {name: float(c[i, i]) for name, c in covariances.items()},
+                None if by_gain is None else float(by_gain[j]),
+            )
+            for i, j in enumerate(kept)
+        },
+        covariances=covariances,
+        unsettled=describe_unsettled(base),
+        statistic=found.cost if dof else 0.0,
+        dof=dof,
+        p_value=float(chdtrc(dof, found.cost)) if dof else None,
+        remarks=(*_others(distance, found.theta, kept), *_outside(base, found.theta, kept)),
+    )
+
+
+def _expected(estimate: Estimate) -> Array:
+    """Covariance of the base parameters about the truth: noise, and the drive gain."""
+    noise = estimate.covariances[estimate.chosen]
+    if estimate.gain_slopes is None:
+        return noise
+    moved = estimate.gain_relative_sd * estimate.gain_slopes
+    return np.asarray(noise + np.outer(moved, moved), dtype=float)
+
+
+def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Physical:
+    return Physical(
+        method=estimate.method,
+        base=base,
+        parameters={},
+        covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
+        unsettled=reasons,
+        statistic=0.0,
+        dof=0,
+        p_value=None,
+        remarks=(),
+    )
+
+
+def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:
+    """Why there are no physical parameters; empty if there are."""
+    if not np.isfinite(cost) or (dof == 0 and cost > _EXACT):
+        return (
+            "no values of the physical parameters give the base parameters as they are estimated: "
+            "check the equation of motion and what was fixed, or start from better nominal values"
+        )
+    if distance.sharpness(theta, rank) < _SINGULAR:
+        return (
+            "at this estimate the base parameters hardly change with the physical ones, which "
+            "therefore do not follow: fix others"
+        )
+    return ""
+
+
+def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
+    """Other physical parameters within their bounds that fit as well."""
+    names = [p.name for p in distance.map.base.declared.parameters]
+    remarks = []
+    for other in distance.others(theta):
+        moved = [j for j in kept if not np.isclose(other[j], theta[j], rtol=1e-3, atol=0.0)]
+        if moved:
+            values = ", ".join(f"{names[j]} = {other[j]:.4g}" for j in moved)
+            remarks.append(
+                f"{values} would fit as well; what is given is nearer the nominal values, bounds "
+                "tell the two apart"
+            )
+    return remarks
+
+
+def _outside(base: BaseModel, theta: Array, kept: list[int]) -> list[str]:
+    declared: list[Parameter] = [base.declared.parameters[j] for j in kept]
+    return [
+        f"{p.name} = {theta[j]:.6g} {p.unit} is outside its bounds [{p.lower:g}, {p.upper:g}]"
+        for j, p in zip(kept, declared, strict=True)
+        if not p.lower <= theta[j] <= p.upper and p.known is None
+    ]

@@ -1,0 +1,96 @@
+"""The pipeline: from an axis and a record to estimates, method by method."""
+
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.estimates import COVARIANCES, METHODS, Estimate, Study
+from axisid.estimation.records import Record, check_record
+from axisid.estimation.regression import LoopDataError
+from axisid.estimation.signals import Prefilter, settled
+from axisid.modeling.declaration import Axis
+from axisid.support.errors import EstimationError, ModelError, UsageError
+
+from .result import Identification
+
+
+def identify(
+    axis: Axis | GeneratedAxis,
+    record: Record,
+    prefilter: Prefilter | None = None,
+    methods: Sequence[str] | None = None,
+    *,
+    lags: int | None = None,
+    covariance: Literal["hac", "robust", "iid"] = "hac",
+) -> Identification:
+    """Identify an axis from a record.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+    record : Record
+    prefilter : Prefilter, optional
+        The paper's appropriate filter by default; on records above 1.5 kHz fewer rows are kept,
+        see `Prefilter.suited`.
+    methods : sequence of str, optional
+        Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
+        in `Identification.skipped`, what came to nothing in `Identification.failed`.
+    lags : int, optional
+        Of the autocorrelation-consistent covariance; chosen from the data by default.
+    covariance : {"hac", "robust", "iid"}
+        What intervals, draws, the delta method's check and the endogeneity test are of. All three
+        deviations are given whichever is chosen.
+
+    Raises
+    ------
+    UsageError, DataError, ModelError, EstimationError
+        See each; a method asked for by name raises, whatever the reason.
+    """
+    generated = as_generated(axis)
+    asked = (methods,) if isinstance(methods, str) else methods
+    _check_arguments(asked, record, covariance)
+    given = prefilter or Prefilter.suited(record.period)
+    prefilter = settled(given, generated, record)
+    study = Study(generated, record, prefilter, lags, covariance)
+    estimates: dict[str, Estimate] = {}
+    skipped: dict[str, str] = {}
+    failed: dict[str, str] = {}
+    for method in METHODS if asked is None else dict.fromkeys(asked):
+        try:
+            # What is not finite is refused by name; NumPy's own warnings would only repeat it.
+            with np.errstate(all="ignore"):
+                estimates[method] = study.estimate(method)
+        except (ModelError, LoopDataError) as error:
+            if asked is not None:
+                raise
+            skipped[method] = str(error)
+        except EstimationError as error:
+            if asked is not None or not estimates:
+                raise
+            failed[method] = str(error)
+    return Identification(
+        axis=generated,
+        record=record,
+        prefilter=prefilter,
+        estimates=estimates,
+        skipped=skipped,
+        failed=failed,
+        asked=given,
+    )
+
+
+def _check_arguments(asked: Sequence[str] | None, record: object, covariance: str) -> None:
+    if asked is not None and not isinstance(asked, Iterable):
+        raise UsageError(f"the methods are {asked!r}; give a list of names.")
+    for method in asked or ():
+        if method not in METHODS:
+            raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
+    if asked is not None and not asked:
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+    check_record(record)
+    if covariance not in COVARIANCES:
+        raise UsageError(
+            f"there is no covariance {covariance!r}; choose from {', '.join(COVARIANCES)}."
+        )

@@ -1,0 +1,139 @@
+"""The result object: estimates with what they were made from."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, judged_method
+from axisid.estimation.estimates import Estimate, Physical, physical_parameters
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter
+from axisid.support.errors import UsageError
+from axisid.support.shown import Shown, shown_by
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Identification(Shown):
+    """The estimates of one axis from one record.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    prefilter : Prefilter
+    estimates : mapping of str to Estimate
+        By method.
+    skipped : mapping of str to str
+        Methods that were not asked for by name and that axis or record do not allow, with the
+        reason.
+    failed : mapping of str to str
+        Methods that were not asked for by name and came to nothing, with the reason.
+    asked : Prefilter or None
+        The prefilter before what it left open was chosen for the record.
+    """
+
+    axis: GeneratedAxis
+    record: Record
+    prefilter: Prefilter
+    estimates: Mapping[str, Estimate]
+    skipped: Mapping[str, str]
+    failed: Mapping[str, str]
+    asked: Prefilter | None = None
+
+    def __getitem__(self, method: str) -> Estimate:
+        return self._of(method)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __contains__(self, method: object) -> bool:
+        return isinstance(method, str) and method.lower() in self.estimates
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def __repr__(self) -> str:
+        source = self.record.provenance.source
+        return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
+
+    @property
+    def physical(self) -> dict[str, Physical]:
+        """Declared parameters by method; empty where the estimates are of them already.
+
+        From the base parameters and what is declared as known; see `axisid.fix`.
+        """
+        found = {name: physical_parameters(e) for name, e in self.estimates.items()}
+        return {name: each for name, each in found.items() if each is not None}
+
+    @property
+    def judged(self) -> Estimate:
+        """The estimate that is judged, by instruments where there are, inverse model first."""
+        return self.estimates[judged_method(self.estimates)]
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """What the tests of the result measured; made anew each time."""
+        return diagnose(self.axis, self.record, self.prefilter, self.estimates)
+
+    @property
+    def verdict(self) -> tuple[Check, ...]:
+        """What was checked, against what, and what it means."""
+        return self.diagnosis.verdict
+
+    def summary(self, draws: int = 0, *, full: bool = False) -> str:
+        """The estimates side by side as text, with numbered notes.
+
+        Parameters
+        ----------
+        draws : int
+            How many to draw from each estimate's distribution, for a table of intervals that do
+            without the delta method; 0 for none.
+        full : bool
+            Add intervals, correlations and every diagnostic with its figures.
+        """
+        return str(shown_by("as_text", self, draws=draws, full=full))
+
+    def plot_force(self, method: str | None = None) -> "Figure":
+        """Draw measured and reconstructed force of a method, by default the judged one."""
+        return self.plot("force", method=method)
+
+    def plot_autocorrelation(self, method: str | None = None) -> "Figure":
+        """Draw the residuals' autocorrelation."""
+        return self.plot("autocorrelation", method=method)
+
+    def plot_spectrum(self, method: str | None = None) -> "Figure":
+        """Draw the residuals' power density."""
+        return self.plot("spectrum", method=method)
+
+    def plot_convergence(self, method: str | None = None) -> "Figure":
+        """Draw the iterates of instruments; a `UsageError` for least squares."""
+        return self.plot("convergence", method=method)
+
+    def plot_friction(self, method: str | None = None) -> "Figure":
+        """Draw the fitted friction law over the binned measurement."""
+        return self.plot("friction", method=method)
+
+    def plot_tracking(self, method: str | None = None) -> "Figure":
+        """Draw recorded and simulated position; a `UsageError` if there is no loop."""
+        return self.plot("tracking", method=method)
+
+    def plot_record(self) -> "Figure":
+        """Draw the record, with what was dropped."""
+        return self.plot("record")
+
+    def _of(self, method: str | None) -> Estimate:
+        if method is None:
+            return self.judged
+        if method.lower() not in self.estimates:
+            raise UsageError(
+                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+            )
+        return self.estimates[method.lower()]
+
+    def to_dict(self, draws: int = 0) -> dict[str, Any]:
+        """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""
+        return dict(shown_by("as_document", self, draws=draws))

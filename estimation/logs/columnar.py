@@ -1,0 +1,195 @@
+"""Columns by name: NumPy archives, Parquet files, and the dataframes and arrays of a script."""
+
+import io
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from axisid.estimation.tables import Gathered, Table, library, split_labels, told
+from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.memory import Room
+
+_ZIP = b"PK"
+_UNIT_KEYS = (b"unit", b"units", b"Unit")
+_HEADS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+_DOUBLE = 8  # bytes
+_BATCH = 65_536  # rows that are unfolded before they are counted
+
+
+def read_npz(file: Path, content: bytes, room: Room) -> Table:
+    """Read a NumPy archive: vectors, columns of matrices (``data.1``), fields of records.
+
+    Raises
+    ------
+    DataError
+        It is damaged, or holds Python objects (which could run code) or no vectors, or it unfolds
+        to more than there is room for.
+    """
+    found = Gathered(room=room)
+    if not content.startswith(_ZIP):
+        raise DataError(f"{file} cannot be read as a NumPy archive; write one with numpy.savez.")
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
+                room.take(entry.file_size)
+                with archive.zip.open(entry) as stream:
+                    room.check(_DOUBLE * _numbers(stream))
+                _add_entry(found, name, archive)
+    except AxisidError:
+        raise
+    except Exception as error:
+        # Damaged archives raise zip, zlib, struct and value errors alike.
+        raise DataError(f"{file} cannot be read as a NumPy archive: {told(error)}.") from error
+    if not found.columns:
+        raise DataError(
+            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez."
+        )
+    return found.table(str(file))
+
+
+def _numbers(stream: IO[bytes]) -> int:
+    """How many numbers an array of an archive has, by its head; 0 where that does not tell."""
+    try:
+        read = _HEADS[np.lib.format.read_magic(stream)]
+        shape, _, dtype = read(stream)
+    except (KeyError, ValueError, EOFError):
+        return 0
+    return math.prod(shape) if dtype.kind in "fiub" else 0
+
+
+def _add_entry(found: Gathered, name: str, archive: Any) -> None:
+    """An array, or the fields of records; objects are left alone, since they could run code."""
+    try:
+        array = archive[name]
+    except ValueError as error:
+        if "Object arrays" not in str(error):
+            raise
+        found.passed_over[name] = "Python objects, which could run code"
+        return
+    if array.dtype.names is None:
+        found.add_array(name, array)
+    for inner in array.dtype.names or ():
+        found.add_array(f"{name}.{inner}", array[inner])
+
+
+def read_parquet(file: Path, content: bytes, room: Room) -> Table:
+    """Read a Parquet file; units come from the metadata of its fields, or from their names.
+
+    Raises
+    ------
+    DataError
+        It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
+    """
+    arrow, parquet = _pyarrow(file)
+    batches, schema = [], None
+    try:
+        with parquet.ParquetFile(io.BytesIO(content)) as opened:
+            schema = opened.schema_arrow
+            for batch in opened.iter_batches(batch_size=_BATCH):
+                room.take(2 * batch.nbytes)  # its columns are put together anew
+                batches.append(batch)
+        table = arrow.Table.from_batches(batches, schema).flatten()
+    except AxisidError:
+        raise
+    except Exception as error:
+        raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
+    return arrow_columns(table, Gathered(room=room)).table(str(file))
+
+
+def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
+    """The table of a Parquet file, so many rows at a time.
+
+    Raises
+    ------
+    DataError
+        It is damaged, or pyarrow is not installed.
+    """
+    arrow, parquet = _pyarrow(Path(source))
+    origins: dict[str, np.datetime64] = {}
+    buffered = io.BufferedReader(raw)
+    try:
+        with parquet.ParquetFile(buffered) as content:
+            for batch in content.iter_batches(batch_size=rows):
+                table = arrow.Table.from_batches([batch]).flatten()
+                yield arrow_columns(table, Gathered(origins=origins)).table(source)
+    except AxisidError:
+        raise
+    except (OSError, ValueError, MemoryError, arrow.ArrowException) as error:
+        raise DataError(f"{source} cannot be read as a Parquet file: {told(error)}.") from error
+    finally:
+        buffered.detach()  # whoever opened the file has more to ask of it
+
+
+def _pyarrow(file: Path) -> tuple[Any, Any]:
+    return library("pyarrow", "parquet", file), library("pyarrow.parquet", "parquet", file)
+
+
+def arrow_columns(table: Any, found: Gathered) -> Gathered:
+    """Gather the columns of an Arrow table, times in s."""
+    split = split_labels(table.schema.names)
+    for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
+        metadata = field.metadata or {}
+        told_unit = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
+        found.add(name, values.to_numpy(), unit=told_unit, label=field.name)
+    return found
+
+
+def read_frame(frame: object) -> Table:
+    """Columns of a mapping of arrays, or of any dataframe that narwhals knows.
+
+    Raises
+    ------
+    UsageError
+        It is neither.
+    DataError
+        The library narwhals is not installed, or names occur twice.
+    """
+    source = f"a {type(frame).__name__}"
+    if isinstance(frame, Mapping):
+        arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
+    else:
+        arrays = _frame_arrays(frame)
+    labels = [label for label, _ in arrays]
+    found = Gathered()
+    for (name, unit), (label, values) in zip(split_labels(labels), arrays, strict=True):
+        found.add(name, values, unit=unit, label=label)
+    return found.table(source, missing=_index(frame))
+
+
+def _array(name: str, values: object) -> np.ndarray[Any, Any]:
+    if np.ma.is_masked(values):
+        raise UsageError(f"the column {name!r} is masked; give numbers, with NaN for what lacks.")
+    return np.asarray(values)
+
+
+def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
+    narwhals = library("narwhals", "dataframe", Path("the dataframe"))
+    try:
+        table = narwhals.from_native(frame, eager_only=True)
+        return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
+    except TypeError as error:
+        raise UsageError(
+            f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
+            "PyArrow, ...) or a mapping of column names to arrays."
+        ) from error
+    except narwhals.exceptions.NarwhalsError as error:
+        raise DataError(f"the dataframe cannot be read: {told(error)}; rename one.") from error
+
+
+def _flat(name: object) -> str:
+    """The levels of a name in one."""
+    return ".".join(str(level) for level in name) if isinstance(name, tuple) else str(name)
+
+
+def _index(frame: object) -> str:
+    """What is said of the index of a pandas dataframe, which is no column."""
+    names = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
+    if not names:
+        return ""
+    return f"Its index {', '.join(names)} is no column; give log.reset_index()."

@@ -1,0 +1,173 @@
+"""What a file is by its first bytes, so that a wrong ending is told with what to do about it."""
+
+import gzip
+import io
+import re
+import stat
+import zipfile
+import zlib
+from pathlib import Path
+
+from axisid.support.errors import DataError
+from axisid.support.memory import Room
+
+_PIECE = 1 << 20  # bytes that are unpacked before they are counted
+HEAD = 4096  # bytes that tell the kind
+_ASK = "give the file the ending "
+#: First bytes, what such a file is, what to do, and the endings that it rightly has.
+_SIGNATURES: tuple[tuple[bytes, str, str, tuple[str, ...]], ...] = (
+    (b"PAR1", "a Parquet file", f"{_ASK}.parquet", (".parquet", ".pq")),
+    (b"MATLAB 5.0 MAT-file", "a MATLAB file", f"{_ASK}.mat", (".mat",)),
+    (b"MATLAB 7.3 MAT-file", "a MATLAB v7.3 file", f"{_ASK}.mat", (".mat",)),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", f"{_ASK}.mat", (".mat",)),
+    (b"MDF     ", "an MDF file", f"{_ASK}.mf4", (".mf4", ".mdf")),
+    (b"UnFinMF ", "an MDF file that was not closed", f"{_ASK}.mf4", (".mf4", ".mdf")),
+    (b"TDSm", "a TDMS file", f"{_ASK}.tdms", (".tdms",)),
+    (b"#ROSBAG", "a ROS 1 bag", f"{_ASK}.bag", (".bag",)),
+    (b"\x89MCAP0\r\n", "an MCAP file", f"{_ASK}.mcap", (".mcap",)),
+    (b"SQLite format 3\0", "an SQLite database", f"{_ASK}.db3 if it is a ROS 2 bag", (".db3",)),
+    (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz", ()),
+    (b"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV", ()),
+    (b"%PDF", "a PDF document", "give the log itself", ()),
+    (b"\x89PNG", "a picture", "give the log itself", ()),
+    (b"\xff\xd8\xff", "a picture", "give the log itself", ()),
+    (b"7z\xbc\xaf", "a 7z archive", "unpack it and give the log", ()),
+    (b"Rar!", "a RAR archive", "unpack it and give the log", ()),
+    (b"BZh", "compressed by bzip2", "unpack it first", ()),
+    (b"\xfd7zXZ\0", "compressed by xz", "unpack it first", ()),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "unpack it first", ()),
+    (b"{\\rtf", "a word processor's document", "save the table as CSV", ()),
+)
+_BINARY = frozenset(ending for *_, endings in _SIGNATURES for ending in endings) | {".npz"}
+GZIP = ".gz"
+_GZIP_START = b"\x1f\x8b"
+
+
+def check_regular(file: Path, *, folder: bool) -> None:
+    """Refuse what is there but is no file with an end, such as a pipe or a device.
+
+    Parameters
+    ----------
+    file : Path
+    folder : bool
+        Whether it may be a folder.
+
+    Raises
+    ------
+    DataError
+        It is not a regular file or a folder, or there is none.
+    """
+    try:
+        mode = file.stat().st_mode
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
+        raise DataError(f"{file} cannot be read: {why}{where}. Check the path.") from error
+    if stat.S_ISDIR(mode) and not folder:
+        raise DataError(
+            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log."
+        )
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise DataError(
+            f"{file} is no regular file but a pipe, a device or a socket; save the log to a file."
+        )
+
+
+def check_kind(file: Path) -> None:
+    """Refuse a file whose first bytes are those of another format than its ending says.
+
+    Raises
+    ------
+    DataError
+        It says what the file is, and what to do.
+    """
+    if not file.is_file():
+        return
+    with file.open("rb") as stream:
+        head = stream.read(HEAD)
+    ending = file.suffix.lower()
+    found = _kind(file, head, ending)
+    if found is not None:
+        kind, advice = found
+        raise DataError(f"{file} is {kind} by its content; {advice}.")
+
+
+def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
+    """What a file is and what to do, where that is surely not what its ending says."""
+    for start, kind, advice, endings in _SIGNATURES:
+        if head.startswith(start):
+            return None if ending in endings else (kind, advice)
+    if head.startswith(b"PK\x03\x04"):
+        return None if ending == ".npz" else _archive(file)
+    if head.startswith(_GZIP_START):
+        return None if ending == GZIP else ("compressed by gzip", f"{_ASK}.gz, as in .csv.gz")
+    if ending == GZIP:
+        return "not compressed by gzip", f"{_ASK}of what it is"
+    if ending in _BINARY:
+        return ("text", f"{_ASK}.csv") if _is_text(head) else None
+    return _marked_up(head)
+
+
+def _archive(file: Path) -> tuple[str, str]:
+    try:
+        with zipfile.ZipFile(file) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError, ValueError):
+        names = []
+    if any(name.startswith("xl/") for name in names):
+        return "an Excel workbook", "save the sheet of the log as CSV"
+    if names and all(name.endswith(".npy") for name in names):
+        return "a NumPy archive", f"{_ASK}.npz"
+    return "a ZIP archive", "unpack it and give the log"
+
+
+def _marked_up(head: bytes) -> tuple[str, str] | None:
+    """Text that is surely no table."""
+    begin = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:200].lower()
+    if begin.startswith((b"<!doctype html", b"<html")):
+        return "a page in HTML", "export the log itself as CSV"
+    if begin.startswith(b"<?xml"):
+        return "an XML document", "export the log as CSV"
+    if re.match(rb'\{\s*"|\[\s*[\[{]', begin):
+        if b'"axisid.' in head:
+            return "a result of axisid in JSON", "give the log that it was found from"
+        return "a JSON document", "export the log as CSV"
+    return None
+
+
+def _is_text(head: bytes) -> bool:
+    """Whether bytes are printable and have lines, as a table in text has."""
+    return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
+
+
+def unpacked(file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
+    """The content of a file that is compressed by gzip.
+
+    Parameters
+    ----------
+    file : Path
+        For messages.
+    content : bytes
+    room : Room
+        The memory that there is for it.
+    text : bool
+        Whether it is read as text, which is counted at once: text takes the most.
+
+    Raises
+    ------
+    DataError
+        It is damaged, or unfolds to more than there is room for.
+    """
+    pieces = []
+    try:
+        with gzip.open(io.BytesIO(content)) as stream:
+            while piece := stream.read(_PIECE):
+                room.take(2 * len(piece))  # by itself and joined
+                if text:
+                    room.take_text(piece)
+                pieces.append(piece)
+    except (OSError, EOFError, zlib.error) as error:
+        raise DataError(
+            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew."
+        ) from error
+    return b"".join(pieces)

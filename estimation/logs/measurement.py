@@ -1,0 +1,188 @@
+"""Files of measurement systems: MDF (asammdf) and TDMS (npTDMS)."""
+
+import gc
+import logging
+import sys
+import textwrap
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from axisid.estimation.tables import Gathered, Table, library, numbered, told
+from axisid.support.errors import AxisidError, DataError
+from axisid.support.memory import Room
+
+_UNITS = ("unit_string", "NI_UnitDescription")
+_LONGEST = 100  # of a warning
+_DOUBLE = 8  # bytes
+
+
+def read_mdf(file: Path, room: Room) -> Table:
+    """Read an MDF file; a channel has the master time of its group, and its unit.
+
+    Channels whose names occur several times are named ``GROUP.NAME``, groups numbered from 0 as in
+    MDF tools; where that occurs twice too, ``GROUP.INDEX.NAME``. Samples marked as invalid are nan.
+
+    Raises
+    ------
+    DataError
+        It is damaged, unfolds to more than there is room for, or asammdf is not installed.
+    """
+    asammdf = library("asammdf", "mdf", file)
+    reason = ""
+    try:
+        with asammdf.MDF(file) as mdf:
+            found = _mdf_columns(mdf, room)
+    except AxisidError:
+        raise
+    except Exception as error:
+        reason = told(error)
+        _let_go(error)
+    if reason:
+        raise DataError(f"{file} cannot be read as an MDF file: {reason}.")
+    if not found.columns:
+        raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
+    return found.table(str(file))
+
+
+def _let_go(error: BaseException) -> None:
+    """Drop what an error holds on to; asammdf's half-made objects complain when they go."""
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _: None
+    try:
+        held: BaseException | None = error
+        while held is not None:
+            traceback.clear_frames(held.__traceback__)
+            held = held.__context__
+        error.__traceback__ = error.__context__ = None
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
+
+
+def _mdf_columns(mdf: Any, room: Room) -> Gathered:
+    found = Gathered(room=room)
+    for name, group, index in _mdf_names(mdf):
+        # Its samples and its times are made before they are seen.
+        room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
+        try:
+            signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+        except Exception as error:
+            found.passed_over[name] = f"what asammdf cannot read ({told(error)})"
+            continue
+        values, invalid = np.asarray(signal.samples), signal.invalidation_bits
+        if invalid is not None and values.dtype.kind in "fiub":
+            values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+        clock = np.asarray(signal.timestamps, dtype=np.float64)
+        found.add(name, values, unit=signal.unit or "", clock=clock)
+        if count := 0 if invalid is None else np.count_nonzero(invalid):
+            found.note(name, f"{name}: {count} samples are marked as invalid")
+    return found
+
+
+def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
+    """Channels by names of their own, with group and index; masters are none."""
+    places = [
+        (name, group, index)
+        for name, where in mdf.channels_db.items()
+        for group, index in where
+        if mdf.masters_db.get(group) != index
+    ]
+    names = [name for name, _, _ in places]
+    for longer in ("{1}.{0}", "{1}.{2}.{0}"):
+        often = Counter(names)
+        names = [
+            longer.format(*place) if often[name] > 1 else name
+            for name, place in zip(names, places, strict=True)
+        ]
+    return [(name, *place[1:]) for name, place in zip(numbered(names), places, strict=True)]
+
+
+def read_tdms(file: Path, room: Room) -> Table:
+    """Read a TDMS file; a waveform channel has its own time track, and its unit.
+
+    Channels are named ``GROUP.NAME``; the name alone serves where it is the only one. Times count
+    from the earliest start of a waveform.
+
+    Raises
+    ------
+    DataError
+        It is damaged, too large, or npTDMS is not installed.
+    """
+    nptdms = library("nptdms", "tdms", file)
+    found = Gathered(room=room)
+    try:
+        room.take(file.stat().st_size)
+        with _warnings("nptdms") as warned:
+            content = nptdms.TdmsFile.read(file)
+        channels = [c for group in content.groups() for c in group.channels()]
+        starts = [start for channel in channels if (start := _start(channel)) is not None]
+        origin = np.min(starts) if starts else None
+        for channel in channels:
+            _add_channel(found, channel, origin)
+    except AxisidError:
+        raise
+    except Exception as error:
+        raise DataError(f"{file} cannot be read as a TDMS file: {told(error)}.") from error
+    if not found.columns:
+        raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
+    warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
+    return found.table(str(file), warnings=warnings)
+
+
+def _start(channel: Any) -> np.datetime64 | None:
+    """When a waveform began, if it says so."""
+    start = channel.properties.get("wf_start_time")
+    begun = isinstance(start, np.datetime64) and not np.isnat(start)
+    return start if begun and _increment(channel) > 0 else None
+
+
+def _increment(channel: Any) -> float:
+    """Sampling period of a waveform, s; 0 of any other channel."""
+    return float(channel.properties.get("wf_increment", 0.0))
+
+
+def _add_channel(found: Gathered, channel: Any, origin: np.datetime64 | None) -> None:
+    """Take a channel, with its times since the first of all waveforms began."""
+    clock, note = None, ""
+    if _increment(channel) > 0 and len(channel):
+        offset, start = float(channel.properties.get("wf_start_offset", 0.0)), _start(channel)
+        if start is not None and origin is not None:
+            offset += (start - origin) / np.timedelta64(1, "s")
+        elif origin is not None:
+            note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
+        clock = offset + _increment(channel) * np.arange(len(channel), dtype=np.float64)
+    name = f"{channel.group_name}.{channel.name}"
+    try:
+        values = channel[:]
+    except Exception as error:
+        found.passed_over[name] = f"what npTDMS cannot read ({told(error)})"
+        return
+    unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
+    found.add(name, values, unit=unit, clock=clock)
+    found.note(name, note)
+
+
+@contextmanager
+def _warnings(name: str) -> Iterator[list[str]]:
+    """What a library logs of a file, which is the user's to know, in place of standard error."""
+    found: list[str] = []
+    handler = logging.Handler()
+    handler.emit = lambda record: found.append(  # type: ignore[method-assign]
+        textwrap.shorten(record.getMessage(), _LONGEST)
+    )
+    parts = [own for own in logging.root.manager.loggerDict if own.startswith(f"{name}.")]
+    loggers = [logging.getLogger(own) for own in parts]
+    before = [(logger, logger.handlers[:], logger.propagate) for logger in loggers]
+    for logger in loggers:
+        logger.handlers, logger.propagate = [handler], False
+    try:
+        yield found
+    finally:
+        for logger, handlers, propagate in before:
+            logger.handlers, logger.propagate = handlers, propagate

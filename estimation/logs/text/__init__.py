@@ -1,0 +1,9 @@
+"""Delimited text, its dialect guessed.
+
+In: the bytes of a file. Out: `Table`. Knows nothing of axes and roles.
+"""
+
+from .reader import cut_end_told as cut_end_told
+from .reader import encoding_of as encoding_of
+from .reader import read_text as read_text
+from .reader import text_blocks as text_blocks

@@ -1,0 +1,195 @@
+"""Rows of text as columns: numbers by NumPy's parser, what it stumbles over cell by cell."""
+
+import csv
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from axisid.estimation.tables import Column, Samples, at_hand
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+
+from .dialect import Dialect, Line, is_comment, is_number
+from .tail import complete_rows
+from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
+
+#: What the time stamps of each column have shown so far.
+Origins = defaultdict[int, Seen]
+
+
+def without_comments(rows: Iterable[Line]) -> list[Line]:
+    """Rows without the lines that are for the reader's eye."""
+    return [row for row in rows if not is_comment(row[1])]
+
+
+def text_columns(
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None = None
+) -> dict[str, Column]:
+    """Columns of rows of text.
+
+    An empty cell is nan. A column of time stamps counts seconds from the first; any other column
+    that holds text refuses to be read, with the place of its first such cell.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    rows : list of (int, str)
+        Line numbers and texts, without the header and without comments.
+    dialect : Dialect
+    origins : defaultdict of int to Seen, optional
+        What the time stamps of each column have shown, from one block of rows to the next.
+
+    Raises
+    ------
+    DataError
+        A row has not as many cells as the header names columns.
+    """
+    numeric = _numeric(dialect, rows[0][1])
+    values = _parse([line for _, line in rows], dialect, numeric)
+    if values is None:
+        return _parse_slowly(source, rows, dialect, origins)
+    origins = defaultdict(Seen) if origins is None else origins
+    numbers = [number for number, _ in rows]
+    columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
+    for k in set(range(len(dialect.names))) - set(numeric):
+        cells = [_plain(line, dialect)[k] for _, line in rows]
+        columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
+    return _named(dialect, columns)
+
+
+def _numeric(dialect: Dialect, line: str) -> list[int]:
+    """Columns that hold numbers in a row, if the others hold text."""
+    try:
+        cells = dialect.cells(line)
+    except csv.Error:
+        return []
+    text = {k for k, c in enumerate(cells) if c and not is_number(c, comma=dialect.comma)}
+    return [k for k in range(len(dialect.names)) if k not in text]
+
+
+def _plain(line: str, dialect: Dialect) -> list[str]:
+    return [cell.strip() for cell in line.split(dialect.separator)]
+
+
+def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
+    """Columns by name, with their units; one without a name is left out."""
+    return {
+        name: replace(columns[k], unit=columns[k].unit or dialect.units[k], label=dialect.labels[k])
+        for k, name in enumerate(dialect.names)
+        if name
+    }
+
+
+def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | None:
+    """Some columns of rows as (n, columns) by NumPy's parser; None where it stumbles."""
+    delimiter, width = dialect.separator, len(dialect.names)
+    separators = lines[0].count(delimiter) if delimiter else width - 1
+    some = len(numeric) < width or separators == width
+    # Cells beyond those that are asked for are not looked at, so they are counted here.
+    if some and (
+        not numeric
+        or delimiter is None
+        or any('"' in line or line.count(delimiter) != separators for line in lines)
+    ):
+        return None
+    if dialect.comma:
+        if delimiter == "," or any("." in line for line in lines):
+            return None
+        lines = "\n".join(line.rstrip("\n") for line in lines).replace(",", ".").split("\n")
+    try:
+        values = np.loadtxt(
+            lines,
+            delimiter=delimiter,
+            ndmin=2,
+            comments=None,
+            quotechar='"',
+            usecols=numeric if some else None,
+        )
+    except ValueError:
+        return None
+    return values if values.shape[1] == len(numeric) else None
+
+
+def _parse_slowly(
+    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
+) -> dict[str, Column]:
+    """Cell by cell."""
+    whole, origins = origins is None, defaultdict(Seen) if origins is None else origins
+    width = len(dialect.names)
+    values = np.full((len(rows), width), np.nan)
+    stumbles: dict[int, int] = {}
+    texts: list[list[str]] = []
+    for number, line in rows:
+        try:
+            cells = dialect.cells(line)
+        except csv.Error as error:
+            raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
+        if len(cells) != width:
+            advice = f"Remove or mend the line{_or_tail(rows, number, dialect, whole=whole)}."
+            raise DataError(
+                f"{source}, line {number}: {len(cells)} cells where the header names {width} "
+                f"columns ({', '.join(dialect.names)}). {advice}"
+            )
+        for k, cell in enumerate(cells):
+            if is_number(cell, comma=dialect.comma):
+                values[len(texts), k] = float(cell.replace(",", ".") if dialect.comma else cell)
+            elif cell:
+                stumbles.setdefault(k, len(texts))
+        texts.append(cells)
+    numbers = [number for number, _ in rows]
+    columns = {}
+    for k in range(width):
+        if k in stumbles:
+            cells, row = [text[k] for text in texts], stumbles[k]
+            advice = _or_tail(rows, numbers[row], dialect, whole=whole)
+            columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
+        else:
+            columns[k] = at_hand(values[:, k])
+    return _named(dialect, columns)
+
+
+def _of_text(
+    source: str,
+    dialect: Dialect,
+    k: int,
+    numbers: list[int],
+    cells: list[str],
+    origins: Origins,
+    row: int = 0,
+    advice: str = "",
+) -> Column:
+    """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
+    why = ""
+    if is_stamp(cells[row]):
+        try:
+            seconds, note = stamp_seconds(cells, origins[k])
+        except NoStampsError as error:
+            row, why = error.row or row, error.why
+        else:
+            return at_hand(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
+    where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
+
+
+def _or_tail(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> str:
+    """More to do about a line that is one of the last, in a log that is read whole."""
+    count = complete_rows(rows, dialect) if whole else len(rows)
+    ends = count < len(rows) and number >= rows[count][0]
+    return ", or leave the end of the log out with --tail drop" if ends else ""
+
+
+def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
+    if why:
+        raise DataError(
+            f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
+            "2026-02-01 12:00:00.250."
+        )
+    raise DataError(
+        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
+        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
+        f"line, or choose another column{advice}."
+    )

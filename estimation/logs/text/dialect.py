@@ -1,0 +1,322 @@
+"""Guess how a text file writes a table: separator, decimal mark, header, units, first row of data.
+
+A guess is made only where one reading fits and no other does as well.
+"""
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+
+from axisid.estimation.tables import is_unit, split_labels
+from axisid.support.errors import DataError
+
+from .time_stamps import is_stamp
+
+#: Separators in the order of preference where several fit; None is any run of blanks.
+_SEPARATORS = (";", "\t", ",", "|", None)
+_SAMPLE = 400  # lines looked at
+_MOST_COLUMNS = 10_000
+_MOST = 0.9  # of the rows that the best reading makes a table of
+_COMMENTS = ("#", "%", "//")
+_NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
+#: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
+_SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+
+Line = tuple[int, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dialect:
+    """How the table is written.
+
+    Attributes
+    ----------
+    separator : str or None
+        None for any run of blanks.
+    comma : bool
+        Numbers have a decimal comma.
+    names, units, labels : tuple of str
+        Of the columns; units are empty where none is written.
+    first : int
+        Which of the filled lines is the first row of data.
+    notes : tuple of str
+        What was assumed, for the user.
+    """
+
+    separator: str | None
+    comma: bool
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    labels: tuple[str, ...]
+    first: int
+    notes: tuple[str, ...]
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of a line, stripped; one that a last separator leaves empty is dropped."""
+        cells = split_cells(line, self.separator)
+        if len(cells) == len(self.names) + 1 and not cells[-1]:
+            cells.pop()
+        return cells
+
+
+def how_written(separator: str | None, *, comma: bool) -> str:
+    """Separator and decimal mark, for the user."""
+    named = _NAMED.get(separator, repr(separator))
+    return f"separator {named}, decimal {'comma' if comma else 'point'}"
+
+
+def split_cells(line: str, separator: str | None) -> list[str]:
+    """Cells of a line, stripped."""
+    if separator is None:
+        return line.replace('"', "").split()
+    if '"' in line:
+        reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
+        return [cell.strip() for cell in next(reader)]
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is one for the reader's eye."""
+    return line.lstrip().startswith(_COMMENTS) and not _SHEET_ERROR.match(line)
+
+
+def is_number(cell: str, *, comma: bool = False) -> bool:
+    """Whether a cell is a number with a decimal point, or with a decimal comma."""
+    if comma:
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".", 1)
+    if "_" in cell or not cell.isascii():  # float() takes 1_000 and other scripts' digits
+        return False
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def sniff(source: str, lines: list[Line]) -> Dialect:
+    """Find the dialect of the filled lines of a file.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    lines : list of (int, str)
+        Line numbers and texts.
+
+    Raises
+    ------
+    DataError
+        There is no table, or it can be read in two ways.
+    """
+    sample = [(i, line) for i, (_, line) in enumerate(lines[:_SAMPLE]) if not is_comment(line)]
+    if len(sample) < 2:
+        raise DataError(
+            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines."
+        )
+    _check_width(source, sample)
+    separator, comma, width, first = _best(source, sample)
+    above = [i for i, _ in sample if i < first]
+    header, units, note = _header(source, lines, above, first, separator, width)
+    names, unit_row = _named(header, units)
+    _check_names(source, lines[first - 1][0], names)
+    body = [line for i, line in sample if i >= first]
+    if not comma and separator != ",":
+        body = _until_decided(lines, body, separator)
+        comma = not _marked(body, separator, ".") and bool(_marked(body, separator, ","))
+    _check_thousands(source, body, separator, comma=comma)
+    notes = [how_written(separator, comma=comma)]
+    notes += [note] if note else []
+    return Dialect(
+        separator=separator,
+        comma=comma,
+        names=tuple(names),
+        units=tuple(unit_row),
+        labels=tuple(header),
+        first=first,
+        notes=tuple(notes),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """One way to read the sample: rows it makes a table of, share of numbers, header, width."""
+
+    separator: str | None
+    comma: bool
+    width: int
+    first: int
+    rows: int
+    fit: tuple[float, bool, bool, int]
+
+
+def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool, int, int]:
+    quoted = any('"' in line for _, line in sample)
+    readings = []
+    for separator in _SEPARATORS:
+        for comma in (False, True):
+            if comma and separator == "," and not quoted:
+                continue
+            try:
+                reading = _read(sample, separator, comma=comma)
+            except csv.Error as error:
+                raise DataError(f"{source} is no table of text: {error}.") from error
+            if reading is not None:
+                readings.append(reading)
+    if not readings:
+        raise DataError(
+            f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
+            "header row and rows of numbers below it are expected, separated by comma, semicolon, "
+            "tab, bar or blanks."
+        )
+    if any(reading.width > 1 and reading.fit[1] for reading in readings):
+        # A comma that fits a header of several names is no decimal mark of one column.
+        readings = [r for r in readings if r.width > 1 or not r.comma]
+    most = max(reading.rows for reading in readings)
+    readings = [reading for reading in readings if reading.rows >= _MOST * most]
+    best = max(readings, key=lambda reading: reading.fit)  # the first of equals
+    return best.separator, best.comma, best.width, best.first
+
+
+def _read(sample: list[tuple[int, str]], separator: str | None, *, comma: bool) -> _Reading | None:
+    """How the sample reads with a separator and a decimal mark; None where it is no table."""
+    rows = [(i, split_cells(line, separator)) for i, line in sample]
+    numeric = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
+    shares = [
+        (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
+        for (_, cells), flags in zip(rows, numeric, strict=True)
+    ]
+    tabular = [width for share, width in shares if share >= 0.5]
+    if not tabular:
+        return None
+    width = Counter(tabular).most_common(1)[0][0]
+    body = [k for k, (share, w) in enumerate(shares) if share >= 0.5 and w == width]
+    # The body begins where such rows follow one another; a lone one above is preamble.
+    begin = next((k for k in body if k + 1 in body), body[0])
+    flags = [flag for row in numeric[begin:] for flag in row]
+    cells = [c for _, row in rows[begin:] for c in row]
+    # A separator at the end of every row leaves a column that is always empty.
+    trailing = width > 1 and not any(rows[k][1][-1] for k in body if k >= begin)
+    filled = sum(1 for c in cells if c)
+    share = sum(flags) / max(filled, 1)
+    above = rows[begin - 1][1] if begin > 0 else []
+    if trailing:
+        width -= 1
+    named = len(above) in (width, width + 1) and not any(
+        is_number(cell, comma=comma) for cell in above
+    )
+    # A mark that no number uses says nothing; the point is what is usual.
+    used = not comma or any("," in c for c in cells)
+    inside = sum(1 for k in body if k >= begin)
+    return _Reading(separator, comma, width, rows[begin][0], inside, (share, named, used, width))
+
+
+def _header(
+    source: str,
+    lines: list[Line],
+    above: list[int],
+    first: int,
+    separator: str | None,
+    width: int,
+) -> tuple[list[str], list[str], str]:
+    """Header cells, cells of a row of units (empty if none), and a note on what is above."""
+
+    def cells(index: int) -> list[str]:
+        found = split_cells(lines[index][1].lstrip("#%/ "), separator)
+        return found[:-1] if len(found) == width + 1 and not found[-1] else found
+
+    commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
+    rows = above or commented[-1:]
+    if not rows:
+        shown = ", ".join(split_cells(lines[first][1], separator)[:4])
+        raise DataError(
+            f"{source}: the first row holds numbers ({shown}); write the names of the columns "
+            "above it."
+        )
+    header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
+    if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
+        header, units, used = cells(rows[-2]), header, rows[-2:]
+    if len(header) != width:
+        raise DataError(
+            f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
+            f"({', '.join(header[:6])}), the rows have {width}. Correct the header row; where "
+            "numbers have a decimal comma, separate columns by semicolon or tab."
+        )
+    skipped = used[0] - (0 if above else len(commented) - 1)
+    note = (
+        f"header in line {lines[used[0]][0]}, what is above it passed over" if skipped > 0 else ""
+    )
+    return header, units, note
+
+
+def _is_unit_row(cells: list[str]) -> bool:
+    """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
+    filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
+    known = [c for c in filled if is_unit(c) and not is_number(c)]
+    return any(cells) and 2 * len(known) >= len(filled)
+
+
+def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
+    """Names and units of the columns; a unit in the row of units goes before the header's."""
+    split = split_labels(header)
+    found = [unit.strip("[]()- ") or own for unit, (_, own) in zip(units, split, strict=True)]
+    return [name for name, _ in split], found
+
+
+def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
+    """Refuse lines of very many cells, which take minutes to look at and are no samples."""
+    longest = max((line for _, line in sample), key=len)
+    cells = max(len(longest.split(separator)) for separator in _SEPARATORS)
+    if cells > _MOST_COLUMNS:
+        raise DataError(
+            f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
+            "sample in a row. Transpose it if it has one column for each sample."
+        )
+
+
+def _check_names(source: str, line: int, names: list[str]) -> None:
+    stamps = [name for name in names if is_stamp(name)]
+    if stamps:
+        raise DataError(
+            f"{source}, line {line}: the time stamp {stamps[0]!r} stands where the names of the "
+            "columns are expected, right above the first row of numbers; fill the row in, or "
+            "remove it."
+        )
+    if all(is_number(name) for name in names):
+        raise DataError(
+            f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
+            "the columns above it."
+        )
+
+
+def _until_decided(lines: list[Line], body: list[str], separator: str | None) -> list[str]:
+    """Rows of the sample, with later ones where no number of it has a decimal mark.
+
+    An axis at rest writes plain zeros before its first decimals.
+    """
+    if _marked(body, separator, ".") or _marked(body, separator, ","):
+        return body
+    for k, (_, line) in enumerate(lines[_SAMPLE:], _SAMPLE):
+        if ("." in line or "," in line) and any(_marked([line], separator, m) for m in ".,"):
+            return [later for _, later in lines[k : k + _SAMPLE] if not is_comment(later)]
+    return body
+
+
+def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
+    """Cells that are numbers with a decimal mark."""
+    marked = (line.replace('"', "") for line in body if mark in line)
+    cells = (cell.strip() for line in marked for cell in line.split(separator))
+    return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]
+
+
+def _check_thousands(source: str, body: list[str], separator: str | None, *, comma: bool) -> None:
+    """Refuse commas that may as well group thousands as begin decimals."""
+    marked = _marked(body, separator, ",") if comma else []
+    if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
+        raise DataError(
+            f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "
+            "thousands; export the log with a decimal point."
+        )

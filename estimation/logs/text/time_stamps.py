@@ -1,0 +1,196 @@
+"""Time stamps in seconds from the first, as they are written; what may mean two is refused."""
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.support.arrays import Array
+
+_DAY = 86_400
+_SECOND = 1_000_000_000  # ns
+_STAMP = re.compile(
+    r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.\d{4}|\d\d?/\d\d?/\d{4}"
+    r"|[+-]?\d{1,6} days?,?)(?:T|\s+\+?))?"
+    r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
+    r"(?:\s*(?P<half>[AaPp][Mm]))?(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
+)
+_SLASHED = re.compile(r"\d\d?/\d\d?/\d{4}")
+
+_Whole = NDArray[np.int64]
+
+
+class NoStampsError(ValueError):
+    """Cells that are no time stamps of one kind.
+
+    Attributes
+    ----------
+    row : int
+        The first cell that is none.
+    why : str
+        Where it is no mere text.
+    """
+
+    def __init__(self, row: int, why: str = "") -> None:
+        super().__init__(why)
+        self.row, self.why = row, why
+
+
+@dataclass(slots=True)
+class Seen:
+    """What the stamps of a column have shown, from one block of rows to the next.
+
+    Attributes
+    ----------
+    dates : dict of str
+        Dates as they are written, in their order.
+    first : (str, int) or None
+        Date of the first stamp, and its ns from midnight, UTC where it has a zone.
+    last : int or None
+        ns from midnight of the last stamp.
+    midnights : int
+        Times that stamps without a date passed midnight.
+    goes_on : bool
+        Whether further blocks may follow, and pass midnight; then this is said beforehand.
+    """
+
+    dates: dict[str, None] = field(default_factory=dict)
+    first: tuple[str, int] | None = None
+    last: int | None = None
+    midnights: int = 0
+    goes_on: bool = False
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell is a time stamp; hours and minutes alone need a date or a half of the day."""
+    return _groups(cell) is not None
+
+
+def _groups(cell: str) -> tuple[str, ...] | None:
+    """Date, hour, minute, second, fraction, half of the day and zone; None for no stamp."""
+    found = _STAMP.fullmatch(cell)
+    if found is None:
+        return None
+    parts = found.groups("")
+    return parts if parts[0] or parts[3] or parts[5] else None
+
+
+def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
+    """Seconds from the first stamp, nan where a cell is empty, and what was assumed.
+
+    Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and ``02/01/2026`` where
+    only one order of day and month fits or all stamps are of one date. Zones such as ``+01:00`` or
+    ``UTC`` count; without dates, a step back by more than half a day is midnight.
+
+    Raises
+    ------
+    NoStampsError
+        A cell is no time stamp, there is no such time, or the order of day and month is open.
+    """
+    filled = [k for k, cell in enumerate(cells) if cell]
+    seconds = np.full(len(cells), np.nan)
+    try:
+        seconds[filled], note = _filled_seconds([cells[k] for k in filled], seen)
+    except NoStampsError as error:
+        raise NoStampsError(filled[error.row], error.why) from error
+    return seconds, f"time stamps counted from the first{note}"
+
+
+def _filled_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
+    """Seconds from the first stamp, of cells none of which is empty."""
+    found = [_groups(cell) for cell in cells]
+    if None in found:
+        raise NoStampsError(found.index(None))
+    dates, *times, zones = zip(*(parts for parts in found if parts), strict=True)
+    for part in (dates, times[-1], zones):
+        if "" in part and any(part):
+            raise NoStampsError(0, "its stamps are of several kinds")
+    within = _since_midnight(*times) - _SECOND * _mapped(zones, _zone)
+    seen.dates |= dict.fromkeys(dates)
+    order, note = _order(seen.dates)
+    days = _mapped(dates, lambda text: _day(text, order))
+    if not any(dates):
+        last = within[0] if seen.last is None else seen.last
+        back = np.diff(within, prepend=last) < -_DAY * _SECOND // 2
+        days = seen.midnights + np.cumsum(back)
+        seen.last, seen.midnights = int(within[-1]), int(days[-1])
+        if seen.midnights or seen.goes_on:
+            note = ", over midnight where they start again"
+    if seen.first is None:
+        seen.first = dates[0], int(within[0])
+    start, before = seen.first
+    return (days - _day(start, order)) * _DAY + (within - before) / _SECOND, note
+
+
+def _mapped(texts: Sequence[str], number: Callable[[str], int]) -> _Whole:
+    """A whole number for each text; equal texts, of which there are many, are read once."""
+    table: dict[str, int] = {}
+    for text in dict.fromkeys(texts):
+        try:
+            table[text] = number(text)
+        except NoStampsError as error:
+            raise NoStampsError(texts.index(text), error.why) from error
+    return np.array([table[text] for text in texts], dtype=np.int64)
+
+
+def _since_midnight(
+    hours: Sequence[str],
+    minutes: Sequence[str],
+    seconds: Sequence[str],
+    fractions: Sequence[str],
+    halves: Sequence[str],
+) -> _Whole:
+    """Nanoseconds since midnight."""
+    hour, minute = _mapped(hours, int), _mapped(minutes, int)
+    second = _mapped(seconds, lambda text: int(text or "0"))
+    fraction = _mapped(fractions, lambda text: int(text.ljust(9, "0")))
+    outside = (minute > 59) | (second > 59) | (hour > 23)
+    if halves[0]:
+        outside |= (hour < 1) | (hour > 12)
+        hour = hour % 12 + 12 * np.array([half in ("PM", "pm", "Pm", "pM") for half in halves])
+    if outside.any():
+        raise NoStampsError(int(np.argmax(outside)), "there is no such time")
+    return (hour * 3600 + minute * 60 + second) * _SECOND + fraction
+
+
+def _zone(text: str) -> int:
+    """Seconds by which a zone is ahead of UTC."""
+    if text in ("", "Z", "UTC", "GMT"):
+        return 0
+    digits = text[1:].replace(":", "").ljust(4, "0")
+    ahead = int(digits[:2]) * 3600 + int(digits[2:]) * 60
+    return -ahead if text[0] == "-" else ahead
+
+
+def _order(dates: Iterable[str]) -> tuple[str, str]:
+    """Which of ``day`` and ``month`` comes first in dates with slashes, and what is said of it."""
+    if "" in dates:
+        return "day", ""
+    slashed = {tuple(map(int, text.split("/"))) for text in dates if _SLASHED.fullmatch(text)}
+    day_first = any(first > 12 for first, _, _ in slashed)
+    month_first = any(second > 12 for _, second, _ in slashed)
+    if len(slashed) < 2:
+        return ("month" if month_first else "day"), ""
+    if day_first or month_first:
+        order = "day" if day_first else "month"
+        return order, f", dates with the {order} first"
+    raise NoStampsError(0, "its dates may have the day or the month first")
+
+
+def _day(text: str, order: str) -> int:
+    """Number of a day."""
+    if not text:
+        return 0
+    if "day" in text:
+        return int(text.split(maxsplit=1)[0])
+    parts = [int(part) for part in re.split(r"[-./]", text)]
+    year, month, day = parts if parts[0] > 31 else (parts[2], parts[1], parts[0])
+    if order == "month":
+        month, day = day, month
+    try:
+        return date(year, month, day).toordinal()
+    except ValueError as error:
+        raise NoStampsError(0, "there is no such day") from error

@@ -1,0 +1,15 @@
+"""Records: roles, SI units, one clock, repairs on request, each counted.
+
+In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
+"""
+
+from .blocks import Extent as Extent
+from .blocks import LogBlocks as LogBlocks
+from .blocks import extent as extent
+from .reading import read_record as read_record
+from .record import Record as Record
+from .record import check_record as check_record
+from .repairs import Repairs as Repairs
+from .time_base import clock_of as clock_of
+from .time_base import is_sampled_by as is_sampled_by
+from .time_base import other_period as other_period

@@ -1,0 +1,280 @@
+"""Logs larger than memory: the roles' columns block by block, as often as they are asked for."""
+
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from axisid.estimation.logs import check_kind, check_regular, parquet_blocks
+from axisid.estimation.logs.text import cut_end_told, encoding_of, text_blocks
+from axisid.estimation.tables import LogClock, Provenance, Table
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import real_array
+from axisid.support.unchanged import Watched
+
+from .jumps import Jumps, jumps_told
+from .record import check_even, check_sample_period, check_varies
+from .roles import Chosen
+from .time_steps import LARGEST_GAP, Drift, steps_told
+
+ROWS = 100_000
+_PIECE = 1 << 20  # bytes
+_TEXT = (".csv", ".tsv", ".txt")
+_PARQUET = (".parquet", ".pq")
+_WHOLE = "A log that is to be repaired is read whole: leave --stream out."
+_BINS = 20_000  # of time steps, from the least that is even to the largest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogBlocks:
+    """A log file in blocks: delimited text or Parquet. Iterating reads it anew.
+
+    Every pass is hashed as it is read; a file that is not what it was in the first pass is refused.
+
+    Attributes
+    ----------
+    file : Path
+    axis : Axis or None
+    columns : mapping of str to str
+        As in `read_record`.
+    rows : int
+        Of a block.
+    """
+
+    file: Path
+    axis: Axis | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    rows: int = ROWS
+    _passes: "_Passes" = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.file, (str, Path)):
+            raise UsageError(f"the log is {self.file!r}; give the path of a file.")
+        object.__setattr__(self, "file", Path(self.file))
+        object.__setattr__(self, "_passes", _Passes(self.file))
+
+    def __iter__(self) -> Iterator[dict[str, Array]]:
+        """Columns by role, in SI."""
+        for chosen in self._chosen():
+            yield {role: samples.values for role, samples in chosen.samples.items()}
+
+    def _chosen(self) -> Iterator[Chosen]:
+        ending = self.file.suffix.lower()
+        if ending not in (*_TEXT, *_PARQUET):
+            raise UsageError(
+                f"{self.file} cannot be read in blocks; give delimited text "
+                f"({', '.join(_TEXT)}) or Parquet, or leave --stream out."
+            )
+        check_regular(self.file, folder=False)
+        try:
+            check_kind(self.file)
+            for table in self._passes.tables(self.rows, text=ending in _TEXT):
+                yield Chosen(table, self.axis, dict(self.columns))
+        except OSError as error:
+            raise DataError(
+                f"{self.file} cannot be read: {error.strerror}. Check the path."
+            ) from error
+
+    def provenance(self) -> Provenance:
+        """Where the log comes from and what is assumed of it."""
+        first = next(self._chosen(), None)
+        if first is None:
+            raise DataError(f"{self.file} has no rows.")
+        return Provenance(
+            source=self.file.name,
+            sha256=self._passes.watched.complete(),
+            given=str(self.file),
+            path=os.path.abspath(self.file),
+            columns=first.names,
+            assumed=(*first.notes, *self._cut_end()),
+        )
+
+    def _cut_end(self) -> tuple[str, ...]:
+        return cut_end_told(self.file) if self.file.suffix.lower() in _TEXT else ()
+
+
+class _Passes:
+    """The passes over a file, each held against those before it once it comes to its end."""
+
+    def __init__(self, file: Path) -> None:
+        self.watched = Watched(file)
+        self._encoding = ""
+
+    def tables(self, rows: int, *, text: bool) -> Iterator[Table]:
+        """The file's table, so many rows at a time."""
+        source = str(self.watched.file)
+        encoding = self._found(source) if text else ""
+        with self.watched.opened() as raw:
+            if text:
+                yield from text_blocks(source, raw, rows, encoding)
+            else:
+                yield from parquet_blocks(source, raw, rows)
+            self.watched.finish(raw)
+
+    def _found(self, source: str) -> str:
+        """The encoding, which takes a pass of its own, once."""
+        if not self._encoding:
+            with self.watched.opened() as raw:
+                self._encoding = encoding_of(source, iter(partial(raw.read, _PIECE), b""))
+                self.watched.finish(raw)
+        return self._encoding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """What a first pass over a log finds.
+
+    Attributes
+    ----------
+    samples : int
+    period : float
+        s
+    notes : tuple of str
+        What is assumed of its times, and of jumps in its position.
+    clock : LogClock
+        Whose word the period is.
+    """
+
+    samples: int
+    period: float
+    notes: tuple[str, ...] = ()
+    clock: LogClock = field(default_factory=LogClock)
+
+
+def extent(
+    source: str,
+    blocks: Iterable[Mapping[str, Array]],
+    period: float | None,
+    axis: Axis | None = None,
+) -> Extent:
+    """Count the samples of a log, and make the checks of a `Record`.
+
+    Parameters
+    ----------
+    source : str
+        For messages.
+    blocks : iterable of columns by role
+    period : float, optional
+        s; in place of the time column's mean step.
+    axis : Axis, optional
+        Its coordinate says whether the position turns.
+
+    Raises
+    ------
+    DataError
+        Time has gaps or is uneven, a value is not finite, a column is constant, there is no time,
+        or the position jumps by whole turns.
+    """
+    check_sample_period(period)
+    check = _Even(source, axis)
+    for block in blocks:
+        check.add(block)
+    return check.found(period)
+
+
+class _Even:
+    """The checks that the record's own makes at once, made block by block."""
+
+    def __init__(self, source: str, axis: Axis | None) -> None:
+        self.source, self.axis, self.samples, self.timed = source, axis, 0, True
+        self.first = self.last = self.typical = 0.0
+        self.least, self.most = math.inf, 0.0
+        self.jumps = Jumps()
+        self.reached: dict[str, tuple[float, float]] = {}  # least and largest value, by role
+        self.drift = Drift()
+        self.counts, self.sums = np.zeros(_BINS, dtype=np.int64), np.zeros(_BINS)  # of time steps
+
+    def add(self, block: Mapping[str, Array]) -> None:
+        """Take the next block."""
+        block = {
+            role: real_array(values, f"{self.source}: the {role}", DataError)
+            for role, values in block.items()
+        }
+        for role, values in block.items():
+            bad = np.flatnonzero(~np.isfinite(values))
+            if bad.size:
+                raise DataError(
+                    f"{self.source}: the {role} is {values[bad[0]]} in data row "
+                    f"{self.samples + bad[0] + 1}. {_WHOLE}"
+                )
+            least, most = self.reached.get(role, (math.inf, -math.inf))
+            least = min(least, float(values.min(initial=math.inf)))
+            self.reached[role] = least, max(most, float(values.max(initial=-math.inf)))
+        self.jumps.add(block["position"])
+        rows = len(block["position"])
+        if "time" not in block:
+            self.timed = False
+        elif rows:
+            self._add_times(block["time"])
+        self.samples += rows
+
+    def _add_times(self, time: Array) -> None:
+        if not self.samples:
+            self.first = float(time[0])
+            self.typical = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        before = self.last if self.samples else self.first - self.typical
+        steps = np.diff(time, prepend=before)
+        even = (steps <= LARGEST_GAP * self.typical) & (steps * LARGEST_GAP >= self.typical)
+        wrong = np.flatnonzero(~(even & (steps > 0)))
+        if wrong.size:
+            raise DataError(
+                f"{self.source}: the time step before data row {self.samples + wrong[0] + 1} is "
+                f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. {_WHOLE}"
+            )
+        self.last = float(time[-1])
+        self.drift.add(time)
+        steps = steps[1:] if not self.samples else steps
+        self.least = min(self.least, float(steps.min(initial=math.inf)))
+        self.most = max(self.most, float(steps.max(initial=0.0)))
+        share = (steps / self.typical - 1 / LARGEST_GAP) / (LARGEST_GAP - 1 / LARGEST_GAP)
+        bins = np.clip((_BINS * share).astype(np.int64), 0, _BINS - 1)
+        self.counts += np.bincount(bins, minlength=_BINS)
+        self.sums += np.bincount(bins, weights=steps, minlength=_BINS)
+
+    def _middle(self) -> float:
+        """The median step, to the width of a bin: the mean of those in its bin."""
+        so_far = np.cumsum(self.counts)
+        middle = int(np.searchsorted(so_far, so_far[-1] / 2))
+        return float(self.sums[middle] / self.counts[middle])
+
+    def _check_times(self, mean: float, period: float | None) -> None:
+        """Hold the steps against the median of all, which the first rows need not have."""
+        middle = self._middle()
+        if self.most > LARGEST_GAP * middle or self.least * LARGEST_GAP < middle:
+            raise DataError(
+                f"{self.source}: the time steps are {self.least:.6g} to {self.most:.6g} s, "
+                f"{middle:.6g} s in the middle. {_WHOLE}"
+            )
+        check_even(self.source, middle, mean, period, _WHOLE)
+        self.drift.check(self.source, mean, _WHOLE)
+
+    def found(self, period: float | None) -> Extent:
+        """The extent, once all blocks were taken."""
+        if self.samples < 3:
+            raise DataError(f"{self.source}: a record needs 3 rows or more, not {self.samples}.")
+        if period is None and not self.timed:
+            raise DataError(
+                f"{self.source}: there is no time column; name it with --columns time=NAME, or "
+                "give --sample-period."
+            )
+        jumps = jumps_told(self.source, self.jumps, self.axis)
+        mean = (self.last - self.first) / (self.samples - 1)
+        if self.timed:
+            self._check_times(mean, period)
+        for role, (least, most) in self.reached.items():
+            if role != "time":
+                check_varies(self.source, role, least, most)
+        notes = steps_told(self.least, self.most, mean, self.drift) if self.timed else ()
+        spread = (self.most - self.least) / (self.last - self.first) if period is None else 0.0
+        return Extent(
+            samples=self.samples,
+            period=mean if period is None else period,
+            notes=((jumps, *notes) if jumps else notes),
+            clock=LogClock(uncertainty=spread, counted=not self.timed, stated=period is not None),
+        )

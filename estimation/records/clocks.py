@@ -1,0 +1,146 @@
+"""The times of the roles' columns: one time column, each column's own, or an even count."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.tables import Samples, Table
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+
+from .clipping import Mask
+from .repairs import Span
+from .time_steps import UNEVEN_GAP, drift_of, steps_told
+
+
+def together(
+    samples: Mapping[str, Samples], masks: Mapping[str, Mask]
+) -> tuple[Array, dict[str, Array], Mask]:
+    """Columns of one clock: their time, their values, and where any is masked."""
+    clock = np.asarray(samples["position"].clock, dtype=np.float64)
+    masked = np.zeros(len(clock), dtype=bool)
+    for mask in masks.values():
+        masked |= mask
+    return clock, {role: s.values for role, s in samples.items()}, masked
+
+
+def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are."""
+    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    if not steps.size:
+        return ()
+    return steps_told(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
+
+
+def timed(
+    table: Table, samples: Mapping[str, Samples], sample_period: float | None, *, uneven: bool
+) -> dict[str, Samples]:
+    """Every column but time with its times, those without a value left out if they may be."""
+    columns = {role: s for role, s in samples.items() if role != "time"}
+    if "time" in samples:
+        time = samples["time"].values
+        lengths = {role: len(s.values) for role, s in samples.items()}
+        if len(set(lengths.values())) > 1:
+            raise _unequal(table, lengths)
+        columns = {role: replace(s, clock=time) for role, s in columns.items()}
+    elif any(s.clock is None for s in columns.values()):
+        if sample_period is None:
+            raise DataError(
+                f"{table.source}: there is no time column among {table.listed()}; name it with "
+                f"--columns time=NAME, or give --sample-period. {table.missing}".rstrip()
+            )
+        columns = {
+            role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
+            for role, s in columns.items()
+        }
+    if uneven:
+        columns = {role: _filled(s) for role, s in columns.items()}
+    else:
+        _check_filled(table, columns)
+        _check_one_clock(table, columns)
+    for role, s in columns.items():
+        if not len(s.values):
+            raise DataError(f"{table.source}: the {role} has no row with a number and a time.")
+    return columns
+
+
+def _filled(samples: Samples) -> Samples:
+    """The samples that have a value and a time; their number shows in what is said of them."""
+    if samples.clock is None:
+        return samples
+    there = np.isfinite(samples.values) & np.isfinite(samples.clock)
+    return Samples(values=samples.values[there], clock=samples.clock[there])
+
+
+def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
+    """Refuse cells without a finite number, a log's way to write a lower rate."""
+    for role, samples in columns.items():
+        clock = np.zeros(0) if samples.clock is None else samples.clock
+        timeless = np.flatnonzero(~np.isfinite(clock))
+        if timeless.size:
+            raise DataError(
+                f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
+                f"({timeless.size} of {len(clock)}). {_advice_on_empty(samples)}"
+                f"{_or_end(table, timeless[0], len(clock))}."
+            )
+        empty = np.flatnonzero(~np.isfinite(samples.values))
+        if empty.size:
+            raise DataError(
+                f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
+                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
+                f"{_advice_on_empty(samples)}{_or_end(table, empty[0], len(samples.values))}."
+            )
+
+
+def _advice_on_empty(samples: Samples) -> str:
+    """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
+    clock = _filled(samples).clock
+    steps = np.zeros(0) if clock is None else np.diff(clock)
+    if steps.size and np.any(steps > UNEVEN_GAP * np.median(steps)):
+        return (
+            "More of them follow one another than can be bridged: resample what is there and cut "
+            "where it is missing (--resample auto --gaps split)"
+        )
+    return (
+        "Remove such rows, or resample a column that is written less often than the others "
+        "(--resample auto)"
+    )
+
+
+def _or_end(table: Table, row: int, rows: int) -> str:
+    """More to do about a row without a number where it and all after it look cut off."""
+    ends = row >= rows - table.incomplete
+    return ", or leave the end of the log out (--tail drop)" if ends else ""
+
+
+def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
+    clocks = [(role, s.clock) for role, s in columns.items() if s.clock is not None]
+    first, shared = clocks[0]
+    for role, clock in _others(clocks):
+        if len(clock) != len(shared):
+            raise _unequal(
+                table,
+                {first: len(shared), role: len(clock)},
+                "Where they are sampled at different rates, resample them (--resample auto).",
+            )
+        if not np.array_equal(clock, shared, equal_nan=True):
+            raise DataError(
+                f"{table.source}: {first} and {role} are sampled at different times; resample them "
+                "(--resample auto)."
+            )
+
+
+def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
+    """The error of columns that differ in length, with what is wrong with the file."""
+    listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+    why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
+    return DataError(
+        f"{table.source}: the columns differ in length: {listed}{why}. {advice}".rstrip()
+    )
+
+
+def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:
+    shared = clocks[0][1]
+    return [(role, clock) for role, clock in clocks[1:] if clock is not shared]

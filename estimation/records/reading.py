@@ -1,0 +1,209 @@
+"""From the columns of a log to a record: roles, repairs, one clock."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.logs import read_table
+from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array, runs
+
+from .clipping import Mask, clipped
+from .clocks import jitter_told, timed, together
+from .jumps import left_jumps
+from .record import Record, check_sample_period
+from .repairs import Repairs, Span, split_at_gaps
+from .resampling import Laid, resample
+from .roles import Chosen
+from .spikes import spikes_told
+from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_by, counted_on, open_end
+from .wrapping import unwrapped
+
+
+def read_record(
+    log: str | Path | object,
+    axis: Axis | GeneratedAxis | None = None,
+    *,
+    columns: Mapping[str, str] | None = None,
+    sample_period: float | None = None,
+    repairs: Repairs | None = None,
+    max_memory: float | None = None,
+) -> Record:
+    """Read a record, its columns found by the roles' names.
+
+    Parameters
+    ----------
+    log : str, Path, dataframe or mapping
+        A file: ``.mat``, ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag`` (or the folder of a
+        ROS 2 bag), and delimited text by any other ending, also compressed (``.csv.gz``).
+        Or a dataframe, or a mapping of column names to arrays.
+    axis : Axis or GeneratedAxis, optional
+        Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
+    columns : mapping of str to str, optional
+        Column names by role, over those of the axis, each with a unit if it is not SI
+        (``"pos:mm"``). A role that neither names is looked for under its own name (``time``,
+        ``position``, ``reference``, ``control``, ``force``).
+    sample_period : float, optional
+        s; takes the place of the time column's mean step, and of the column if there is none.
+    repairs : Repairs, optional
+        What may be done to the data; nothing by default.
+    max_memory : float, optional
+        Bytes that reading a file may take, as far as they can be told beforehand; half of the
+        machine's memory by default.
+
+    Returns
+    -------
+    Record
+        In SI; `Provenance.assumed` and `Provenance.repairs` tell how it came to be.
+
+    Raises
+    ------
+    DataError
+        The file is missing, malformed or too large, changes while it is read, lacks a column, or
+        needs a repair that is not asked for.
+    UsageError
+        A role does not exist, a unit is not the role's, or a sampling period is given for columns
+        that are resampled by times of their own.
+    """
+    check_sample_period(sample_period)
+    declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
+    repairs = repairs or Repairs()
+    table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
+    found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
+    return _record(table, found, declared, sample_period, repairs)
+
+
+def _record(
+    table: Table,
+    found: Chosen,
+    axis: Axis | None,
+    sample_period: float | None,
+    repairs: Repairs,
+) -> Record:
+    """A record of the chosen columns, repaired as it was asked for."""
+    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
+    read, retimed = _retimed(found.samples, sample_period, repairs)
+    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
+    empty = _left_empty(read, samples)
+    samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
+    spiky = spikes_told(samples, axis, numbered=not empty)
+    laid = (
+        _as_sampled(samples, masks, sample_period, repairs)
+        if repairs.resample is None
+        else resample(
+            table.source,
+            samples,
+            masks,
+            repairs.resample,
+            split=repairs.gaps is not None,
+            stated=sample_period,
+        )
+    )
+    return Record(
+        time=laid.time,
+        **laid.columns,
+        sample_period=laid.period,
+        segments=laid.segments,
+        masked=runs(laid.masked),
+        provenance=Provenance(
+            source=Path(table.source).name,
+            sha256=table.sha256,
+            given=table.source if table.path else "",
+            path=table.path,
+            columns=found.names,
+            assumed=(*found.notes, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
+            repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
+            clock=replace(laid.clock, counted=counted),
+        ),
+    )
+
+
+def _as_sampled(
+    samples: dict[str, Samples], masks: dict[str, Mask], period: float | None, repairs: Repairs
+) -> Laid:
+    """Columns at the times that they have, cut at gaps if that was asked for."""
+    time, values, masked = together(samples, masks)
+    segments: tuple[Span, ...] = ()
+    made: tuple[Repair, ...] = ()
+    if repairs.gaps is not None:
+        kept, segments, repair = split_at_gaps(time)
+        time, masked, made = time[kept], masked[kept], (repair,)
+        values = {role: v[kept] for role, v in values.items()}
+    pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
+    return Laid(
+        time=time,
+        columns=values,
+        masked=masked,
+        segments=segments,
+        period=period,
+        repairs=made,
+        clock=LogClock(
+            uncertainty=open_end(pieces) if period is None else 0.0, stated=period is not None
+        ),
+    )
+
+
+def _retimed(
+    samples: dict[str, Samples], period: float | None, repairs: Repairs
+) -> tuple[dict[str, Samples], list[Repair]]:
+    """Samples whose clock counts a given period, or goes on where it was set back, and which.
+
+    Columns with clocks of their own need not have been set back at one time, and stay.
+    """
+    own = samples["time"].values if "time" in samples else samples["position"].clock
+    if own is None or not ("time" in samples or _share(samples, own)):
+        return samples, []
+    clock, made = own, []
+    if period is not None:
+        clock, text = counted_by(own, period)
+        made += [Repair(kind="clock", count=len(clock), text=text)] if text else []
+    if repairs.gaps is not None:
+        clock, count, text = counted_on(clock, uneven=repairs.resample is not None)
+        made += [Repair(kind="clock", count=count, text=text)] if text else []
+    moved = {
+        role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
+        for role, s in samples.items()
+    }
+    return moved if made else samples, made
+
+
+def _share(samples: dict[str, Samples], clock: Array) -> bool:
+    """Whether every column has this clock."""
+    clocks = [s.clock for s in samples.values()]
+    return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
+
+
+def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
+    """Rows that a resampled column lacks, for want of a number or of a time."""
+    lost = {role: len(read[role].values) - len(s.values) for role, s in kept.items()}
+    listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)
+    if not listed:
+        return []
+    text = f"rows without a number or a time left out before resampling: {listed}"
+    return [Repair(kind="empty", count=sum(lost.values()), text=text)]
+
+
+def _mended(
+    source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
+) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[str]]:
+    """Samples unwrapped, and masks of what is clipped: the repairs that need no even time.
+
+    With them goes what is said of jumps that are left.
+    """
+    made: list[Repair] = []
+    masks: dict[str, Mask] = {}
+    gap = LARGEST_GAP if repairs.resample is None else UNEVEN_GAP
+    modulus = repairs.modulus(axis)
+    if modulus is not None:
+        samples, repair = unwrapped(source, samples, modulus, gap)
+        made.append(repair)
+    jumps = left_jumps(source, samples["position"], axis, gap, modulus)
+    if repairs.mask is not None:
+        clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
+        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis, clocks)
+        made.append(repair)
+    return samples, masks, made, [jumps] if jumps else []

@@ -1,0 +1,262 @@
+"""The record: what was measured, checked once, then read-only."""
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from operator import index
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from axisid.estimation.tables import Provenance
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import is_real, real_array
+from axisid.support.shown import Shown
+
+from .time_steps import advice_on_backward, advice_on_uneven, drift_of, odd_steps, open_end
+
+_PERIOD_TOLERANCE = 0.005  # relative difference of a given period from the time column's
+_UNEVEN = 0.02  # mean step against the median one
+_FEWEST = 3  # rows
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Record(Shown):
+    """A closed-loop record at one sampling period, in SI units.
+
+    Attributes
+    ----------
+    time : (N,) array
+        s, strictly increasing, without gaps inside a segment.
+    position : (N,) array
+        Measured, m or rad.
+    reference : (N,) array or None
+        Commanded position; instrumental variables need it.
+    control : (N,) array or None
+        Control signal in the drive's unit.
+    force : (N,) array or None
+        Drive force, N or N m; taken instead of the control where both are given.
+    sample_period : float or None
+        s. None takes the mean of the time column's steps. Given beside them, it confirms that the
+        log is not sampled as a control law runs.
+    segments : tuple of (int, int)
+        First row and the one after the last of each piece without gaps; empty for one piece.
+    masked : tuple of (int, int)
+        Rows that are no measurements (clipped), likewise.
+    provenance : Provenance
+        Where the record comes from.
+
+    Raises
+    ------
+    DataError
+        Columns of different lengths, not finite, constant; time that does not increase evenly.
+    """
+
+    time: Array
+    position: Array
+    reference: Array | None = None
+    control: Array | None = None
+    force: Array | None = None
+    sample_period: float | None = None
+    segments: tuple[tuple[int, int], ...] = ()
+    masked: tuple[tuple[int, int], ...] = ()
+    provenance: Provenance = field(default_factory=Provenance)
+
+    def __post_init__(self) -> None:
+        for role in ("time", "position"):
+            if getattr(self, role) is None:
+                raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
+        for role, values in self.channels().items():
+            object.__setattr__(self, role, self._column(role, values))
+        if not (self.sample_period is None or is_real(self.sample_period)):
+            check_sample_period(self.sample_period)
+        for name in ("segments", "masked"):
+            object.__setattr__(self, name, self._spans(name))
+        self._check_lengths()
+        self._check_spans()
+        self._check_time()
+        for role, values in self.channels().items():
+            if role != "time":
+                check_varies(self._name(), role, float(values.min()), float(values.max()))
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        """Made again from its parts, since arrays forget on the way that they are read-only."""
+        parts = {each.name: getattr(self, each.name) for each in fields(self)}
+        return _made, (type(self), parts)
+
+    def __repr__(self) -> str:
+        columns = ", ".join(role for role in self.channels() if role != "time")
+        return f"record {self._name()}: {self.size}; {columns}"
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+        pieces = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s."""
+        if self.sample_period is not None:
+            return self.sample_period
+        steps = sum(stop - start - 1 for start, stop in self.spans)
+        return float(sum(self.time[b - 1] - self.time[a] for a, b in self.spans) / steps)
+
+    @property
+    def period_uncertainty(self) -> float:
+        """What jitter of the time column leaves open of its mean step, relative."""
+        return open_end([self.time[a:b] for a, b in self.spans])
+
+    @property
+    def spans(self) -> tuple[tuple[int, int], ...]:
+        """First row and the one after the last of each segment; of a whole record, its own."""
+        return self.segments or ((0, len(self)),)
+
+    def longest(self) -> "Record":
+        """The longest segment as a record of its own; a record of one piece itself."""
+        if not self.segments:
+            return self
+        start, stop = max(self.segments, key=lambda span: span[1] - span[0])
+        cut: dict[str, Any] = {role: v[start:stop] for role, v in self.channels().items()}
+        masked = [(max(a, start) - start, min(b, stop) - start) for a, b in self.masked]
+        inside = tuple((a, b) for a, b in masked if a < b)
+        return replace(self, **cut, segments=(), masked=inside)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def channels(self) -> dict[str, Array]:
+        """The columns there are, by role."""
+        columns = {
+            "time": self.time,
+            "position": self.position,
+            "reference": self.reference,
+            "control": self.control,
+            "force": self.force,
+        }
+        return {role: values for role, values in columns.items() if values is not None}
+
+    def _name(self) -> str:
+        return self.provenance.source
+
+    def _column(self, role: str, values: ArrayLike) -> Array:
+        column = frozen(real_array(values, f"{self._name()}: the {role}", DataError))
+        if column.ndim != 1:
+            raise DataError(
+                f"{self._name()}: the {role} has the shape {column.shape}; give one row of numbers."
+            )
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            raise DataError(
+                f"{self._name()}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
+                f"({bad.size} in all). Remove such rows or repair the log."
+            )
+        return column
+
+    def _spans(self, name: str) -> tuple[tuple[int, int], ...]:
+        spans = getattr(self, name)
+        try:
+            return tuple((index(start), index(stop)) for start, stop in spans)
+        except (TypeError, ValueError) as error:
+            raise UsageError(
+                f"{self._name()}: the {name} are {spans!r}; give pairs of rows, the first and the "
+                "one after the last."
+            ) from error
+
+    def _check_lengths(self) -> None:
+        lengths = {role: len(values) for role, values in self.channels().items()}
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+            raise DataError(f"{self._name()}: the columns differ in length: {listed}.")
+        if len(self) < _FEWEST:
+            raise DataError(
+                f"{self._name()}: a record needs {_FEWEST} rows or more, not {len(self)}."
+            )
+
+    def _check_spans(self) -> None:
+        joined = [0, *(row for span in self.segments for row in span), len(self)]
+        whole = not self.segments or joined[::2] == joined[1::2]
+        lasting = all(stop - start >= _FEWEST for start, stop in self.segments)
+        inside = all(0 <= start < stop <= len(self) for start, stop in self.masked)
+        if not (whole and lasting and inside):
+            raise DataError(
+                f"{self._name()}: the segments {self.segments} and masked rows {self.masked} are "
+                f"no parts of {len(self)} rows; segments follow one another, with {_FEWEST} rows "
+                "or more each."
+            )
+
+    def _check_time(self) -> None:
+        back = np.flatnonzero(np.diff(self.time) <= 0)
+        if back.size:
+            row = back[0] + 2
+            raise DataError(
+                f"{self._name()}: time does not increase in data row {row}: after "
+                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. "
+                f"{advice_on_backward(self.time)}"
+            )
+        inside = np.ones(len(self) - 1, dtype=bool)
+        inside[[start - 1 for start, _ in self.segments[1:]]] = False
+        self._check_steps(np.diff(self.time), inside)
+
+    def _check_steps(self, steps: Array, inside: NDArray[np.bool_]) -> None:
+        """Refuse steps inside the segments that are not the sampling period."""
+        typical = float(np.median(steps[inside]))
+        gaps = np.flatnonzero(odd_steps(steps, typical) & inside)
+        if gaps.size:
+            row = gaps[0] + 2
+            raise DataError(
+                f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
+                f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
+                f"{advice_on_uneven(steps[inside], typical)}"
+            )
+        mean = float(np.mean(steps[inside]))
+        advice = "Resample the log evenly (--resample auto)."
+        check_even(self._name(), typical, mean, self.sample_period, advice)
+        drift = drift_of([self.time[a:b] for a, b in self.spans])
+        drift.check(self._name(), mean, advice)
+
+
+def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
+    return kind(**parts)
+
+
+def check_even(source: str, typical: float, mean: float, period: float | None, advice: str) -> None:
+    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
+    if not abs(mean / typical - 1) < _UNEVEN:
+        raise DataError(
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
+            f"{mean:.6g} s in the mean. {advice}"
+        )
+    if period is not None:
+        check_stated(source, typical, period)
+
+
+def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    if not abs(stated / found - 1) < _PERIOD_TOLERANCE + uncertainty:
+        raise DataError(
+            f"{source}: the sampling period is given as {stated:g} s, but the time "
+            f"column steps by {found:g} s. Correct one of them (time is in seconds)."
+        )
+
+
+def check_sample_period(period: object) -> None:
+    """Refuse what is no sampling period."""
+    if period is not None and not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(f"the sampling period is {period!r}; give a positive number of seconds.")
+
+
+def check_varies(source: str, role: str, least: float, most: float) -> None:
+    """Refuse a column whose least and largest value are one."""
+    if least == most:
+        raise DataError(
+            f"{source}: the {role} is {least:g} in every row, so it says nothing "
+            f"about the axis. Check the {role} column, or record a motion."
+        )
+
+
+def check_record(record: object) -> None:
+    """Refuse what is no record, such as a file's name."""
+    if not isinstance(record, Record):
+        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")

@@ -1,0 +1,112 @@
+"""Repairs of a log, made on request only; each says what it did and how often."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from axisid.estimation.tables import Repair
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+
+from .clipping import Mask
+from .role_units import modulus_si
+from .time_steps import LARGEST_GAP
+from .wrapping import Modulus
+
+Span = tuple[int, int]
+
+_FEWEST = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repairs:
+    """What may be done to a log that is not a record as it stands.
+
+    Attributes
+    ----------
+    resample : float, "auto" or None
+        Onto an even grid at so many hertz; ``auto`` takes the position's own median rate.
+    gaps : {"split"} or None
+        Cut the log where samples are missing; each piece is filtered and simulated by itself.
+    wrap : str, float or None
+        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``).
+    mask : {"clipped"} or None
+        Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
+        filters reach it.
+    tail : {"drop"} or None
+        Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
+
+    Raises
+    ------
+    UsageError
+        A setting makes no sense for any log.
+    """
+
+    resample: float | Literal["auto"] | None = None
+    gaps: Literal["split"] | None = None
+    wrap: str | float | None = None
+    mask: Literal["clipped"] | None = None
+    tail: Literal["drop"] | None = None
+
+    def __post_init__(self) -> None:
+        rate = self.resample
+        if rate not in ("auto", None) and not (
+            isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
+        ):
+            raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
+        if self.gaps not in ("split", None):
+            raise UsageError(f"what to do at gaps is {self.gaps!r}; give split.")
+        if self.mask not in ("clipped", None):
+            raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
+        if self.tail not in ("drop", None):
+            raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
+
+    def modulus(self, axis: Axis | None) -> Modulus | None:
+        """Modulus of the position."""
+        if self.wrap is None:
+            return None
+        si = modulus_si(str(self.wrap), axis)
+        number, _, unit = str(self.wrap).partition(":")
+        usual = axis.coordinate.unit if axis is not None else "m or rad"
+        return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
+
+
+def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:
+    """Rows to keep, (N,), the segments that they make, and what was found.
+
+    Pieces of fewer than 3 rows are left out.
+    """
+    steps = np.diff(time)
+    typical = float(np.median(steps)) if len(steps) else 0.0
+    gaps = np.flatnonzero(steps > LARGEST_GAP * typical)
+    pieces = [*zip([0, *(gaps + 1)], [*(gaps + 1), len(time)], strict=True)]
+    kept = np.zeros(len(time), dtype=bool)
+    lengths = [b - a for a, b in pieces if b - a >= _FEWEST]
+    for a, b in pieces:
+        kept[a:b] = b - a >= _FEWEST
+    lost = float(np.sum(steps[gaps]) - len(gaps) * typical)
+    repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
+    return kept, adjoining(lengths), repair
+
+
+def adjoining(lengths: list[int]) -> tuple[Span, ...]:
+    """Segments of these lengths, one after the other; none where there is one alone."""
+    stops = np.cumsum(lengths)
+    spans = [(int(stop - length), int(stop)) for length, stop in zip(lengths, stops, strict=True)]
+    return tuple(spans) if len(spans) > 1 else ()
+
+
+def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
+    """What is said of a split log."""
+    if not gaps:
+        return Repair(kind="gaps", count=0, text="no gaps found")
+    text = (
+        f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
+        f"{segments} segments, each filtered and simulated by itself"
+    )
+    if left_out:
+        text += f"; {left_out} rows in pieces of fewer than {_FEWEST} left out"
+    return Repair(kind="gaps", count=gaps, text=text)

@@ -1,0 +1,217 @@
+"""Columns of any times onto one even grid: splines for the motion, straight lines for the force."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from axisid.estimation.tables import LogClock, Repair, Samples
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, UsageError
+
+from .clipping import Mask
+from .own_period import own_period
+from .record import check_stated
+from .repairs import Span, adjoining, gaps_repair
+from .time_steps import UNEVEN_GAP, advice_on_backward
+
+_SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
+_MOST_ROWS = 1e8
+_FEWEST = 4  # samples, for a spline
+_SPLINED = ("position", "reference")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Laid:
+    """Columns of one time: on an even grid, or as they were sampled.
+
+    Attributes
+    ----------
+    time : (N,) array
+        s
+    columns : mapping of str to (N,) array
+        By role.
+    masked : (N,) array of bool
+        Where a neighbour was masked.
+    segments : tuple of (int, int)
+    period : float or None
+        s; None takes the mean step.
+    repairs : tuple of Repair
+    clock : LogClock
+        The position's.
+    """
+
+    time: Array
+    columns: Mapping[str, Array]
+    masked: Mask
+    segments: tuple[Span, ...]
+    period: float | None
+    repairs: tuple[Repair, ...]
+    clock: LogClock
+
+
+def resample(
+    source: str,
+    samples: Mapping[str, Samples],
+    masks: Mapping[str, Mask],
+    rate: float | Literal["auto"],
+    *,
+    split: bool,
+    stated: float | None = None,
+) -> Laid:
+    """Resample columns, each with its own clock.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    samples : mapping of str to Samples
+        By role, each with its clock.
+    masks : mapping of str to (N,) array of bool
+        Samples that are no measurements, by role.
+    rate : float or "auto"
+        Hz.
+    split : bool
+        Whether the log may be cut at gaps.
+    stated : float, optional
+        s; the position's sampling period as the user knows it, in place of its mean step.
+
+    Raises
+    ------
+    UsageError
+        The rate is lower than the position's.
+    DataError
+        Time does not increase, has gaps that are not to be cut at, is not sampled as was stated, or
+        the columns do not overlap.
+    """
+    clocks = {role: _clock(source, role, s, split=split) for role, s in samples.items()}
+    period, uncertainty = own_period(clocks["position"])
+    if stated is not None:
+        check_stated(source, period, stated, uncertainty)
+        period, uncertainty = stated, 0.0
+    own = 1 / period
+    chosen = own if rate == "auto" else rate
+    if chosen < _SAME_RATE * own:
+        raise UsageError(
+            f"{source}: the position is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
+            f"noise would fold. Resample at {own:.6g} Hz or more; --decimate keeps fewer rows."
+        )
+    duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
+    if duration * chosen > _MOST_ROWS:
+        raise UsageError(
+            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
+            f"give a lower rate (the position is sampled at {own:.6g} Hz)."
+        )
+    covered = _common([_pieces(clock) for clock in clocks.values()])
+    grids = [_grid(a, b, 1 / chosen) for a, b in covered]
+    kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
+    if not kept:
+        raise DataError(f"{source}: the columns have no time in common; check their clocks.")
+    if len(covered) > 1 and not split:
+        raise DataError(
+            f"{source}: time has {len(covered) - 1} gaps, the first after {covered[0][1]:.9g} s; "
+            "resampling would invent the motion there. Add --gaps split."
+        )
+    columns = {
+        role: np.concatenate([_onto(grid, piece, role, clocks[role], s) for piece, grid in kept])
+        for role, s in samples.items()
+    }
+    time = np.concatenate([grid for _, grid in kept])
+    masked = np.zeros(len(time), dtype=bool)
+    for role, mask in masks.items():
+        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
+    repairs = [_told(samples, clocks, time, chosen)]
+    if split:
+        lost = sum(b[0] - a[1] - 1 / own for a, b in pairwise(covered))
+        out = sum(len(g) for g in grids) - len(time)
+        repairs.append(gaps_repair(len(covered) - 1, lost, len(kept), out))
+    return Laid(
+        time=time,
+        columns=columns,
+        masked=masked,
+        segments=adjoining([len(grid) for _, grid in kept]),
+        period=1 / chosen,
+        repairs=tuple(repairs),
+        clock=LogClock(
+            step=1.0 if rate == "auto" else period * chosen,
+            uncertainty=uncertainty,
+            stated=stated is not None,
+        ),
+    )
+
+
+def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
+    clock = samples.clock
+    if clock is None or len(clock) < _FEWEST:
+        raise DataError(f"{source}: the {role} has too few rows, or no times, to be resampled.")
+    back = np.flatnonzero(~(np.diff(clock) > 0))
+    if back.size:
+        row = back[0] + 1
+        raise DataError(
+            f"{source}: the time of the {role} does not increase in data row {row + 1}: after "
+            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. "
+            f"{advice_on_backward(clock, split=split)}"
+        )
+    return clock
+
+
+def _pieces(clock: Array) -> list[tuple[float, float]]:
+    """First and last time of each piece of a clock without gaps."""
+    steps = np.diff(clock)
+    gaps = np.flatnonzero(steps > UNEVEN_GAP * np.median(steps))
+    return [
+        (float(clock[a]), float(clock[b]))
+        for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)
+    ]
+
+
+def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
+    """Stretches of time that every list covers."""
+    common = lists[0]
+    for pieces in lists[1:]:
+        found, i, j = [], 0, 0
+        while i < len(common) and j < len(pieces):
+            start, stop = max(common[i][0], pieces[j][0]), min(common[i][1], pieces[j][1])
+            if start < stop:
+                found.append((start, stop))
+            if common[i][1] < pieces[j][1]:
+                i += 1
+            else:
+                j += 1
+        common = found
+    return common
+
+
+def _grid(start: float, stop: float, period: float) -> Array:
+    count = int(np.floor((stop - start) / period * (1 + 1e-12) + 1e-6)) + 1
+    return start + period * np.arange(count, dtype=np.float64)
+
+
+def _onto(
+    grid: Array, piece: tuple[float, float], role: str, clock: Array, samples: Samples
+) -> Array:
+    """A column at the times of a grid, from its samples in and just around a piece."""
+    first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
+    last = int(np.searchsorted(clock, piece[1], "left")) + 1
+    time, values = clock[first:last], samples.values[first:last]
+    if role not in _SPLINED or len(time) < _FEWEST:
+        return np.interp(grid, time, values)
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(time, values)(grid), dtype=float)
+
+
+def _told(
+    samples: Mapping[str, Samples], clocks: Mapping[str, Array], time: Array, rate: float
+) -> Repair:
+    splined = [role for role in samples if role in _SPLINED]
+    straight = [role for role in samples if role not in _SPLINED]
+    how = f"{', '.join(splined)} by cubic splines"
+    if straight:
+        how += f", {', '.join(straight)} by straight lines"
+    rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}
+    taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
+    text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"
+    return Repair(kind="resample", count=len(time), text=text)

@@ -1,0 +1,94 @@
+"""Whether a record is sampled as the declared control law runs: the only second word on its time.
+
+A time column in another unit, or scaled, changes every inertia by its square and leaves no other
+trace in a record without reference. Where the axis declares a law, its period is compared with the
+log's own; a log that is slower or faster than the loop is to be confirmed by the user.
+"""
+
+from dataclasses import dataclass, replace
+
+from axisid.estimation.tables import LogClock
+from axisid.modeling.declaration import ControlLaw
+
+from .record import Record
+
+#: Relative difference up to which two sampling periods are the same one: ten times what crystals
+#: differ by.
+SAME_PERIOD = 5e-4
+_MOST_THINNED = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherPeriod:
+    """A log that is not sampled as the control law runs.
+
+    Attributes
+    ----------
+    confirmed : bool
+        The user said so beside the log's own times.
+    text : str
+        What is said of it, and what to do.
+    """
+
+    confirmed: bool
+    text: str
+
+
+def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
+    """Whether two sampling periods are the same; `uncertainty` is relative, of either."""
+    return abs(one / other - 1) <= SAME_PERIOD + uncertainty
+
+
+def clock_of(record: Record) -> LogClock:
+    """Whose word the period of a record is; one of arrays has its own times."""
+    stated = record.sample_period is not None
+    known = record.provenance.clock
+    if known is not None:
+        return replace(known, stated=known.stated and stated)
+    return LogClock(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
+
+
+def is_sampled_by(record: Record, law: ControlLaw) -> bool:
+    """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
+    own = clock_of(record)
+    return is_same_period(record.period, law.period, own.uncertainty if own.step == 1 else 0.0)
+
+
+def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherPeriod | None:
+    """What is wrong with the sampling period of a log; None where nothing speaks against it.
+
+    Parameters
+    ----------
+    law : ControlLaw or None
+        Of the axis; without one there is nothing to compare with.
+    period : float
+        Of the record, s.
+    own : LogClock
+    """
+    logged = own.step * period
+    if law is None or is_same_period(logged, law.period, own.uncertainty):
+        return None
+    found = f"the record is sampled every {logged:.6g} s, the control law runs every "
+    found += f"{law.period:.6g} s"
+    if own.stated and not own.counted:
+        said = f"{found}, as the period that was given confirms; the two cannot be compared"
+        return OtherPeriod(confirmed=True, text=said)
+    if own.counted:
+        advice = (
+            "check --sample-period, which nothing else confirms, against the drive's period; where "
+            "the log is no record of every period, give its time column"
+        )
+        return OtherPeriod(confirmed=False, text=f"{found}: {advice}")
+    return OtherPeriod(
+        confirmed=False,
+        text=f"{found}: check the time column and its unit, or declare the drive's period"
+        f"{_thinned(logged / law.period)}, confirm that by --sample-period {logged:.6g}",
+    )
+
+
+def _thinned(ratio: float) -> str:
+    """Which right log has such a period."""
+    count = round(ratio)
+    if 2 <= count <= _MOST_THINNED and is_same_period(ratio, count):
+        return f"; if the log keeps one sample in {count}"
+    return "; if the log has a clock of its own"

@@ -1,0 +1,178 @@
+"""The two forms a model is regressed in: inverse (IDM) and direct (DDM).
+
+Both put the same physics into ``y = X theta + known``; they differ in what is on the left, in the
+regressor, and in how their parameters map to the physical ones.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.estimation.signals import Prefilter, Signals
+from axisid.support.arrays import Array
+from axisid.support.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equations:
+    """``left = regressor theta + known``, row by row.
+
+    Attributes
+    ----------
+    left : (n,) array
+        Force (IDM) or acceleration (DDM).
+    known : (n,) array
+        What no parameter scales.
+    regressor : (n, k) array
+    """
+
+    left: Array
+    known: Array
+    regressor: Array
+
+    def reduced(self, prefilter: Prefilter, period: float) -> "Equations":
+        """The rows that the prefilter keeps, every column filtered alike."""
+        known, regressor = self.reduced_right(prefilter, period)
+        left = prefilter.reduce(self.left, period)
+        return Equations(left=left, known=known, regressor=regressor)
+
+    def reduced_right(self, prefilter: Prefilter, period: float) -> tuple[Array, Array]:
+        """Known part and regressor of `reduced`, where the left side is not needed."""
+        regressor = prefilter.reduce(self.regressor, period)
+        if not np.any(self.known):
+            return np.zeros(len(regressor)), regressor
+        return prefilter.reduce(self.known, period), regressor
+
+    @classmethod
+    def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
+        """The rows of several, one after the other."""
+        if len(pieces) == 1:
+            return pieces[0]
+        return cls(
+            left=np.concatenate([piece.left for piece in pieces]),
+            known=np.concatenate([piece.known for piece in pieces]),
+            regressor=np.concatenate([piece.regressor for piece in pieces]),
+        )
+
+    def mean(self, other: "Equations") -> "Equations":
+        """Row by row the mean with other equations; where both hold, it holds."""
+        return Equations(
+            left=(self.left + other.left) / 2,
+            known=(self.known + other.known) / 2,
+            regressor=(self.regressor + other.regressor) / 2,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Form(ABC):
+    """One way to write the axis's model as a linear regression."""
+
+    axis: GeneratedAxis
+
+    #: What stands on the left of the equations.
+    left: ClassVar[str]
+
+    @property
+    def start(self) -> Array:
+        """Physical parameters (p,) that an iteration starts from."""
+        return self.axis.nominal
+
+    @property
+    @abstractmethod
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What the regression estimates."""
+
+    @abstractmethod
+    def equations(self, signals: Signals) -> Equations:
+        """The model's rows for signals, (N,)."""
+
+    def at(self, physical: Array) -> "Form":  # noqa: ARG002
+        """The form linearised about physical parameters (p,); itself if it is linear."""
+        return self
+
+    @abstractmethod
+    def physical(self, theta: Array) -> tuple[Array, Array]:
+        """Physical parameters (p,) of an estimate (k,), and the Jacobian (p, k)."""
+
+    @abstractmethod
+    def regressed(self, physical: Array) -> Array:
+        """The regression's parameters (k,) of physical ones (p,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class InverseForm(Form):
+    """``tau = IDM(q, dq, ddq) theta + known``: the physical parameters themselves.
+
+    Attributes
+    ----------
+    point : (p,) array or None
+        Where a partially linear model is linearised; its nominal values by default.
+    """
+
+    point: Array | None = None
+
+    left: ClassVar[str] = "force"
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The physical parameters."""
+        return self.axis.parameters
+
+    def equations(self, signals: Signals) -> Equations:
+        """Force by the inverse regressor."""
+        s = signals
+        motion = (s.position, s.velocity, s.acceleration, s.direction)
+        about = () if self.axis.is_linear else (self.start,)
+        row, known = self.axis.rows("idm_regressor", *motion, *about)
+        return Equations(left=s.force, known=known[:, 0], regressor=row)
+
+    def at(self, physical: Array) -> "InverseForm":
+        """See `Form.at`."""
+        return self if self.axis.is_linear else replace(self, point=physical)
+
+    @property
+    def start(self) -> Array:
+        """See `Form.start`; where it is linearised, if it is."""
+        return self.axis.nominal if self.point is None else self.point
+
+    def physical(self, theta: Array) -> tuple[Array, Array]:
+        """The estimate itself."""
+        return theta, np.eye(len(theta))
+
+    def regressed(self, physical: Array) -> Array:
+        """The parameters themselves."""
+        return physical
+
+
+@dataclass(frozen=True, slots=True)
+class DirectForm(Form):
+    """``ddq = DDM(tau, q, dq) theta_ddm + known``: quotients by the inertia."""
+
+    left: ClassVar[str] = "acceleration"
+
+    def __post_init__(self) -> None:
+        if self.axis.ddm_refusal:
+            raise ModelError(self.axis.ddm_refusal)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """``theta_ddm``."""
+        return self.axis.ddm_parameters
+
+    def equations(self, signals: Signals) -> Equations:
+        """Acceleration by the direct regressor."""
+        s = signals
+        row, known = self.axis.rows("ddm_regressor", s.position, s.velocity, s.force, s.direction)
+        return Equations(left=s.acceleration, known=known[:, 0], regressor=row)
+
+    def physical(self, theta: Array) -> tuple[Array, Array]:
+        """Through the generated inverse map."""
+        return self.axis.mapped("physical_from_ddm", theta)
+
+    def regressed(self, physical: Array) -> Array:
+        """Through the generated map."""
+        return self.axis.mapped("ddm_from_physical", physical)[0]

@@ -1,0 +1,199 @@
+"""The two linear solutions: least squares and instrumental variables.
+
+Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither the units
+nor the square of the condition number enter. Least squares runs in the widest floats of the
+machine: what a BLAS rounds one way or another would else cost an ill-conditioned fit its last
+digits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+
+_SMALLEST_RATIO = 1e-11
+
+Wide = NDArray[np.longdouble]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factored:
+    """Full-rank columns as ``Q R``, scaled to unit norm before.
+
+    Attributes
+    ----------
+    columns : (n, k) array
+        As they were given.
+    scale : (k,) array
+        Their norms.
+    basis : (n, k) wide array
+        Orthonormal, Q.
+    inverse : (k, k) wide array
+        G with ``G G' = (W'W)^-1`` for the columns W.
+    names : tuple of str
+        Of the columns' parameters, for messages.
+    """
+
+    columns: Array
+    scale: Array
+    basis: Wide
+    inverse: Wide
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """An estimate with what its covariance needs.
+
+    Attributes
+    ----------
+    theta : (k,) array
+    residuals : (n,) array
+        ``y - X theta``.
+    inverse_factor : (k, k) array
+        G with ``G G' = (W'W)^-1``, W the regressor (LS) or the instruments (IV).
+    influence : (n, k) array
+        A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS) or ``Z (X'Z)^-1`` (IV).
+    """
+
+    theta: Array
+    residuals: Array
+    inverse_factor: Array
+    influence: Array
+
+
+def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Factored:
+    """Factor a regressor or instruments.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    names : sequence of str
+        Of the k columns' parameters.
+    what : str
+        Where the columns come from.
+
+    Raises
+    ------
+    EstimationError
+        The columns are not finite or have not full rank; the combination is named.
+    """
+    n, k = columns.shape
+    if n <= k:
+        raise EstimationError(
+            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less."
+        )
+    if not np.all(np.isfinite(columns)):
+        raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
+    with np.errstate(over="ignore"):
+        scale = np.linalg.norm(columns, axis=0)
+    if not np.all(np.isfinite(scale)):
+        listed = ", ".join(n for n, size in zip(names, scale, strict=True) if not np.isfinite(size))
+        raise EstimationError(
+            f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
+            f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
+            "over the positions and speeds of the record, and their units."
+        )
+    silent = [name for name, size in zip(names, scale, strict=True) if size == 0]
+    if silent:
+        raise EstimationError(
+            f"{what} cannot show {', '.join(silent)}: the regressor's column is zero in every row. "
+            "Record a motion that excites it, or leave the parameter out."
+        )
+    q, r = _orthonormal(columns.astype(np.longdouble) / scale)
+    _check_rank(r.astype(float), n, scale, names, what)
+    return Factored(
+        columns=columns,
+        scale=scale,
+        basis=q,
+        inverse=_inverse(r) / scale[:, None],
+        names=tuple(names),
+    )
+
+
+def _orthonormal(columns: Wide) -> tuple[Wide, Wide]:
+    """``Q R`` by Gram and Schmidt, twice over, which leaves Q orthogonal to rounding."""
+    k = columns.shape[1]
+    q, r = columns.copy(), np.zeros((k, k), dtype=np.longdouble)
+    for j in range(k):
+        for _ in range(2):
+            shared = q[:, :j].T @ q[:, j]
+            q[:, j] -= q[:, :j] @ shared
+            r[:j, j] += shared
+        r[j, j] = np.sqrt(q[:, j] @ q[:, j])
+        q[:, j] /= r[j, j] or 1.0
+    return q, r
+
+
+def _inverse(r: Wide) -> Wide:
+    """Inverse of an upper triangle, by back substitution."""
+    k = len(r)
+    inverse = np.eye(k, dtype=np.longdouble)
+    for i in reversed(range(k)):
+        inverse[i] = (inverse[i] - r[i, i + 1 :] @ inverse[i + 1 :]) / r[i, i]
+    return inverse
+
+
+def least_squares(y: Array, X: Factored) -> Solution:
+    """``argmin ||y - X theta||``, y of shape (n,)."""
+    theta = X.inverse @ (X.basis.T @ y)
+    return Solution(
+        theta=theta.astype(float),
+        residuals=(y - X.columns @ theta).astype(float),
+        inverse_factor=X.inverse.astype(float),
+        influence=(X.basis @ X.inverse.T).astype(float),
+    )
+
+
+def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
+    """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
+
+    Raises
+    ------
+    EstimationError
+        Z'X has not full rank: the instruments do not see what the regressor sees.
+
+    References
+    ----------
+    Equation (16) of [Brunot2015]_.
+    """
+    basis = Z.basis.astype(float)
+    projected = basis.T @ (X.columns / X.scale)
+    _check_rank(projected, len(y), X.scale, X.names, "the instruments together with the record")
+    theta = np.linalg.solve(projected, basis.T @ y) / X.scale
+    return Solution(
+        theta=theta,
+        residuals=y - X.columns @ theta,
+        inverse_factor=Z.inverse.astype(float),
+        influence=np.linalg.solve(projected, basis.T).T / X.scale,
+    )
+
+
+def condition_number(X: Array) -> float:
+    """Largest over smallest singular value, of the columns as they are."""
+    return float(np.linalg.cond(X))
+
+
+def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:
+    """Refuse a rank-deficient matrix of scaled columns, naming what cannot be told apart."""
+    _, sizes, right = np.linalg.svd(matrix)
+    # Unit columns have a largest singular value of 1 or more, unless instruments miss them all.
+    # Filtering leaves rounding of up to 1e-12 in columns that are dependent.
+    if sizes[-1] > max(sizes[0], 1.0) * max(rows * np.finfo(float).eps, _SMALLEST_RATIO):
+        return
+    direction = right[-1] / scale
+    direction = direction / direction[np.argmax(np.abs(direction))]
+    trade = ", ".join(
+        f"{name} {weight:+.4g}"
+        for name, weight in zip(names, direction, strict=True)
+        if abs(weight) > 1e-6
+    )
+    raise EstimationError(
+        f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "
+        "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
+        "their combination as one parameter."
+    )

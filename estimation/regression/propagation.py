@@ -1,0 +1,183 @@
+"""Uncertainty through a nonlinear map: how far the delta method can be believed, and draws.
+
+The estimate ``theta`` of a regression maps to physical parameters; a function of these maps on. To
+first order the variance is ``g' C g`` with the gradient g of the whole chain; where the chain bends
+within the uncertainty, drawing from the distribution of theta is better.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.estimation.simulation import has_inertia
+from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+
+from .forms import Form
+
+_STEP = 0.01  # deviations over which a Jacobian is differenced
+_MOST_DRAWS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """A function of the parameters over draws from the estimate's distribution.
+
+    Attributes
+    ----------
+    value : float
+        At the estimate.
+    unit : str
+    median : float
+    interval : (float, float)
+        From the 2.5 % to the 97.5 % quantile.
+    draws : int
+        How many the quantiles are of.
+    lost : int
+        Draws that gave no axis (its inertia is not positive) or no finite value; they are in no
+        other figure.
+    seed : int
+        Which gives the same draws again.
+    """
+
+    value: float
+    unit: str
+    median: float
+    interval: tuple[float, float]
+    draws: int
+    lost: int
+    seed: int
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        lost = f", {self.lost} lost" if self.lost else ""
+        return (
+            f"{self.value:.6g} {self.unit}, median {self.median:.6g}, 95 %: {low:.6g} to "
+            f"{high:.6g} {self.unit} ({self.draws} draws{lost})"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """A map and its second derivatives in units of the estimate's own deviations.
+
+    Attributes
+    ----------
+    slopes : (p, k) array
+        ``J L`` with ``L L' = C``: rows are gradients, whose squared norms are variances.
+    bends : (p, k, k) array
+        ``L' H L`` for the Hessian of each physical parameter.
+    """
+
+    slopes: Array
+    bends: Array
+
+    def ratio(self, gradient: Array, hessian: Array) -> float:
+        """Second-order part of a function's standard deviation against the first.
+
+        Of the variance ``g' C g + tr(H C H C)/2``, which is that of a quadratic function of normal
+        errors; the delta method keeps the first term. Third derivatives may add as much again.
+
+        Parameters
+        ----------
+        gradient, hessian : (p,) and (p, p) arrays
+            Of the function by the physical parameters.
+        """
+        first = float(np.linalg.norm(gradient @ self.slopes))
+        bent = self.slopes.T @ hessian @ self.slopes + np.tensordot(gradient, self.bends, axes=1)
+        second = float(np.linalg.norm(bent)) / np.sqrt(2)
+        if second == 0:
+            return 0.0
+        return float("inf") if first == 0 else second / first
+
+
+def bend(form: Form, theta: Array, covariance: Array) -> Bend:
+    """Differences of the map's exact Jacobian along the covariance's own directions.
+
+    Parameters
+    ----------
+    form : Form
+    theta : (k,) array
+    covariance : (k, k) array
+        Of theta.
+    """
+    directions = root(covariance)
+    jacobian = form.physical(theta)[1]
+    bends = np.empty((len(jacobian), len(theta), len(theta)))
+    for j, direction in enumerate(directions.T):
+        ahead, behind = (form.physical(theta + s * direction)[1] for s in (_STEP, -_STEP))
+        bends[:, :, j] = (ahead - behind) @ directions / (2 * _STEP)
+    return Bend(jacobian @ directions, bends)
+
+
+def root(covariance: Array) -> Array:
+    """L with ``L L' = C``, of any rank; NaN for one that is not finite."""
+    if not np.all(np.isfinite(covariance)):
+        return np.full_like(covariance, np.nan)
+    scale = np.sqrt(np.diag(covariance))
+    safe = np.where(scale > 0, scale, 1.0)
+    sizes, vectors = np.linalg.eigh(covariance / np.outer(safe, safe))
+    return np.asarray(safe[:, None] * vectors * np.sqrt(np.maximum(sizes, 0.0)), dtype=float)
+
+
+def drawn_parameters(
+    form: Form, theta: Array, covariance: Array, dof: int, draws: int, seed: int
+) -> tuple[Array, int]:
+    """Physical parameters of draws from a multivariate Student distribution, and how many are lost.
+
+    Parameters
+    ----------
+    form : Form
+    theta, covariance : (k,) and (k, k) arrays
+    dof : int
+        Of Student's distribution, as for the intervals.
+    draws, seed : int
+
+    Returns
+    -------
+    (d, p) array, int
+        The draws whose inertia is positive; the number of the others.
+
+    Raises
+    ------
+    UsageError
+        The number of draws makes no sense.
+    """
+    if not (isinstance(draws, (int, np.integer)) and 2 <= draws <= _MOST_DRAWS):
+        raise UsageError(f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.")
+    rng = np.random.default_rng(seed)
+    normal = rng.normal(size=(draws, len(theta))) @ root(covariance).T
+    stretch = np.sqrt(dof / rng.chisquare(dof, size=draws))
+    drawn = theta + normal * stretch[:, None]
+    with np.errstate(all="ignore"):
+        physical = np.array([form.physical(each)[0] for each in drawn])
+    finite = np.all(np.isfinite(physical), axis=1)
+    kept = physical[finite]
+    if len(kept):
+        kept = kept[has_inertia(form.axis, kept, np.zeros(len(kept)))]
+    return kept, int(draws - len(kept))
+
+
+def summarised(
+    function: Callable[[list[float]], float],
+    at: Array,
+    unit: str,
+    physical: Array,
+    lost: int,
+    seed: int,
+) -> Drawn:
+    """A function over drawn physical parameters, (d, p); it is NaN where it has no value."""
+    values = np.array([function(each) for each in physical.tolist()])
+    finite = values[np.isfinite(values)]
+    nothing = not len(finite)
+    low, median, high = (np.nan,) * 3 if nothing else np.quantile(finite, [0.025, 0.5, 0.975])
+    return Drawn(
+        value=function(at.tolist()),
+        unit=unit,
+        median=float(median),
+        interval=(float(low), float(high)),
+        draws=len(finite),
+        lost=lost + len(values) - len(finite),
+        seed=seed,
+    )

@@ -1,0 +1,96 @@
+"""Rows of the regression as the simulated loop has them: instruments, and the model's left side."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record, is_sampled_by
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation import (
+    Simulation,
+    no_control_law,
+    signals_before,
+    simulate_estimate,
+)
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+
+from .forms import Equations, Form
+
+
+class LoopDataError(DataError):
+    """The record does not serve to simulate the loop."""
+
+
+def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
+    """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    LoopDataError
+        The record has no reference, or another period than the law.
+    """
+    law = axis.axis.control
+    if law is None:
+        raise no_control_law(axis.axis.name)
+    if record.reference is None:
+        raise LoopDataError(
+            f"{record.provenance.source} has no reference column, from which the closed loop "
+            "is simulated; name it with --columns reference=NAME."
+        )
+    if not is_sampled_by(record, law):
+        raise LoopDataError(
+            f"the record is sampled every {record.period:.6g} s, the control law of axis "
+            f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
+            "law's period. Declare the drive's period."
+        )
+    return record.reference
+
+
+def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tuple[Simulation, ...]:
+    """The loop of a record, simulated with physical parameters (p,): once for each segment.
+
+    Each begins at rest at the segment's first position.
+
+    Raises
+    ------
+    ModelError, LoopDataError
+        As in `loop_reference`.
+    EstimationError
+        The loop cannot be simulated with these parameters.
+    """
+    reference = loop_reference(axis, record)
+    return tuple(
+        simulate_estimate(
+            axis,
+            physical,
+            reference[first:last],
+            record.period,
+            start=float(record.position[first]),
+        )
+        for first, last in record.spans
+    )
+
+
+def simulated_position(loops: Sequence[Simulation]) -> Array:
+    """Position of the loops, one after the other, (N,)."""
+    return np.concatenate([loop.position for loop in loops])
+
+
+def simulated_right(
+    form: Form, loops: Sequence[Simulation], physical: Array, prefilter: Prefilter, period: float
+) -> tuple[Array, Array]:
+    """Known part and regressor of simulated loops, reduced like the measured ones.
+
+    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
+    """
+    at, pieces = form.at(physical), []
+    for loop in loops:
+        equations = at.equations(loop.signals)
+        if prefilter.hold == "zoh":
+            equations = equations.mean(at.equations(signals_before(form.axis, physical, loop)))
+        pieces.append(equations)
+    return Equations.stacked(pieces).reduced_right(prefilter, period)

@@ -1,0 +1,202 @@
+"""Least squares for a partially linear model: the linear parameters are projected out.
+
+For given nonlinear parameters the linear ones are solved exactly, so that only the few nonlinear
+ones are searched; from several starts, since the error may have more than one valley.
+
+References
+----------
+[GolubPereyra1973]_.
+"""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+
+from .forms import Equations, InverseForm
+from .linear import Factored, factor, least_squares
+
+_SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # times the nominal value
+_MOST_STARTS = 125
+_REFINED = 5  # of the starts, the best ones
+_MOST_HALVINGS = 8
+
+
+def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equations]) -> Array:
+    """Parameters (p,) of the least equation error.
+
+    Parameters
+    ----------
+    form : InverseForm
+        Of a partially linear axis.
+    rows : callable
+        The reduced equations (n,) of a form at its point.
+
+    Raises
+    ------
+    EstimationError
+        A nonlinear parameter has no nominal value to start from, or no start gives an estimate.
+    """
+    from scipy.optimize import least_squares as minimise
+
+    search = _Projected(form, rows)
+    starts = sorted(search.starts(), key=search.error)
+    if not np.isfinite(search.error(starts[0])):
+        raise EstimationError(
+            f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
+            "and bounds of the right size, where the equation of motion has a value. At the first, "
+            f"{search.reason(starts[0])}"
+        )
+    found = [
+        minimise(
+            search.residuals,
+            start,
+            bounds=search.bounds,
+            x_scale=np.abs(start),
+            xtol=1e-12,
+            ftol=1e-12,
+        )
+        for start in starts[:_REFINED]
+    ]
+    best = min(found, key=lambda valley: float(valley.cost))
+    return search.solved(np.asarray(best.x, dtype=float))[0]
+
+
+def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
+    """Lower and upper bounds (p,) of what is searched for; linear parameters have none."""
+    bent, declared = np.array(axis.nonlinear), axis.axis.parameters
+    return (
+        np.where(bent, [p.lower for p in declared], -np.inf),
+        np.where(bent, [p.upper for p in declared], np.inf),
+    )
+
+
+def damped_step(
+    form: InverseForm,
+    rows: Callable[[InverseForm], Equations],
+    instruments: Factored,
+    start: Array,
+    goal: Array,
+) -> Array:
+    """From parameters towards a solution of the linearised instrumental equations, both (p,).
+
+    As far as what the instruments see of the residuals falls, within the bounds of the nonlinear
+    parameters.
+
+    Raises
+    ------
+    EstimationError
+        The solution is beyond a bound, and no step towards it within the bounds is of use.
+    """
+    low, high = search_bounds(form.axis)
+
+    def seen(physical: Array) -> float:
+        equations = rows(form.at(physical))
+        residuals = equations.left - equations.known - equations.regressor @ physical
+        return float(np.linalg.norm(instruments.basis.T @ residuals))
+
+    before = seen(start)
+    for halving in range(_MOST_HALVINGS):
+        there = start + (goal - start) / 2**halving
+        if np.all((there >= low) & (there <= high)) and seen(there) < before:
+            return np.asarray(there, dtype=float)
+    if np.any((goal < low) | (goal > high)):
+        raise _led_out(form.axis, goal)
+    return goal
+
+
+def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
+    low, high = search_bounds(axis)
+    beyond = [
+        f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
+        for p, value, least, most in zip(axis.axis.parameters, goal, low, high, strict=True)
+        if not least <= value <= most
+    ]
+    return EstimationError(
+        f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
+        "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
+        "believe idm-ls, whose search ends within them, and check the model of the friction."
+    )
+
+
+class _Projected:
+    """The residuals as a function of the nonlinear parameters alone."""
+
+    def __init__(self, form: InverseForm, rows: Callable[[InverseForm], Equations]) -> None:
+        self._form, self._rows = form, rows
+        axis = form.axis
+        self._bent = np.array(axis.nonlinear)
+        declared = [p for p, bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if bent]
+        self.names = tuple(p.name for p in declared)
+        self._linear = [n for n, bent in zip(axis.names, axis.nonlinear, strict=True) if not bent]
+        low, high = search_bounds(axis)
+        self.bounds = (low[self._bent], high[self._bent])
+        self._nominal = np.array([p.nominal for p in declared])
+        if missing := [p.name for p in declared if p.nominal == 0]:
+            raise EstimationError(
+                f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
+                "nominal value other than 0."
+            )
+
+    def starts(self) -> list[Array]:
+        """Nominal values, and around them by factors, within the bounds."""
+        m = len(self._nominal)
+        factors = list(product(_SPREAD, repeat=m))
+        chosen = factors if len(factors) <= _MOST_STARTS else [(f,) * m for f in _SPREAD]
+        low, high = self.bounds
+        inside = [self._nominal * np.array(f) for f in chosen]
+        return [start for start in inside if np.all((start > low) & (start < high))] or [
+            self._nominal
+        ]
+
+    def solved(self, bent: Array) -> tuple[Array, Array]:
+        """All parameters (p,) for given nonlinear ones, and the residuals (n,).
+
+        Raises
+        ------
+        EstimationError
+            The columns are not of full rank, or the model has no value there.
+        """
+        physical = self._form.axis.nominal.copy()
+        physical[self._bent] = bent
+        equations = self._rows(self._form.at(physical))
+        # The columns of the linear parameters, and what they leave, do not depend on their values.
+        known = equations.known + equations.regressor[:, self._bent] @ bent
+        columns = factor(equations.regressor[:, ~self._bent], self._linear)
+        solution = least_squares(equations.left - known, columns)
+        physical[~self._bent] = solution.theta
+        if not np.all(np.isfinite(solution.residuals)):
+            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, bent, strict=True))
+            raise EstimationError(f"the model has no finite value with {values}.")
+        return physical, solution.residuals
+
+    def residuals(self, bent: Array) -> Array:
+        """Of the best linear parameters; large where there are none."""
+        try:
+            return self.solved(bent)[1]
+        except EstimationError:
+            return np.full_like(self._left, 1e3 * float(np.abs(self._left).max()))
+
+    def error(self, bent: Array) -> float:
+        """Sum of squares; infinite where there is no estimate."""
+        try:
+            residuals = self.solved(bent)[1]
+        except EstimationError:
+            return np.inf
+        return float(residuals @ residuals)
+
+    def reason(self, bent: Array) -> str:
+        """Why there is no estimate."""
+        try:
+            self.solved(bent)
+        except EstimationError as error:
+            return str(error)
+        return "the residuals are not finite."
+
+    @property
+    def _left(self) -> Array:
+        return self._rows(self._form).left

@@ -1,0 +1,86 @@
+"""What is left of each parameter without the samples near reversals and rests.
+
+Without them friction is not rounded, which is worth much, but an axis that accelerates only where
+it turns hardly shows its inertia. What tells is the information on a parameter, the inverse of its
+variance for noise of one size. Rests are no loss, as sticking friction takes any force; nor is what
+depends on the direction of motion, as the low-pass rounds that near reversals.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.support.arrays import Array
+
+from .signals import Signals
+
+#: Part of a parameter's information from which samples near reversals are left out unless told
+#: otherwise; its deviation is then 4.5 times as large.
+LEAST_LEFT = 0.05
+_SIGNALS = ("position", "velocity", "acceleration", "direction")  # as the regressor takes them
+_MOVING = 0.05  # of the largest speed
+_SMALLEST = 1e-100  # whose square is exact
+_ALIKE = 1e-12  # of a column, in which it is not told from others
+
+
+class Information:
+    """On each parameter of a linear axis, from all samples in motion and from those left.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    """
+
+    def __init__(self, axis: GeneratedAxis) -> None:
+        self._axis = axis
+        self._smooth = ~dependence(axis)["direction"]
+        size = len(axis.parameters)
+        self._moving, self._left = np.zeros((size, size)), np.zeros((size, size))
+
+    def add(
+        self, signals: Signals, kept: NDArray[np.bool_], near: NDArray[np.bool_], fastest: float
+    ) -> None:
+        """Samples (N,) that are kept, of which some are near reversals.
+
+        Parameters
+        ----------
+        signals : Signals
+        kept, near : (N,) arrays of bool
+        fastest : float
+            Largest speed of the record.
+        """
+        motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
+        about = () if self._axis.is_linear else (self._axis.nominal,)
+        columns, _ = self._axis.rows("idm_regressor", *motion, *about)
+        moving = columns[kept & (np.abs(signals.velocity) > _MOVING * fastest)]
+        left = columns[kept & ~near]
+        self._moving += moving.T @ moving
+        self._left += left.T @ left
+
+    @property
+    def remaining(self) -> float:
+        """The least part of a parameter's information that is left."""
+        both = self._moving + self._left
+        if not np.all(np.isfinite(both)):
+            return 1.0  # whatever is done, the regression will say what is wrong
+        size = np.sqrt(np.diag(both))
+        told = self._smooth & (np.diag(self._moving) > 0)
+        scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
+        before, after = (_information(each / scale) for each in (self._moving, self._left))
+        return float(np.min(after[told] / before[told], initial=1.0))
+
+
+def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
+    """Which columns of the inverse model, (p,), depend on which signal."""
+    regressor = axis.functions["idm_regressor"]
+    found = {}
+    for place, name in enumerate(_SIGNALS):
+        rows, _ = regressor.jac_sparsity(0, place).get_triplet()
+        found[name] = np.isin(np.arange(len(axis.parameters)), rows)
+    return found
+
+
+def _information(gram: Array) -> Array:
+    """Of each parameter beside the others, (p,), from products of columns of size 1 or less."""
+    inverse = np.linalg.inv(gram + _ALIKE * np.eye(len(gram)))
+    return np.asarray(1.0 / np.diag(inverse), dtype=float)

@@ -1,0 +1,16 @@
+"""The closed loop in time.
+
+In: a reference, parameters. Out: `Simulation`.
+Knows nothing of filters and estimates.
+"""
+
+from .batch import BatchSimulation as BatchSimulation
+from .batch import simulate_batch as simulate_batch
+from .closed_loop import Simulation as Simulation
+from .closed_loop import signals_before as signals_before
+from .closed_loop import simulate as simulate
+from .closed_loop import simulate_estimate as simulate_estimate
+from .steps import has_inertia as has_inertia
+from .steps import no_control_law as no_control_law
+from .twin import trajectory as trajectory
+from .twin import twin_record as twin_record

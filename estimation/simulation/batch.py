@@ -1,0 +1,363 @@
+"""Many closed loops side by side, across processors."""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.runtime import VirtualLoop
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+from axisid.support.real_numbers import is_whole, real_array
+
+from .runaway import allowed_distance, widened_distance
+from .steps import (
+    MOST_SUBSTEPS,
+    VISITED,
+    beyond_bounds,
+    check_loop,
+    check_period,
+    failure,
+    has_inertia,
+    has_settled_steps,
+    holds,
+    no_inertia,
+    pushes,
+    substeps_along,
+    substeps_at_start,
+    too_stiff,
+)
+
+_MOST_THREADS = 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatchSimulation:
+    """Many simulations side by side.
+
+    Attributes
+    ----------
+    signals : dict of str to (N, B) array
+        The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
+        a simulation ended early.
+    failures : dict of int to str
+        Why and where, by lane, for those that ended early.
+    """
+
+    signals: dict[str, Array]
+    failures: dict[int, str]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.signals[name]
+
+
+def simulate_batch(
+    axis: Axis | GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    *,
+    start: ArrayLike | None = None,
+    position_noise: ArrayLike | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
+    signals: Sequence[str] = SIGNALS[:5],
+    threads: int | None = None,
+) -> BatchSimulation:
+    """Simulate many parameter sets, references or noises side by side.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        With a control law.
+    parameters : (B, p) array_like
+        One row a lane.
+    reference : (N,) or (N, B) array_like
+        Shared, or one column a lane.
+    period : float
+        Sampling period, s.
+    start : (B,) array_like, optional
+        First positions; the first references by default.
+    position_noise : (N, B) array_like, optional
+    resolution, substeps
+        As in `simulate`.
+    signals : sequence of str
+        What is wanted: each takes N x B floats. Names as in `Simulation`.
+    threads : int, optional
+        1 to 1024; as many as there are processors by default.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    UsageError
+        An argument has the wrong shape or value.
+
+    Notes
+    -----
+    A lane that fails does not end the others; see `BatchSimulation.failures`.
+    """
+    axis = as_generated(axis)
+    theta = np.ascontiguousarray(real_array(parameters, "the parameters"))
+    ref = _aligned(reference, "the reference")
+    check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
+    check_period(axis, period)
+    lanes = len(theta)
+    if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
+        raise UsageError(
+            f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
+            "and (N,) or (N, B)."
+        )
+    if not lanes:
+        raise UsageError("no parameter set was given; give at least one lane.")
+    first = _starts(start, ref, lanes)
+    wanted = _wanted(signals)
+    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
+        raise UsageError(
+            f"the threads are {threads!r}; give a whole number from 1 to {_MOST_THREADS}."
+        )
+    looked_at = () if has_settled_steps(axis) or substeps is not None else VISITED
+    away = np.abs(first - ref[0])
+    spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
+    batch = _Batch(
+        axis=axis,
+        parameters=theta,
+        reference=ref,
+        noise=_lane_noise(position_noise, (len(ref), lanes)),
+        start=first,
+        period=period,
+        resolution=resolution,
+        allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
+        wanted=list(dict.fromkeys([*wanted, *looked_at])),
+        threads=threads,
+    )
+    out, failures = batch.run(substeps)
+    return BatchSimulation(
+        signals=dict(zip(signals, (out[name] for name in wanted), strict=True)),
+        failures=dict(sorted(failures.items())),
+    )
+
+
+def _starts(start: ArrayLike | None, reference: Array, lanes: int) -> Array:
+    first = reference[0] if start is None else real_array(start, "the start")
+    first = np.broadcast_to(first, lanes) if start is None else first
+    if first.shape != (lanes,) or not np.all(np.isfinite(first)):
+        raise UsageError(
+            f"the start has the shape {first.shape}; give one position a lane, all finite."
+        )
+    return np.ascontiguousarray(first)
+
+
+def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    if noise is None:
+        return None
+    lanes = _aligned(noise, "the noise")
+    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
+        raise UsageError(f"the noise has the shape {lanes.shape}; give {shape}, all finite.")
+    return lanes
+
+
+def _wanted(signals: Sequence[str]) -> list[str]:
+    """The generated code's names of the signals."""
+    known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+    several = isinstance(signals, Iterable) and not isinstance(signals, str)
+    if not several or not all(isinstance(name, str) for name in signals):
+        raise UsageError(f"the signals are {signals!r}; give a list of names.")
+    if unknown := set(signals) - set(known):
+        raise UsageError(
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."
+        )
+    return [known[name] for name in signals]
+
+
+def _aligned(values: ArrayLike, what: str) -> Array:
+    """The array itself, unless its floats do not lie on whole multiples of their size."""
+    array = np.require(real_array(values, what), requirements=["A"])
+    whole = all(stride % array.itemsize == 0 for stride in array.strides)
+    return array if whole else array.copy()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Batch:
+    """What the groups of lanes of a batch share."""
+
+    axis: GeneratedAxis
+    parameters: Array
+    reference: Array
+    noise: Array | None
+    start: Array
+    period: float
+    resolution: float
+    allowed: Array
+    wanted: Sequence[str]
+    threads: int | None
+
+    def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
+        """Simulate every lane; returns the signals, (N, B) each, and the failures."""
+        lanes = len(self.parameters)
+        failures = self._refused()
+        sound = np.array([lane not in failures for lane in range(lanes)])
+        counts = np.full(lanes, substeps or 1)
+        if substeps is None and sound.any():
+            counts[sound] = substeps_at_start(
+                self.axis, self.parameters[sound], self.start[sound], self.period
+            )
+        out: dict[str, Array] = {}
+        stiff = sound & (counts > MOST_SUBSTEPS)
+        counts = np.minimum(counts, MOST_SUBSTEPS)
+        if has_settled_steps(self.axis):
+            self._refuse(out, np.flatnonzero(stiff), failures)
+            sound &= ~stiff
+        pending = np.flatnonzero(sound)
+        while pending.size:
+            # Lanes that ask for more steps in a sample run apart, and do not slow the others.
+            groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
+            for group in groups:
+                self._run_into(out, group, int(counts[group[0]]), failures)
+            if substeps is not None or has_settled_steps(self.axis):
+                break
+            needed = np.array([self._needed(out, int(lane)) for lane in pending])
+            more = needed > counts[pending]
+            self._refuse(out, pending[more & (counts[pending] == MOST_SUBSTEPS)], failures)
+            more &= counts[pending] < MOST_SUBSTEPS
+            counts[pending] = np.clip(needed, counts[pending], MOST_SUBSTEPS)
+            pending = pending[more]
+        return out or self._nothing(), failures
+
+    def _refused(self) -> dict[int, str]:
+        """What to say of lanes that no simulation starts from."""
+        given, refused = (self.axis, self.parameters, self.start), {}
+        has_mass, held = has_inertia(*given), holds(*given)
+        for lane, theta in enumerate(self.parameters):
+            beyond = beyond_bounds(self.axis, theta)
+            if not has_mass[lane]:
+                refused[lane] = no_inertia(self.axis, theta, float(self.start[lane]))
+            elif beyond or not held[lane]:
+                refused[lane] = beyond or pushes(self.axis, theta)
+        return refused
+
+    def _refuse(
+        self, out: Mapping[str, Array], lanes: NDArray[np.intp], failures: dict[int, str]
+    ) -> None:
+        for lane in map(int, lanes):
+            failures[lane] = too_stiff(self.axis, self.parameters[lane])
+            for values in out.values():
+                values[:, lane] = np.nan
+
+    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
+        position = out["position"][:, lane]
+        ended = np.isnan(position)
+        until = int(ended.argmax()) if ended.any() else len(position)
+        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in VISITED}
+        return substeps_along(self.axis, self.parameters[lane], visited, self.period)
+
+    def _nothing(self) -> dict[str, Array]:
+        shape = (len(self.reference), len(self.parameters))
+        return {name: np.full(shape, np.nan) for name in self.wanted}
+
+    def _run_into(
+        self,
+        out: dict[str, Array],
+        group: NDArray[np.intp],
+        substeps: int,
+        failures: dict[int, str],
+    ) -> None:
+        """Simulate a group of lanes into the signals of all."""
+        for lane in group:
+            failures.pop(int(lane), None)
+        if not out and len(group) == len(self.parameters):
+            out.update(self._lanes(None, substeps, failures))
+            return
+        if not out:
+            out.update(self._nothing())
+        for name, values in self._lanes(group, substeps, failures).items():
+            out[name][:, group] = values
+
+    def _lanes(
+        self, group: NDArray[np.intp] | None, substeps: int, failures: dict[int, str]
+    ) -> dict[str, Array]:
+        """Simulate a group of lanes, or all; what fails is added to `failures`."""
+        every = group is None
+        chosen = np.arange(len(self.parameters)) if group is None else group
+        settings = LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=self.allowed if every else np.ascontiguousarray(self.allowed[chosen]),
+            substeps=substeps,
+        )
+        arguments = (
+            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
+            self.noise if every or self.noise is None else self.noise[:, chosen],
+            self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
+            self.start if every else np.ascontiguousarray(self.start[chosen]),
+            settings,
+            self.wanted,
+        )
+        library = self.axis.native.library()
+        if library is None:
+            self.axis.native.warn_once()
+            status, stopped, out = _virtual_batch(self.axis, *arguments)
+        else:
+            count = _processors() if self.threads is None else int(self.threads)
+            status, stopped, out = library.simulate_batch(*arguments, count)
+        again = self._widened(status, chosen)
+        for i in np.flatnonzero(status):
+            lane, sample = int(chosen[i]), int(stopped[i])
+            for signal in out.values():
+                signal[sample:, i] = np.nan
+            if not again[i]:
+                failures[lane] = failure(
+                    self.axis, self.parameters[lane], int(status[i]), sample, self.period
+                )
+        if again.any():
+            for name, values in self._lanes(chosen[again], substeps, failures).items():
+                out[name][:, again] = values
+        return out
+
+    def _widened(self, status: NDArray[np.int32], chosen: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which lanes left a range that was too narrow for their load; it is widened for them."""
+        again = np.asarray(status == STATUSES.index("out of range"))
+        if again.any():
+            lanes = chosen[again]
+            noise = None if self.noise is None else self.noise[:, lanes]
+            given = (self.parameters[lanes], self.start[lanes], noise, self.resolution)
+            wider = widened_distance(self.axis, *given)
+            again[again] = wider > self.allowed[lanes]
+            self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
+        return again
+
+
+def _virtual_batch(
+    axis: GeneratedAxis,
+    reference: Array,
+    noise: Array | None,
+    parameters: Array,
+    start: Array,
+    settings: LoopSettings,
+    wanted: Sequence[str],
+) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
+    """Lane by lane in the virtual machine."""
+    lanes = len(parameters)
+    out = {name: np.empty((len(reference), lanes)) for name in wanted}
+    status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
+    for lane in range(lanes):
+        own = replace(settings, allowed=float(settings.allowed[lane]))
+        status[lane], stopped[lane], signals = VirtualLoop(
+            axis.functions, parameters[lane], own
+        ).run(
+            reference if reference.ndim == 1 else reference[:, lane],
+            None if noise is None else noise[:, lane],
+            float(start[lane]),
+        )
+        for name in wanted:
+            out[name][:, lane] = signals[name]
+    return status, stopped, out
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

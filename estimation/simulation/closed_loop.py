@@ -1,0 +1,301 @@
+"""Closed-loop simulation: the reference in, everything else simulated.
+
+The control law is evaluated once a sample and held (or all the time, if it is continuous). In
+between, the plant moves in one friction mode; where the velocity reaches zero the crossing is
+located and the mode chosen anew. At rest the model itself decides: with the accelerations a(+) and
+a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)``
+[Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.lowering import STATUSES, LoopSettings
+from axisid.codegen.runtime import VirtualLoop
+from axisid.estimation.signals import Signals
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.real_numbers import is_real, real_array
+
+from .runaway import allowed_distance, widened_distance
+from .steps import (
+    MOST_SUBSTEPS,
+    beyond_bounds,
+    check_loop,
+    check_period,
+    failure,
+    has_inertia,
+    has_settled_steps,
+    holds,
+    no_inertia,
+    pushes,
+    substeps_along,
+    substeps_at_start,
+    too_stiff,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """A simulated closed loop, at the reference's samples, (N,) each, SI.
+
+    Force, acceleration and friction direction are those just after the control was updated at the
+    sample; with position and velocity they satisfy the model row by row.
+
+    Attributes
+    ----------
+    time, position, velocity, acceleration, force : array
+    control : array
+        In the drive's unit.
+    direction : array
+        Friction direction: +1 or -1 while sliding, between them while stuck.
+    direction_before : array
+        The same just before the sample, under what was held until then.
+    measured_position : array
+        With the noise and the encoder resolution that were given.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    force: Array
+    control: Array
+    direction: Array
+    direction_before: Array
+    measured_position: Array
+
+    @property
+    def mode(self) -> Array:
+        """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
+        stuck = (self.velocity == 0) & (self.acceleration == 0)
+        return np.where(stuck, 0.0, self.direction)
+
+    @property
+    def signals(self) -> Signals:
+        """What a regressor is made of, just after each sample."""
+        return Signals(
+            position=self.position,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+            force=self.force,
+            direction=self.direction,
+        )
+
+
+def simulate(
+    axis: Axis | GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    *,
+    start: float | None = None,
+    position_noise: ArrayLike | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
+) -> Simulation:
+    """Simulate the axis under its control law, starting at rest.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        With a control law.
+    parameters : (p,) array_like
+        Physical parameters, SI.
+    reference : (N,) array_like
+        Commanded position.
+    period : float
+        Sampling period, s.
+    start : float, optional
+        First position; the first reference by default.
+    position_noise : (N,) array_like, optional
+        Added to the position that the law measures.
+    resolution : float
+        Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
+    substeps : int, optional
+        Runge-Kutta steps in a sample, at most 1024; the error falls with their fourth power. By
+        default a power of 2, as many as the damping, the stiffness and the speed over the length of
+        a wave of the position ask for wherever the motion goes: mostly 1. Where they vary the loop
+        is simulated anew until it had enough. For an axis whose force has kinks or jumps over the
+        position it is the least number: each piece of a sample, from one side to the next, takes
+        the steps that its own rates ask for.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    UsageError
+        An argument has the wrong shape or value, a parameter is beyond its declared bounds, or the
+        period is not that of the control law.
+    EstimationError
+        The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
+        too fast to follow; the sample is named.
+    """
+    axis = as_generated(axis)
+    loop = _loop(axis, parameters, reference, period, start, position_noise, resolution, substeps)
+    if refusal := beyond_bounds(axis, loop.parameters):
+        raise UsageError(refusal)
+    check_period(axis, period)
+    if not holds(axis, loop.parameters[None, :], np.array([loop.start])).all():
+        raise EstimationError(pushes(axis, loop.parameters))
+    return loop.simulated(substeps)
+
+
+def simulate_estimate(
+    axis: GeneratedAxis, parameters: Array, reference: Array, period: float, *, start: float
+) -> Simulation:
+    """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
+
+    The period is the record's. Otherwise as `simulate`.
+    """
+    return _loop(axis, parameters, reference, period, start, None, 0.0, None).simulated(None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Loop:
+    """What one simulation is given, checked."""
+
+    axis: GeneratedAxis
+    parameters: Array
+    reference: Array
+    noise: Array | None
+    start: float
+    period: float
+    resolution: float
+
+    def simulated(self, substeps: int | None) -> Simulation:
+        """Run it, with as many steps as it needs unless they are given."""
+        away = abs(self.start - self.reference[0])
+        settings = LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=allowed_distance(np.ptp(self.reference), away),
+            substeps=self._steps_at_start() if substeps is None else substeps,
+        )
+        settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
+        if STATUSES[status] == "out of range":
+            lane = (self.parameters[None, :], np.array([self.start]), self.noise, self.resolution)
+            (wider,) = widened_distance(self.axis, *lane)
+            if wider > settings.allowed:
+                settings = replace(settings, allowed=float(wider))
+                _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
+        if status:
+            raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+        return Simulation(
+            time=self.period * np.arange(len(self.reference), dtype=np.float64),
+            direction_before=out.pop("before"),
+            measured_position=_measured(out["position"], self.noise, self.resolution),
+            **out,
+        )
+
+    def _steps_at_start(self) -> int:
+        start = np.array([self.start])
+        (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
+        if steps > MOST_SUBSTEPS and has_settled_steps(self.axis):
+            raise EstimationError(too_stiff(self.axis, self.parameters))
+        return min(int(steps), MOST_SUBSTEPS)
+
+    def _settled(
+        self, settings: LoopSettings, *, fixed: bool
+    ) -> tuple[LoopSettings, int, int, dict[str, Array]]:
+        """Run until the steps are enough for wherever it went, unless they are fixed."""
+        while True:
+            status, stopped, out = self._run(settings)
+            if fixed or has_settled_steps(self.axis):
+                break
+            visited = {name: values[:stopped] if status else values for name, values in out.items()}
+            needed = substeps_along(self.axis, self.parameters, visited, self.period)
+            if needed <= settings.substeps:
+                break
+            if settings.substeps == MOST_SUBSTEPS:
+                raise EstimationError(too_stiff(self.axis, self.parameters))
+            settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
+        return settings, status, stopped, out
+
+    def _run(self, settings: LoopSettings) -> tuple[int, int, dict[str, Array]]:
+        """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
+        library = self.axis.native.library()
+        if library is None:
+            self.axis.native.warn_once()
+            loop = VirtualLoop(self.axis.functions, self.parameters, settings)
+            return loop.run(self.reference, self.noise, self.start)
+        given = (self.reference, self.noise, self.parameters, self.start)
+        return library.simulate(*given, settings)
+
+
+def _loop(
+    axis: GeneratedAxis,
+    parameters: ArrayLike,
+    reference: ArrayLike,
+    period: float,
+    start: float | None,
+    position_noise: ArrayLike | None,
+    resolution: float,
+    substeps: int | None,
+) -> _Loop:
+    """Check what a simulation is given, but for bounds and the law's period."""
+    theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
+    check_loop(axis, theta.shape, ref, period, resolution, substeps)
+    noise = None if position_noise is None else _vector(position_noise, "the noise")
+    if noise is not None and (noise.shape != ref.shape or not np.all(np.isfinite(noise))):
+        raise UsageError(
+            f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
+        )
+    if not (start is None or (is_real(start) and math.isfinite(start))):
+        raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
+    first = float(ref[0] if start is None else start)
+    if not has_inertia(axis, theta[None, :], np.array([first])).all():
+        raise EstimationError(no_inertia(axis, theta, first))
+    return _Loop(
+        axis=axis,
+        parameters=theta,
+        reference=ref,
+        noise=noise,
+        start=first,
+        period=period,
+        resolution=resolution,
+    )
+
+
+def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulation) -> Signals:
+    """Signals just before each sample: the same motion under the force held until then.
+
+    They satisfy the model row by row too. At the first sample, and for a continuous law, they are
+    those just after.
+    """
+    law = axis.axis.control
+    if law is not None and law.continuous:
+        return simulation.signals
+    held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
+    (acceleration,) = axis.rows(
+        "direct_dynamics",
+        simulation.position,
+        simulation.velocity,
+        held,
+        simulation.direction_before,
+        parameters,
+    )
+    return Signals(
+        position=simulation.position,
+        velocity=simulation.velocity,
+        acceleration=acceleration[:, 0],
+        force=held,
+        direction=simulation.direction_before,
+    )
+
+
+def _vector(values: ArrayLike, what: str) -> Array:
+    vector = np.require(real_array(values, what), requirements=["C", "A"])
+    if vector.ndim != 1 or not len(vector):
+        raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
+    return vector
+
+
+def _measured(position: Array, noise: Array | None, resolution: float) -> Array:
+    measured = position if noise is None else position + noise
+    return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured

@@ -1,0 +1,84 @@
+"""How far from its reference a simulated loop may be before it counts as running away.
+
+As far as some multiple of what is asked of it: the way of the reference, and from the start to it.
+Where that is next to nothing, other things move the axis: noise and counts of the encoder, and the
+load at the start, to which the loop gives way until its control holds it.
+"""
+
+import math
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.support.arrays import Array
+
+_RUNAWAY = 100.0
+_OFF = 1e-6  # of the reference from the position, for the loop's stiffness
+
+
+def allowed_distance(span: float, away: float) -> float:
+    """Distance from the reference beyond which the loop has run away.
+
+    Parameters
+    ----------
+    span : float
+        Of the reference.
+    away : float
+        From the start to the first reference.
+    """
+    return _RUNAWAY * max(float(span), float(away)) or math.inf
+
+
+def widened_distance(
+    axis: GeneratedAxis,
+    parameters: Array,
+    start: Array,
+    noise: Array | None,
+    resolution: float,
+) -> Array:
+    """The same for what moves the axis but its reference, (B,): the load, noise, counts.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    start : (B,) array
+    noise : (N,) or (N, B) array, optional
+    resolution : float
+    """
+    measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
+    return np.asarray(_RUNAWAY * np.maximum(_sag(axis, parameters, start), measured))
+
+
+def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
+    """Way on which the loop, at rest on its reference, gives way to the load there, (B,).
+
+    Infinite where the control does not answer to the distance from the reference.
+    """
+    controls = np.array([_controls(axis, float(q)) for q in start]).T
+    held, stiffness = controls[0], np.abs(controls[1] - controls[0]) / _OFF
+    gain = axis.axis.drive.gain
+    dynamics = axis.functions["direct_dynamics"]
+    loaded, free, pushed = (
+        dynamics.call([start[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
+        for tau in (gain * held[None, :], 0.0, 1.0)
+    )
+    with np.errstate(all="ignore"):
+        sag = np.abs(loaded / ((pushed - free) * gain * stiffness))
+    return np.where(np.isfinite(sag), sag, np.where(loaded == 0, 0.0, np.inf))
+
+
+def _controls(axis: GeneratedAxis, position: float) -> tuple[float, float]:
+    """Control of an axis at rest on its reference, and a little behind it, at its most."""
+    law, begin = axis.functions["control_law"], axis.functions["control_start"]
+    memory = begin(position, position)
+    answers = []
+    for reference in (position, position + _OFF):
+        state, controls = memory, []
+        for _ in range(memory.numel() + 2):  # a delay answers late
+            control, state = law(reference, position, 0.0, state)
+            controls.append(float(control))
+        answers.append(controls)
+    still, behind = (np.array(each) for each in answers)
+    largest = int(np.argmax(np.abs(behind - still)))
+    return float(still[largest]), float(behind[largest])

@@ -1,0 +1,338 @@
+"""What a simulation checks and settles before it starts, and says when it ends early."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import PASSED, RESOLVED, STATUSES
+from axisid.modeling.derivation import forces_at_rest
+from axisid.support.arrays import Array
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.real_numbers import is_real, is_whole
+
+_PROBE = 1e-6  # of position and velocity, for the plant's rates
+_PROBED = 0.01  # at most, of the way on which the acceleration varies
+_SLACK = 1e-6
+_TOO_STIFF = 16  # times the most steps; their rate times step is then near 1
+_TOO_SHORT = 2  # the same for a wave of the position; Simpson's rule then errs by 2e-5 of it
+_UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
+_SAME_PERIOD = 5e-4
+_ROUNDING = 1e-9
+_EPSILON = float(np.finfo(float).eps)
+MOST_SUBSTEPS = 1024
+#: The signals that `substeps_along` looks at.
+VISITED = ("position", "velocity", "force", "direction")
+
+
+def no_control_law(name: str) -> ModelError:
+    """The error of an axis whose loop cannot be closed."""
+    return ModelError(
+        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
+        "(the table [control] in TOML, control=... in Python)."
+    )
+
+
+def check_loop(
+    axis: GeneratedAxis,
+    shape: tuple[int, ...],
+    reference: Array,
+    period: float,
+    resolution: float,
+    substeps: int | None,
+) -> None:
+    """Refuse what no simulation can start from; `shape` is that of one parameter set."""
+    law = axis.axis.control
+    if law is None:
+        raise no_control_law(axis.axis.name)
+    if shape != (len(axis.parameters),):
+        raise UsageError(
+            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
+            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given."
+        )
+    if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
+        raise UsageError("the reference is empty or not finite; give finite positions.")
+    if not (is_real(period) and math.isfinite(period) and period > 0):
+        raise UsageError(f"the period is {period!r} s; give a positive number.")
+    measurable = is_real(resolution) and 0 <= resolution < math.inf
+    if not measurable or (resolution and law.continuous):
+        raise UsageError(
+            f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
+            "takes no samples."
+        )
+    if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
+        raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
+
+
+def check_period(axis: GeneratedAxis, period: float) -> None:
+    """Refuse a period that is not that of the axis's sampled law; a continuous one has none.
+
+    Raises
+    ------
+    UsageError
+        The periods differ by more than 0.05 %.
+    """
+    law = axis.axis.control
+    if law is None or law.continuous or abs(period / law.period - 1) <= _SAME_PERIOD:
+        return
+    raise UsageError(
+        f"the period is {period:g} s, but the control law of axis {axis.axis.name!r} is evaluated "
+        f"every {law.period:g} s; give that, or declare the law with the other."
+    )
+
+
+def beyond_bounds(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of parameters, (p,), beyond their declared bounds; empty if none is."""
+    for p, value in zip(axis.axis.parameters, parameters, strict=True):
+        if p.lower <= value <= p.upper:
+            continue
+        side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
+        return (
+            f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} {p.unit}, "
+            f"so axis {axis.axis.name!r} is not simulated with it: friction beyond its bounds "
+            "drives the axis. Give a value within them, or declare others."
+        )
+    return ""
+
+
+def pushes(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of a parameter set whose friction drives the axis at its start."""
+    return (
+        f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: it "
+        "would accelerate the axis in the direction of its motion. Check the signs of the friction."
+    )
+
+
+def has_inertia(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,)."""
+    push, rest = _from_rest(axis, parameters, position, ((1.0, 0.0), (0.0, 0.0)))
+    with np.errstate(invalid="ignore"):
+        finite = np.isfinite(push - rest) & np.isfinite(parameters).all(axis=1)
+        return np.asarray((push - rest > 0) & finite)
+
+
+def holds(axis: GeneratedAxis, parameters: Array, position: Array) -> NDArray[np.bool_]:
+    """Which parameter sets, (B, p), have no friction that drives the axis from rest there, (B,)."""
+    forward, backward = _from_rest(axis, parameters, position, ((0.0, 1.0), (0.0, -1.0)))
+    with np.errstate(invalid="ignore"):
+        rounding = _ROUNDING * (np.abs(forward) + np.abs(backward))
+        return np.asarray(~(forward - backward > rounding))
+
+
+def _from_rest(
+    axis: GeneratedAxis,
+    parameters: Array,
+    position: Array,
+    cases: Sequence[tuple[float, float]],
+) -> list[Array]:
+    """Accelerations at rest for pairs of force and friction direction, (B,) each."""
+    if len(position) == 1:
+        forces, directions = zip(*cases, strict=True)
+        arguments = (position[0], 0.0, forces, directions, parameters[0])
+        return list(axis.rows("direct_dynamics", *arguments)[0])
+    dynamics = axis.functions["direct_dynamics"]
+    return [
+        dynamics.call([position[None, :], 0.0, tau, s, parameters.T])[0].full()[0]
+        for tau, s in cases
+    ]
+
+
+def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
+    endless = [
+        f"{name} = {value}"
+        for name, value in zip(axis.names, parameters, strict=True)
+        if not math.isfinite(value)
+    ]
+    if endless:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
+            "parameters."
+        )
+    if told := _no_force(axis, parameters, position):
+        return told
+    return (
+        f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
+        "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
+        "signs of force and position in the record."
+    )
+
+
+def has_settled_steps(axis: GeneratedAxis) -> bool:
+    """Whether no motion asks for more steps than the start does.
+
+    The rates are the same everywhere; or the axis has kinks or jumps over the position, and the
+    time loop itself takes as many steps as the motion asks for.
+    """
+    return axis.uniform or axis.has_sides
+
+
+def _no_force(axis: GeneratedAxis, parameters: Array, position: float) -> str:
+    """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position))
+    q = axis.axis.coordinate
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
+    endless = [term for term, force in forces if math.isnan(force)]
+    if endless:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force has no finite value {where}; "
+            f"see the term {endless[0]}. Write one that is finite wherever the axis can be and at "
+            "rest: b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive."
+        )
+    term, force = max(forces, key=lambda pair: abs(pair[1]))
+    if abs(force) * _EPSILON > 1:
+        return (
+            f"axis {axis.axis.name!r} cannot be simulated: its force is {force:.3g} {q.force_unit} "
+            f"{where}, beside which no drive counts; see the term {term}. Correct its factor, its "
+            "units, or the parameters in it."
+        )
+    return ""
+
+
+def substeps_at_start(
+    axis: GeneratedAxis, parameters: Array, start: Array, period: float
+) -> NDArray[np.int64]:
+    """Runge-Kutta steps in a sample that resolve each lane's rates where it starts, (B,).
+
+    The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
+    they are the same everywhere; for others see `substeps_along`.
+    """
+    lanes = len(start)
+    if axis.has_sides:
+        return np.ones(lanes, dtype=np.int64)
+    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
+    rates = _probed(axis, q, np.zeros(2 * lanes), s, shared, None).reshape(2, lanes)
+    return np.asarray(_steps(axis, rates, np.zeros((2, lanes)), period).max(axis=0))
+
+
+def substeps_along(
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array], period: float
+) -> int:
+    """Steps in a sample that resolve the rates wherever a simulation went.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    visited : dict of str to (n,) array
+        Position, velocity, force and direction. Where the velocity changes its sign between two
+        samples, the axis at rest is looked at too, in both directions.
+    period : float
+    """
+    q, dq, force = visited["position"], visited["velocity"], visited["force"]
+    if not len(q):
+        return 1
+    turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
+    s = np.where(visited["direction"] < 0, -1.0, 1.0)
+    rates = _probed(
+        axis,
+        np.concatenate([q, q[turns], q[turns]]),
+        np.concatenate([dq, np.zeros(2 * len(turns))]),
+        np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns))]),
+        parameters,
+        np.concatenate([force, force[turns], force[turns]]),
+    )
+    waves = _wave_numbers(axis, q, parameters)
+    passing = 0.0 if waves is None else np.max(waves * np.abs(dq))
+    return int(_steps(axis, rates.max(keepdims=True), np.array([passing]), period)[0])
+
+
+def _wave_numbers(axis: GeneratedAxis, q: Array, parameters: Array) -> Array | None:
+    """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
+    if "wave_number" not in axis.functions:
+        return None
+    if parameters.ndim == 1:
+        return axis.rows("wave_number", q, parameters)[0][:, 0]
+    return np.asarray(axis.functions["wave_number"].call([q[None, :], parameters.T])[0].full()[0])
+
+
+def _probed(
+    axis: GeneratedAxis, q: Array, dq: Array, s: Array, parameters: Array, force: Array | None
+) -> Array:
+    """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
+    waves = _wave_numbers(axis, q, parameters)
+    way = np.full(len(q), _PROBE) if waves is None else _PROBE / (1 + _PROBE / _PROBED * waves)
+    positions = np.concatenate([q, q, q + way])
+    speeds = np.concatenate([dq, dq + _PROBE, dq])
+    directions = np.tile(s, 3)
+    held = _held(axis, q)  # it stays while the position is probed
+    with np.errstate(all="ignore"):
+        if force is not None and not _is_continuous(axis):
+            arguments = (positions, speeds, np.tile(force, 3), directions, parameters)
+            accelerations = axis.rows("direct_dynamics", *arguments)[0][:, 0]
+        elif parameters.ndim == 1 and np.all(held == held[:, :1]):
+            arguments = (positions, speeds, held[:, 0], directions, parameters)
+            accelerations = axis.rows("held_acceleration", *arguments)[0][:, 0]
+        else:
+            columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
+            at = [positions[None, :], speeds[None, :], np.tile(held, 3), directions[None, :]]
+            held_acceleration = axis.functions["held_acceleration"]
+            accelerations = held_acceleration.call([*at, columns])[0].full()[0]
+        here, faster, further = accelerations.reshape(3, -1)
+        damping, stiffness = np.abs(faster - here) / _PROBE, np.abs(further - here) / way
+        rates = np.maximum(damping, np.sqrt(stiffness))
+    return np.where(np.isfinite(rates), rates, 0.0)
+
+
+def _held(axis: GeneratedAxis, position: Array) -> Array:
+    """No force, or the reference of a continuous law at the positions, (size, n)."""
+    held = np.zeros((axis.functions["held_acceleration"].size1_in("held"), len(position)))
+    if _is_continuous(axis):
+        held[0] = position
+    return held
+
+
+def _is_continuous(axis: GeneratedAxis) -> bool:
+    law = axis.axis.control
+    return law is not None and law.continuous
+
+
+def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> NDArray[np.int64]:
+    """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
+
+    Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
+    would leave the steps unstable, or blind for the waves.
+    """
+    by_rate = rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
+    by_wave = passing * period / PASSED
+    wanted = np.maximum(by_rate, by_wave)
+    # A little slack, so that rounding does not decide for round numbers.
+    powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
+    beyond = (by_rate > _TOO_STIFF * MOST_SUBSTEPS) | (by_wave > _TOO_SHORT * MOST_SUBSTEPS)
+    return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
+
+
+def too_stiff(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of a parameter set that no allowed number of steps resolves."""
+    return (
+        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: its "
+        "damping, its stiffness or the speed at which it passes a wave of the position asks for "
+        f"far more than {MOST_SUBSTEPS} steps in a sample. Check the nominal values and units, or "
+        "leave so fast a motion out of the model."
+    )
+
+
+def failure(axis: GeneratedAxis, parameters: Array, status: int, sample: int, period: float) -> str:
+    """What happened, where, with which parameters, and what to do."""
+    where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
+    what = f"the simulated closed loop of axis {axis.axis.name!r}"
+    if STATUSES[status] == "chatter":
+        beside = ", or the side of a kink or jump over the position," if axis.has_sides else ""
+        return (
+            f"{what} changes the friction direction{beside} without end {where}; check the "
+            "equation of motion there."
+        )
+    if STATUSES[status] == "unresolved":
+        return (
+            f"{what} is too fast to follow {where}: a contact is too stiff, or a wave of the "
+            "position too short for the speed. Check the nominal values and units, or leave so "
+            "fast a motion out of the model."
+        )
+    how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
+    return (
+        f"{what} diverges: the position {how} {where}. Check the control law's gains and period, "
+        "the drive gain and the nominal values."
+    )

@@ -1,0 +1,23 @@
+"""Many identifications, or one held against other data.
+
+In: axes, records, cut-offs, blocks. Out: `Sweep`, `Comparison`, `Validation`, `StreamedEstimate`.
+Knows nothing of how it is shown.
+"""
+
+from .candidate import LEVEL as LEVEL
+from .candidate import Candidate as Candidate
+from .candidate import ParameterCheck as ParameterCheck
+from .comparison import Comparison as Comparison
+from .comparison import compare as compare
+from .friction_curve import Friction as Friction
+from .friction_curve import friction as friction
+from .held_out import HeldOut as HeldOut
+from .nesting import NestedTest as NestedTest
+from .streamed_estimate import StreamedEstimate as StreamedEstimate
+from .streaming import identify_stream as identify_stream
+from .sweep import Sweep as Sweep
+from .sweep import default_cutoffs as default_cutoffs
+from .sweep import sweep as sweep
+from .validation import MethodValidation as MethodValidation
+from .validation import Validation as Validation
+from .validation import validate as validate

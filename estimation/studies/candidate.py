@@ -1,0 +1,235 @@
+"""One model of a comparison: its estimate, its criteria, and what it explains of unseen rows."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import stdtr
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.records import Record
+from axisid.estimation.regression import Hac, InverseForm, Solution
+from axisid.estimation.signals import Prefilter, measured_signals
+
+from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
+
+#: Of the tests of parameters and of nested models.
+LEVEL = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterCheck:
+    """Whether the record needs a parameter.
+
+    Attributes
+    ----------
+    name : str
+    p_value : float or None
+        That it is zero: Student, autocorrelation-consistent.
+    without_percent : float or None
+        Held-out equation error where it is left out; None if the model has no other.
+    informed : bool or None
+        The test rejects zero at 5 %, and leaving it out raises the held-out error; without a test,
+        by more than one standard error. None of a nonlinear parameter.
+    not_tested : str or None
+        Why there is no `p_value`.
+    """
+
+    name: str
+    p_value: float | None
+    without_percent: float | None
+    informed: bool | None
+    not_tested: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Criteria:
+    """Information criteria of the least-squares fit; only differences mean anything.
+
+    Attributes
+    ----------
+    log_likelihood : float
+        Gaussian, at the variance that maximises it.
+    aic, bic : float
+        ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
+    tic : float
+        ``-2 logL + 2 tr(V_iid^-1 V_hac)`` [Takeuchi1976]_: the penalty as autocorrelation has it.
+    """
+
+    log_likelihood: float
+    aic: float
+    bic: float
+    tic: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """One model of the comparison.
+
+    Attributes
+    ----------
+    name : str
+    axis : GeneratedAxis
+    estimate : Estimate
+        From all rows.
+    criteria : Criteria
+    equation : HeldOut
+        Held-out error of the equation.
+    simulation : HeldOut or None
+        Held-out error of the simulated loop.
+    reason : str
+        Why there is no `simulation`; else empty.
+    checks : tuple of ParameterCheck
+    """
+
+    name: str
+    axis: GeneratedAxis
+    estimate: Estimate
+    criteria: Criteria
+    equation: HeldOut
+    simulation: HeldOut | None
+    reason: str
+    checks: tuple[ParameterCheck, ...]
+
+    @property
+    def size(self) -> int:
+        """How many parameters."""
+        return len(self.estimate.physical)
+
+
+def candidate(
+    name: str,
+    axis: GeneratedAxis,
+    record: Record,
+    prefilter: Prefilter,
+    estimate: Estimate,
+    blocks: Sequence[Block],
+) -> Candidate:
+    """Hold an estimate's model against blocks that it is not estimated from.
+
+    Parameters
+    ----------
+    name : str
+    axis : GeneratedAxis
+    record : Record
+    prefilter : Prefilter
+        As of the estimate.
+    estimate : Estimate
+        Of the inverse model.
+    blocks : sequence of Block
+
+    Raises
+    ------
+    EstimationError
+        Without some block the parameters cannot be told apart.
+    """
+    rows = regression_rows(estimate)
+    signal = float(np.linalg.norm(estimate.y))
+    equation, thetas = held_out_equation(rows, blocks, signal)
+    simulation = held_out_simulation(axis, record, prefilter, estimate, blocks, thetas)
+    reason = simulation if isinstance(simulation, str) else ""
+    return Candidate(
+        name=name,
+        axis=axis,
+        estimate=estimate,
+        criteria=criteria(rows.by_least_squares()),
+        equation=equation,
+        simulation=None if isinstance(simulation, str) else simulation,
+        reason=reason,
+        checks=_Checks(record, prefilter, estimate, rows, blocks, equation).all(),
+    )
+
+
+def criteria(solution: Solution) -> Criteria:
+    """Information criteria of a least-squares fit.
+
+    Parameters
+    ----------
+    solution : Solution
+    """
+    e, (n, k) = solution.residuals, solution.influence.shape
+    # Measured in G of V_iid = s^2 G G', the HAC covariance is free of units.
+    within = np.linalg.solve(solution.inverse_factor, Hac().matrix(solution))
+    relative = np.linalg.solve(solution.inverse_factor, within.T) / (e @ e / (n - k))
+    likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
+    return Criteria(
+        log_likelihood=likelihood,
+        aic=2 * k - 2 * likelihood,
+        bic=k * math.log(n) - 2 * likelihood,
+        tic=2 * float(np.trace(relative)) - 2 * likelihood,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Checks:
+    """Each parameter of an estimate against zero, and against the model without it."""
+
+    record: Record
+    prefilter: Prefilter
+    estimate: Estimate
+    rows: Rows
+    blocks: Sequence[Block]
+    equation: HeldOut
+
+    def all(self) -> tuple[ParameterCheck, ...]:
+        """In the order of the parameters."""
+        return tuple(self._one(column) for column in range(len(self.rows.names)))
+
+    def _one(self, column: int) -> ParameterCheck:
+        name = self.rows.names[column]
+        if name in self.rows.nonlinear:
+            why = "it enters nonlinearly, so that a model without it is none with it at zero"
+            return ParameterCheck(
+                name=name, p_value=None, without_percent=None, informed=None, not_tested=why
+            )
+        poorer = self._without(column)
+        if lost := [each for each in self.rows.nonlinear if each not in poorer.names]:
+            return self._untested(name, poorer, lost)
+        p_value, without = self._p_value(column), self._held_out(poorer)
+        error = None if without is None else without.error_percent
+        return ParameterCheck(
+            name=name,
+            p_value=p_value,
+            without_percent=error,
+            informed=p_value < LEVEL and (error is None or error > self.equation.error_percent),
+        )
+
+    def _untested(self, name: str, poorer: Rows, lost: Sequence[str]) -> ParameterCheck:
+        """By the held-out error alone: where the parameter is zero, others are fitted to noise."""
+        without = self._held_out(poorer)
+        excess, deviation = (math.inf, 0.0) if without is None else without.excess(self.equation)
+        return ParameterCheck(
+            name=name,
+            p_value=None,
+            without_percent=None if without is None else without.error_percent,
+            informed=excess > deviation,
+            not_tested=f"at zero, {' and '.join(lost)} would mean nothing",
+        )
+
+    def _p_value(self, column: int) -> float:
+        value = self.estimate.physical[column]
+        deviation = float(np.sqrt(self.estimate.covariances["hac"][column, column]))
+        return float(2 * stdtr(self.estimate.dof, -abs(value) / deviation)) if deviation else 0.0
+
+    def _held_out(self, poorer: Rows) -> HeldOut | None:
+        """Error of a model; None if it has no parameters."""
+        if not poorer.names:
+            return None
+        return held_out_equation(poorer, self.blocks, self.equation.signal)[0]
+
+    def _without(self, column: int) -> Rows:
+        """The rows without a parameter, and without those that then move nothing."""
+        if not self.rows.nonlinear:
+            return self.rows.without(column)
+        axis, physical = self.estimate.form.axis, self.estimate.physical.copy()
+        physical[column] = 0.0
+        signals = measured_signals(axis, self.record, self.prefilter)
+        equations = InverseForm(axis, physical).equations(signals)
+        known, regressor = equations.reduced_right(self.prefilter, self.record.period)
+        moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
+        silent = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
+        for i in reversed(silent):
+            moved = moved.without(i)
+        return moved

@@ -1,0 +1,291 @@
+"""Choosing between models: candidates fitted to the same rows, and which to take.
+
+Held-out error comes first and parsimony second: of the candidates within one standard error, or one
+percent, of the smallest held-out error, the one with the fewest parameters.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.diagnostics import LawCheck, check_law
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import identify
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, settled
+from axisid.modeling.declaration import Axis
+from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.progress import Progress, each
+from axisid.support.shown import Shown
+
+from .candidate import Candidate, candidate
+from .held_out import contiguous_blocks, regression_rows
+from .nesting import NestedTest, nested_tests
+
+_METHODS = ("idm-ls", "idm-iv")
+_USELESS = 100.0  # %
+_NO_MATTER = 1.01  # times the least error; more precise blocks do not make it worth a parameter
+_AS_GOOD = 1.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison(Shown):
+    """Candidates on the same rows of one record, with a recommendation.
+
+    Attributes
+    ----------
+    record : Record
+    prefilter : Prefilter
+    method : str
+        ``idm-ls`` or ``idm-iv``.
+    candidates : tuple of Candidate
+        In the order that they were given.
+    failures : mapping of str to str
+        Candidates that this record does not identify, with the reason.
+    tests : tuple of NestedTest
+        Each model against the next richer ones that contain it.
+    same : tuple of (str, str)
+        Candidates that are one model in different parameters.
+    blocks, gap : int
+        Held-out blocks, and the rows left out on both sides of each.
+    recommended : str or None
+        None where no candidate explains any of what is held out.
+    tied : tuple of str
+        Candidates that the held-out error cannot tell from the best, with it and the recommended
+        one.
+    reason : str
+        Why that one, or none, in one sentence.
+    law : LawCheck or str
+        The first candidate's control law against the record.
+    """
+
+    record: Record
+    prefilter: Prefilter
+    method: str
+    candidates: tuple[Candidate, ...]
+    failures: Mapping[str, str]
+    tests: tuple[NestedTest, ...]
+    same: tuple[tuple[str, str], ...]
+    blocks: int
+    gap: int
+    recommended: str | None
+    tied: tuple[str, ...]
+    reason: str
+    law: LawCheck | str
+
+    def __getitem__(self, name: str) -> Candidate:
+        return {candidate.name: candidate for candidate in self.candidates}[name]
+
+
+def compare(
+    axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
+    record: Record,
+    prefilter: Prefilter | None = None,
+    method: str = "idm-ls",
+    *,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Fit several models of one axis to the same rows and recommend one.
+
+    Parameters
+    ----------
+    axes : mapping of str to Axis, or sequence of Axis
+        Two or more, of one coordinate and one drive; see `friction_ladder` for a set of them.
+    record : Record
+    prefilter : Prefilter, optional
+        The same for all.
+    method : {"idm-ls", "idm-iv"}
+        Estimator of the tables, of the held-out errors and of the Wald tests.
+    progress : callable, optional
+        Told before each step how many are done, of how many, and which it is.
+
+    Raises
+    ------
+    UsageError
+        The axes cannot be compared, or the method is another.
+    DataError
+        The record is too short to hold rows out.
+    EstimationError
+        The record identifies none of the candidates.
+    """
+    if method not in _METHODS:
+        raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
+    named = _named(axes)
+    _check_comparable(named)
+    # The same rows for all: those that suit the candidate with the most friction.
+    first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
+    filtered = settled(prefilter or Prefilter.suited(record.period), first, record)
+    fits, failures = _fits(named, record, filtered, method, progress)
+    gap = filtered.memory(record.period)
+    rows = len(next(iter(fits.values())).y)
+    blocks = contiguous_blocks(rows, gap, max(len(e.physical) for e in fits.values()))
+    candidates = []
+    with np.errstate(all="ignore"):
+        for name, estimate in each(
+            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
+        ):
+            try:
+                found = candidate(name, named[name], record, filtered, estimate, blocks)
+            except EstimationError as error:
+                failures[name] = f"with a tenth of the rows held out, {error}"
+            else:
+                candidates.append(found)
+        if not candidates:
+            raise _none_left(failures)
+        tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
+    recommended, tied, reason = _recommend(candidates, len(blocks))
+    return Comparison(
+        record=record,
+        prefilter=filtered,
+        method=method,
+        candidates=tuple(candidates),
+        failures=failures,
+        tests=tests,
+        same=same,
+        blocks=len(blocks),
+        gap=gap,
+        recommended=recommended,
+        tied=tied,
+        reason=reason,
+        law=check_law(next(iter(named.values())), record),
+    )
+
+
+def _fits(
+    named: Mapping[str, GeneratedAxis],
+    record: Record,
+    prefilter: Prefilter,
+    method: str,
+    progress: Progress | None,
+) -> tuple[dict[str, Estimate], dict[str, str]]:
+    """Estimates by candidate, and why there is none."""
+    fits, failures = {}, {}
+    for name, axis in each(named.items(), progress, lambda item: f"estimate of {item[0]}"):
+        try:
+            fits[name] = identify(axis, record, prefilter, [method])[method]
+        except (EstimationError, ModelError) as error:
+            failures[name] = str(error)
+    if not fits:
+        raise _none_left(failures)
+    return fits, failures
+
+
+def _none_left(failures: Mapping[str, str]) -> EstimationError:
+    reasons = "; ".join(dict.fromkeys(failures.values()))
+    return EstimationError(f"none of the candidates is identified: {reasons}")
+
+
+def _named(
+    axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
+) -> dict[str, GeneratedAxis]:
+    """Generated axes by name, each of them once."""
+    given = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
+    if len(given) < 2:
+        raise UsageError(
+            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; give two "
+            "axes or more, or a friction ladder (--ladder) of one."
+        )
+    named: dict[str, GeneratedAxis] = {}
+    for name, axis in given:
+        generated = as_generated(axis)
+        label = generated.axis.name if name is None else name
+        twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
+        if twin is not None:
+            raise UsageError(f"{label!r} is the same axis as {twin!r}; give each one once.")
+        if label in named:
+            raise UsageError(
+                f"two candidates are named {label!r}; give each axis a name of its own."
+            )
+        named[label] = generated
+    return named
+
+
+def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
+    """Refuse axes that do not explain the same force by the same motion."""
+    (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
+    for name, axis in others:
+        if axis.coordinate != reference.coordinate:
+            q, p = axis.coordinate, reference.coordinate
+            raise UsageError(
+                f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
+                f"{p.unit}; candidates explain one motion, so declare them with the same one."
+            )
+        if axis.drive != reference.drive:
+            raise UsageError(
+                f"{name!r} and {first!r} have different drives ({_drive(axis)} against "
+                f"{_drive(reference)}), so they would explain different forces; declare them with "
+                "the same one."
+            )
+
+
+def _drive(axis: Axis) -> str:
+    drive, force = axis.drive, axis.coordinate.force_unit
+    limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
+    return f"{drive.gain:g} {force}/{drive.unit}{limit}"
+
+
+def _recommend(
+    candidates: Sequence[Candidate], blocks: int
+) -> tuple[str | None, tuple[str, ...], str]:
+    """The simplest candidate that is as good as the best on held-out rows."""
+    best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
+    tied = [c for c in candidates if c is best or _is_as_good(c, best)]
+    chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
+    names = tuple(c.name for c in tied)
+    if not best.equation.error_percent < _USELESS:
+        return None, names, _useless(best)
+    if len(candidates) == 1:
+        return chosen.name, names, "the only candidate that this record identifies"
+    if len(tied) == 1:
+        return chosen.name, names, _clear(chosen, candidates, blocks)
+    return chosen.name, names, _tied(chosen, tied, blocks)
+
+
+def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
+    """Whether the held-out error is the best one's, as far as the blocks can tell or anyone cares.
+
+    The second condition is for an excess that lies in one block: its standard error is as large.
+    """
+    error, least = candidate.equation.error_percent, best.equation.error_percent
+    if error <= _NO_MATTER * least:
+        return True
+    excess, deviation = candidate.equation.excess(best.equation)
+    return excess <= deviation and error <= _AS_GOOD * least
+
+
+def _useless(best: Candidate) -> str:
+    return (
+        f"the smallest held-out error, {best.equation.error_percent:.4g} % of {best.name}, is no "
+        "smaller than the force itself: what one part of the record tells does not hold in the "
+        "others. Record several speeds in both directions, more than once"
+    )
+
+
+def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
+    """Why one of several that cannot be told apart is recommended."""
+    names = [c.name for c in tied]
+    fewest = sum(c.size == chosen.size for c in tied) == 1
+    why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
+    return (
+        f"held-out error {chosen.equation.error_percent:.4g} %: this record cannot tell "
+        f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over {blocks} "
+        f"blocks, or one percent of the error), and {chosen.name} has {why} of them"
+    )
+
+
+def _clear(chosen: Candidate, candidates: Sequence[Candidate], blocks: int) -> str:
+    """Why a candidate that nothing comes near is recommended."""
+    others = [c for c in candidates if c is not chosen]
+    second = min(others, key=lambda c: c.equation.error_percent)
+    excess, error = second.equation.excess(chosen.equation)
+    ahead = f"{excess / error:.1f} standard errors" if error else "in every block"
+    reason = (
+        f"its held-out error {chosen.equation.error_percent:.4g} % is the smallest, against "
+        f"{second.equation.error_percent:.4g} % of {second.name} ({ahead} over {blocks} blocks)"
+    )
+    if chosen.size > max(c.size for c in others):
+        reason += "; it is the richest candidate, so a richer law may do better still"
+    return reason

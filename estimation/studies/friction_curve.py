@@ -1,0 +1,157 @@
+"""The friction that a record shows, against velocity, beside the law that was fitted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Identification
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals import Signals, measured_signals
+from axisid.support.arrays import Array
+
+_BINS = 41
+_FEWEST = 4  # rows of a bin
+_WHOLE = 0.02  # how far the weight of a row may be from 1
+_SEPARATE = 1e-6
+_PROBES = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Friction:
+    """What the force is beyond inertia, gravity and whatever else does not need a velocity.
+
+    Attributes
+    ----------
+    velocity, force : (n,) array
+        Of the rows: recorded force less the model's parts without velocity.
+    left_out : int
+        Rows that are not among them, since samples under them have no weight in the fit: with some
+        of its weight a row has less velocity and less force, but not the law's less force.
+    binned : (b, 3) array
+        Velocity, mean and standard deviation of the force, by bin of velocity.
+    law : (m, 2) array
+        Velocity and fitted force; NaN between the two directions.
+    """
+
+    velocity: Array
+    force: Array
+    left_out: int
+    binned: Array
+    law: Array
+
+
+def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
+    """Friction by velocity, or why the velocity's part cannot be told from the rest.
+
+    Parameters
+    ----------
+    result : Identification
+    estimate : Estimate
+        One of the result.
+    """
+    axis, physical = result.axis, estimate.physical
+    signals = measured_signals(axis, result.record, result.prefilter)
+    reason = _inseparable(axis, physical, signals)
+    if reason:
+        return reason
+    rest = _force(axis, physical, _still(signals))
+    reduced = result.prefilter.reduce(
+        np.column_stack([signals.velocity, signals.force - rest]), result.record.period
+    )
+    weights = result.prefilter.weights(len(result.record), result.record.period)
+    whole = np.abs(weights / result.prefilter.row_gain - 1) < _WHOLE
+    if not whole.any():
+        return "no row of the fit is clear of the reversals and rests that it leaves out"
+    velocity, force = (reduced[whole] / weights[whole, None]).T
+    return Friction(
+        velocity=velocity,
+        force=force,
+        left_out=len(whole) - int(whole.sum()),
+        binned=_binned(velocity, force),
+        law=_law(axis, physical, signals, velocity),
+    )
+
+
+def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
+    """Force of the model with an estimate along a motion, (N,)."""
+    rows = InverseForm(axis).at(physical).equations(signals)
+    return rows.regressor @ physical + rows.known
+
+
+def _still(signals: Signals) -> Signals:
+    """The same places and accelerations without velocity or friction direction."""
+    none = np.zeros_like(signals.velocity)
+    return Signals(
+        position=signals.position,
+        velocity=none,
+        acceleration=signals.acceleration,
+        force=signals.force,
+        direction=none,
+    )
+
+
+def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
+    """Given velocities at one sample's place and acceleration, or at the middle of the motion."""
+    many = np.ones_like(velocity)
+    position, acceleration = (
+        float(np.median(values) if place is None else values[place])
+        for values in (signals.position, signals.acceleration)
+    )
+    return Signals(
+        position=position * many,
+        velocity=velocity,
+        acceleration=acceleration * many,
+        force=many,
+        direction=np.sign(velocity),
+    )
+
+
+def _velocity_part(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
+    return _force(axis, physical, signals) - _force(axis, physical, _still(signals))
+
+
+def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
+    """Why force by velocity is no function of the velocity alone; empty if it is."""
+    probes = np.linspace(0, len(signals.velocity) - 1, _PROBES).astype(int)
+    reach = float(np.max(np.abs(signals.velocity)))
+    velocity = np.linspace(-reach, reach, 20)  # without 0
+    parts = np.array([_velocity_part(axis, physical, _at(signals, velocity, i)) for i in probes])
+    size = float(np.max(np.abs(parts)))
+    if not np.isfinite(size):
+        return "the model's force is not finite at the estimate"
+    if size == 0:
+        return "no term of the equation of motion depends on the velocity"
+    if float(np.max(np.ptp(parts, axis=0))) > _SEPARATE * size:
+        return (
+            "the part of the force that depends on the velocity depends on the position or the "
+            "acceleration too, so that it is no curve over the velocity"
+        )
+    return ""
+
+
+def _binned(velocity: Array, force: Array) -> Array:
+    low, high = velocity.min(), velocity.max()
+    edges = np.linspace(low, high, _BINS + 1)
+    if low < 0 < high:  # no bin has rows of both directions
+        edges = np.insert(edges, np.searchsorted(edges, 0.0), 0.0)
+    which = np.clip(np.digitize(velocity, edges) - 1, 0, len(edges) - 2)
+    rows = [
+        (velocity[inside].mean(), force[inside].mean(), force[inside].std())
+        for inside in (which == i for i in range(len(edges) - 1))
+        if np.count_nonzero(inside) >= _FEWEST
+    ]
+    return np.array(rows).reshape(-1, 3)
+
+
+def _law(axis: GeneratedAxis, physical: Array, signals: Signals, velocity: Array) -> Array:
+    """The law to both sides of rest, which itself is set-valued."""
+    branches = []
+    for end in (velocity.min(), velocity.max()):
+        if end == 0:
+            continue
+        v = np.sort(end * np.linspace(1e-6, 1.0, 120))
+        branches.append(np.column_stack([v, _velocity_part(axis, physical, _at(signals, v))]))
+    gap = np.array([[0.0, np.nan]])
+    return branches[0] if len(branches) == 1 else np.vstack([branches[0], gap, branches[1]])

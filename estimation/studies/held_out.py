@@ -1,0 +1,221 @@
+"""Errors on rows that the estimate was not made from: contiguous blocks, with a gap around each.
+
+Neighbouring rows share samples through the filters, so rows drawn at random would be known to the
+estimate already; blocks with a gap of the filters' memory are not.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.records import Record
+from axisid.estimation.regression import (
+    InverseForm,
+    Solution,
+    factor,
+    instrumental_variables,
+    least_squares,
+    search_bounds,
+    simulated_loops,
+    simulated_right,
+)
+from axisid.estimation.signals import Prefilter
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, EstimationError, ModelError
+
+_BLOCKS = 10
+_FEW_ROWS = 5  # of training, for each parameter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rows:
+    """A regression that can be solved again on part of its rows or columns.
+
+    Attributes
+    ----------
+    left : (n,) array
+        Force less what no parameter scales.
+    regressor : (n, k) array
+    instruments : (n, k) array or None
+        None for least squares.
+    names : tuple of str
+        Of the k parameters.
+    nonlinear : tuple of str
+        Those about which the model is linearised.
+    """
+
+    left: Array
+    regressor: Array
+    instruments: Array | None
+    names: tuple[str, ...]
+    nonlinear: tuple[str, ...] = ()
+
+    def at(self, rows: NDArray[np.intp]) -> "Rows":
+        """Some of the rows."""
+        chosen = None if self.instruments is None else self.instruments[rows]
+        return replace(
+            self, left=self.left[rows], regressor=self.regressor[rows], instruments=chosen
+        )
+
+    def without(self, column: int) -> "Rows":
+        """Without one parameter."""
+        chosen = None if self.instruments is None else np.delete(self.instruments, column, axis=1)
+        return replace(
+            self,
+            regressor=np.delete(self.regressor, column, axis=1),
+            instruments=chosen,
+            names=(*self.names[:column], *self.names[column + 1 :]),
+        )
+
+    def by_least_squares(self) -> Solution:
+        """Whatever the instruments."""
+        return least_squares(self.left, factor(self.regressor, self.names))
+
+    def solved(self) -> Solution:
+        """By instruments where there are any, else by least squares."""
+        if self.instruments is None:
+            return self.by_least_squares()
+        regressor = factor(self.regressor, self.names)
+        instruments = factor(self.instruments, self.names, "the simulated loop")
+        return instrumental_variables(self.left, regressor, instruments)
+
+
+def regression_rows(estimate: Estimate) -> Rows:
+    """The rows that an inverse model's estimate was made from."""
+    explained = estimate.X @ estimate.physical
+    return Rows(
+        left=estimate.residuals + explained,
+        regressor=estimate.X,
+        instruments=estimate.Z,
+        names=tuple(q.name for q in estimate.quantities),
+        nonlinear=nonlinear_names(estimate.form.axis),
+    )
+
+
+def nonlinear_names(axis: GeneratedAxis) -> tuple[str, ...]:
+    """Parameters of an axis that enter nonlinearly."""
+    return tuple(name for name, bent in zip(axis.names, axis.nonlinear, strict=True) if bent)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """Rows to predict, and those to estimate from: all others but a gap on both sides."""
+
+    held_out: NDArray[np.intp]
+    training: NDArray[np.intp]
+
+
+def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]:
+    """Ten blocks of equal length, one after the other.
+
+    Parameters
+    ----------
+    rows : int
+        Of the regression.
+    gap : int
+        Rows left out on both sides of a block.
+    parameters : int
+        Of the richest model that is to be estimated.
+
+    Raises
+    ------
+    DataError
+        Too few rows are left to estimate from.
+    """
+    edges = np.linspace(0, rows, _BLOCKS + 1).round().astype(int)
+    left = rows - int(np.diff(edges).max()) - 2 * gap
+    if left < _FEW_ROWS * parameters:
+        raise DataError(
+            f"the record leaves {rows} rows; with a block of a tenth held out and a gap of {gap} "
+            f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
+            "parameters. Record longer, or raise the cutoff and decimate less."
+        )
+    index = np.arange(rows)
+    return tuple(
+        Block(
+            held_out=index[first:last],
+            training=np.flatnonzero((index < first - gap) | (index >= last + gap)),
+        )
+        for first, last in pairwise(edges)
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldOut:
+    """Errors over blocks that were held out, each block by the estimate from the others.
+
+    Attributes
+    ----------
+    squares : (b,) array
+        Sum of the squared errors in each block.
+    signal : float
+        ``||y||`` over all rows.
+    """
+
+    squares: Array
+    signal: float
+
+    @property
+    def error_percent(self) -> float:
+        """``100 ||error|| / ||y||`` over all blocks."""
+        return 100.0 * float(np.sqrt(self.squares.sum())) / self.signal
+
+    def excess(self, other: "HeldOut") -> tuple[float, float]:
+        """Mean excess of the squares over another's, and its standard error over the blocks."""
+        difference = self.squares - other.squares
+        error = float(np.std(difference, ddof=1)) / len(difference) ** 0.5
+        return float(difference.mean()), error
+
+
+def held_out_equation(
+    rows: Rows, blocks: Sequence[Block], signal: float
+) -> tuple[HeldOut, tuple[Array, ...]]:
+    """Errors of the equation, and the estimate (k,) that each block was predicted with.
+
+    Raises
+    ------
+    EstimationError
+        Without some block the parameters cannot be told apart.
+    """
+    squares, estimates = [], []
+    for block in blocks:
+        theta = rows.at(block.training).solved().theta
+        test = rows.at(block.held_out)
+        squares.append(float(np.sum((test.left - test.regressor @ theta) ** 2)))
+        estimates.append(theta)
+    return HeldOut(squares=np.array(squares), signal=signal), tuple(estimates)
+
+
+def held_out_simulation(
+    axis: GeneratedAxis,
+    record: Record,
+    prefilter: Prefilter,
+    estimate: Estimate,
+    blocks: Sequence[Block],
+    thetas: Sequence[Array],
+) -> HeldOut | str:
+    """Errors of the loop simulated over the whole record with each block's estimate, on its rows.
+
+    Nonlinear parameters are kept within their bounds: a linearised step may leave them.
+
+    Returns
+    -------
+    HeldOut or str
+        The reason where the loop cannot be simulated.
+    """
+    form, squares = InverseForm(axis), []
+    try:
+        for block, step in zip(blocks, thetas, strict=True):
+            theta = np.clip(step, *search_bounds(axis))
+            loops = simulated_loops(axis, record, theta)
+            known, regressor = simulated_right(form, loops, theta, prefilter, record.period)
+            error = (estimate.y - regressor @ theta - known)[block.held_out]
+            squares.append(float(error @ error))
+    except (ModelError, DataError, EstimationError) as failure:
+        return str(failure)
+    return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(estimate.y)))

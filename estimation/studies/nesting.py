@@ -1,0 +1,168 @@
+"""Whether a model is a special case of another, and whether the record rejects it.
+
+A model is nested in another where the columns of the other span its own on the rows at hand. The
+classical F test takes the rows for independent; the Wald test takes the autocorrelation-consistent
+covariance of the larger model instead.
+
+A nonlinear parameter that only the larger model has means nothing where the smaller one holds:
+there it is fitted to the noise, and neither statistic is F distributed [Davies1987]_. Such pairs
+are not tested.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import fdtrc
+
+from axisid.estimation.regression import Covariance, Hac, Solution
+from axisid.support.arrays import Array
+
+from .held_out import Rows
+
+_SPANNED = 1e-8  # of a column's norm
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NestedTest:
+    """The smaller model against the larger one that contains it.
+
+    Attributes
+    ----------
+    smaller, larger : str
+        Candidates.
+    restrictions : int
+        Numerator degrees of freedom.
+    dof : int
+        Denominator degrees of freedom.
+    f, f_p : float or None
+        Classical F of least squares and its p-value, for independent residuals.
+    wald, wald_p : float or None
+        Wald statistic over its restrictions, F distributed, and its p-value, by the
+        autocorrelation-consistent covariance.
+    not_tested : str or None
+        Why there are no statistics.
+    """
+
+    smaller: str
+    larger: str
+    restrictions: int
+    dof: int
+    f: float | None = None
+    f_p: float | None = None
+    wald: float | None = None
+    wald_p: float | None = None
+    not_tested: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Embedding:
+    """``X_small theta + known_small = X_large (T theta + start) + known_large``.
+
+    Attributes
+    ----------
+    matrix : (l, k) array
+        T.
+    start : (l,) array
+    """
+
+    matrix: Array
+    start: Array
+
+
+def nested_tests(
+    models: Mapping[str, Rows],
+) -> tuple[tuple[NestedTest, ...], tuple[tuple[str, str], ...]]:
+    """Test each model in the next richer ones that contain it.
+
+    Parameters
+    ----------
+    models : mapping of str to Rows
+        Regressions of one left side on the same rows.
+
+    Returns
+    -------
+    tests : tuple of NestedTest
+    same : tuple of (str, str)
+        Pairs that span the same columns: one model in different parameters.
+    """
+    order = list(models)
+    size = {name: len(rows.names) for name, rows in models.items()}
+    within = {
+        (a, b): how
+        for a in order
+        for b in order
+        if a != b and size[a] <= size[b] and (how := embedding(models[a], models[b])) is not None
+    }
+    same = tuple(
+        (a, b) for a, b in within if size[a] == size[b] and order.index(a) < order.index(b)
+    )
+    nested = [(a, b) for a, b in within if size[a] < size[b]]
+    direct = [
+        (a, b) for a, b in nested if not any((a, c) in nested and (c, b) in nested for c in order)
+    ]
+    tests = tuple(_tested(a, b, models, within[a, b]) for a, b in direct)
+    return tests, same
+
+
+def _tested(a: str, b: str, models: Mapping[str, Rows], how: Embedding) -> NestedTest:
+    n, k = models[b].regressor.shape
+    pair = NestedTest(smaller=a, larger=b, restrictions=k - len(models[a].names), dof=n - k)
+    if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
+        why = f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
+        return replace(pair, not_tested=why)
+    f, f_p = f_test(models[a].by_least_squares(), models[b].by_least_squares())
+    wald, wald_p = wald_test(models[b].solved(), how, Hac())
+    return replace(pair, f=f, f_p=f_p, wald=wald, wald_p=wald_p)
+
+
+def embedding(small: Rows, large: Rows) -> Embedding | None:
+    """How the larger model's parameters give the smaller model; None if they cannot."""
+    size = np.linalg.norm(large.regressor, axis=0)
+    basis, triangle = np.linalg.qr(large.regressor / size)
+    offset = large.left - small.left
+    wanted = np.column_stack([small.regressor, offset])
+    shares = basis.T @ wanted
+    missed = np.linalg.norm(wanted - basis @ shares, axis=0)
+    allowed = _SPANNED * np.linalg.norm(wanted, axis=0)
+    # The difference of the known parts is rounding where they are the same.
+    allowed[-1] = max(allowed[-1], _SPANNED * float(np.linalg.norm(large.left)))
+    if np.any(missed > allowed):
+        return None
+    weights = np.linalg.solve(triangle, shares) / size[:, None]
+    return Embedding(matrix=weights[:, :-1], start=weights[:, -1])
+
+
+def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple[float, float]:
+    """Wald statistic over its restrictions, and the p-value, that the smaller model holds.
+
+    Parameters
+    ----------
+    larger : Solution
+        Of the larger model.
+    how : Embedding
+        Of the smaller model in it.
+    covariance : Covariance
+    """
+    n, l_count = larger.influence.shape
+    k = how.matrix.shape[1]
+    # Units must not enter: parameters are measured in their own deviations.
+    spread = covariance.matrix(larger)
+    size = np.sqrt(np.diag(spread))
+    inside = how.matrix / size[:, None]
+    inside = inside / np.linalg.norm(inside, axis=0)
+    across = np.linalg.qr(inside, mode="complete")[0][:, k:].T
+    departure = across @ ((larger.theta - how.start) / size)
+    block = across @ (spread / np.outer(size, size)) @ across.T
+    statistic = float(departure @ np.linalg.solve(block, departure)) / (l_count - k)
+    return statistic, float(fdtrc(l_count - k, n - l_count, statistic))
+
+
+def f_test(smaller: Solution, larger: Solution) -> tuple[float, float]:
+    """Classical F of two least-squares fits of the same rows, and its p-value."""
+    (n, l_count), k = larger.influence.shape, smaller.influence.shape[1]
+    left = float(larger.residuals @ larger.residuals)
+    more = float(smaller.residuals @ smaller.residuals) - left
+    with np.errstate(divide="ignore"):
+        statistic = float(np.divide(more / (l_count - k), left / (n - l_count)))
+    return statistic, float(fdtrc(l_count - k, n - l_count, statistic))

@@ -1,0 +1,88 @@
+"""What comes of a log that was read in blocks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics import beyond_bounds, is_outside
+from axisid.estimation.estimates import Named, Value, student_interval
+from axisid.estimation.signals import Prefilter
+from axisid.estimation.tables import Provenance
+from axisid.support.arrays import Array
+from axisid.support.shown import Shown
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class StreamedEstimate(Shown):
+    """IDM-LS of a log of any length.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    prefilter : Prefilter
+    provenance : Provenance
+    samples, rows : int
+        Of the log, and of the regression.
+    period : float
+        s
+    physical : (p,) array
+    covariances : mapping of str to (p, p) array
+        ``iid``, ``robust`` and ``hac``, as `Estimate` has them.
+    lags : int
+        Of the HAC covariance.
+    equation_error_percent : float
+        ``100 ||y - X theta|| / ||y||``
+    condition_number : float
+        Of the regressor.
+    silenced : int
+        Samples near reversals that were left out.
+    time_base : str
+        What speaks against the log's sampling period; empty where nothing does.
+    """
+
+    axis: GeneratedAxis
+    prefilter: Prefilter
+    provenance: Provenance
+    samples: int
+    period: float
+    rows: int
+    physical: Array
+    covariances: Mapping[str, Array]
+    lags: int
+    equation_error_percent: float
+    condition_number: float
+    silenced: int
+    time_base: str = ""
+
+    @property
+    def parameters(self) -> Named:
+        """Parameters by name; intervals are HAC."""
+        sds = {name: np.sqrt(np.diag(c)) for name, c in self.covariances.items()}
+        dof = self.rows - len(self.physical)
+        values = (
+            Value(
+                value=float(self.physical[i]),
+                unit=q.unit,
+                sd=float(sds["iid"][i]),
+                sd_robust=float(sds["robust"][i]),
+                sd_hac=float(sds["hac"][i]),
+                interval=student_interval(float(self.physical[i]), float(sds["hac"][i]), dof),
+            )
+            for i, q in enumerate(self.axis.parameters)
+        )
+        return Named(zip(self.axis.names, values, strict=True))
+
+    @property
+    def beyond_bounds(self) -> str:
+        """Which parameters are outside their declared bounds; empty for none."""
+        declared = zip(self.axis.axis.parameters, self.physical, strict=True)
+        outside = {p: float(v) for p, v in declared if is_outside(p, float(v))}
+        return beyond_bounds(outside) if outside else ""
+
+    def __repr__(self) -> str:
+        values = (
+            f"{n} = {v.value:.6g} +- {v.sd_hac:.2g} {v.unit}" for n, v in self.parameters.items()
+        )
+        return f"idm-ls in blocks: {', '.join(values)}"

@@ -1,0 +1,313 @@
+"""Least squares on logs larger than memory: blocks through the prefilter into a QR factor.
+
+The filters run forward and backward, so a row needs samples on both sides: each block is filtered
+with as many neighbours as it takes the filters to forget what lies beyond. The rows are those of
+`identify` to rounding. What counts as rest depends on the largest speed, which takes a pass of its
+own. Of the regression only the triangular factor of ``[X y]`` is kept, and for the HAC deviations,
+in a further pass, the products of neighbouring scores.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.estimates import Reach, check_shown
+from axisid.estimation.records import Extent, extent, other_period
+from axisid.estimation.regression import (
+    Equations,
+    InverseForm,
+    Solution,
+    bartlett,
+    condition_number,
+    factor,
+    first_lags,
+    lags_of,
+    least_squares,
+    most_lags,
+)
+from axisid.estimation.signals import (
+    LEAST_LEFT,
+    LIGHT,
+    REST,
+    Information,
+    Prefilter,
+    Signals,
+    check_filter,
+    chosen_hold,
+    filtered_signals,
+    force_of,
+    near_turns,
+    rest_below,
+)
+from axisid.estimation.tables import Provenance
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+
+from .streamed_estimate import StreamedEstimate
+
+_FORGOTTEN = 1e-20  # what a filter keeps of a sample that a block leaves out
+
+Blocks = Iterable[Mapping[str, Array]]
+
+
+def identify_stream(
+    axis: Axis | GeneratedAxis,
+    blocks: Blocks,
+    prefilter: Prefilter | Callable[[float], Prefilter] | None = None,
+    *,
+    sample_period: float | None = None,
+    provenance: Provenance | None = None,
+) -> StreamedEstimate:
+    """IDM-LS from a log that is read in blocks, three to six times.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+        Linear in its parameters.
+    blocks : iterable of mappings of str to (N,) array
+        Columns by role in SI: position, force or control, and time unless `sample_period` is
+        given. Iterating must begin anew each time; see `LogBlocks` for files.
+    prefilter : Prefilter, optional
+        As in `identify`; or a function that gives it for the sampling period in s, which is known
+        after the first pass only.
+    sample_period : float, optional
+        s
+    provenance : Provenance, optional
+        Of the log, for the result.
+
+    Raises
+    ------
+    UsageError, DataError, EstimationError
+        As `identify` does; a log that needs repairs, and an axis that is not linear, are refused.
+    """
+    generated = as_generated(axis)
+    _check_axis(generated)
+    told = provenance or Provenance()
+    found = extent(told.source, blocks, sample_period, generated.axis)
+    chosen = prefilter(found.period) if callable(prefilter) else prefilter
+    chosen = chosen or Prefilter.suited(found.period)
+    rows = _Rows(generated, blocks, chosen, found, told.source)
+    triangle, size, left = _factored(rows)
+    if chosen.reversals is None and rows.information.remaining < LEAST_LEFT:
+        kept = replace(chosen, reversals="keep")
+        rows = _Rows(generated, blocks, kept, found, told.source)
+        triangle, size, left = _factored(rows)
+    names = [q.expression or q.name for q in generated.parameters]
+    if size <= len(names) or not left:
+        raise EstimationError(
+            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
+            "record longer, or decimate less."
+        )
+    check_shown(
+        generated,
+        rows.reach,
+        triangle[:, :-1],
+        triangle[:, -1],
+        rows=size,
+        source=told.source,
+        without_turns=rows.rest is not None,
+    )
+    with np.errstate(all="ignore"):
+        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
+    robust, hac, lags = _hac(rows, solution, size)
+    apart = other_period(generated.axis.control, found.period, found.clock)
+    squares = float(solution.residuals @ solution.residuals)
+    gram = solution.inverse_factor @ solution.inverse_factor.T
+    return StreamedEstimate(
+        axis=generated,
+        prefilter=rows.prefilter,
+        provenance=replace(told, assumed=told.assumed + found.notes),
+        samples=found.samples,
+        period=found.period,
+        rows=size,
+        physical=solution.theta,
+        covariances={"iid": squares / (size - 1) * gram, "robust": robust, "hac": hac},
+        lags=lags,
+        equation_error_percent=100 * math.sqrt(squares) / left,
+        condition_number=condition_number(triangle[:, :-1]),
+        silenced=rows.silenced,
+        time_base=apart.text if apart is not None and not apart.confirmed else "",
+    )
+
+
+def _check_axis(axis: GeneratedAxis) -> None:
+    if axis.hidden:
+        raise EstimationError(
+            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
+            "the combination as one parameter."
+        )
+    if not axis.is_linear:
+        raise UsageError(
+            f"axis {axis.axis.name!r} is not linear in its parameters, which a log read in blocks "
+            "cannot serve; leave --stream out."
+        )
+
+
+class _Rows:
+    """The rows of a regression, block by block; iterating reads the log anew."""
+
+    def __init__(
+        self,
+        axis: GeneratedAxis,
+        blocks: Blocks,
+        prefilter: Prefilter,
+        found: Extent,
+        source: str,
+    ) -> None:
+        self.axis, self.blocks, self.source = axis, blocks, source
+        self.samples, self.period = found.samples, found.period
+        check_filter(prefilter, axis, self.samples, self.period, source)
+        first = next(iter(blocks))
+        hold = chosen_hold(prefilter, axis, measured="force" in first)
+        left_out = prefilter.reversals == "leave-out" or (
+            prefilter.reversals is None and axis.has_direction
+        )
+        self.prefilter = replace(
+            prefilter,
+            hold=hold,
+            reversals="leave-out" if left_out else "keep",
+            segments=(),
+            masked=(),
+            silent=(),
+        )
+        self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
+        self.turns = self.prefilter.turn_reach(self.period) if left_out else 0
+        self.rest = rest_below(self._velocities()) if left_out else None
+        self._begin()
+
+    def __iter__(self) -> Iterator[tuple[Array, Array]]:
+        """Regressor (n, p) and left side less what is known (n,), with the left side itself."""
+        self._begin()
+        for piece in self._pieces():
+            yield from self._between(*piece)
+
+    def _begin(self) -> None:
+        """Before a pass: what it finds beside the rows."""
+        self.silenced = 0  # samples near reversals
+        self.information = Information(self.axis)
+        self._reaches: list[Reach] = []
+
+    @property
+    def reach(self) -> Reach | None:
+        """Of the samples of the last pass that are kept."""
+        return Reach.joined(self._reaches) if self._reaches else None
+
+    def _velocities(self) -> Iterator[Array]:
+        """Filtered velocity, stretch by stretch."""
+        for position, _, begin, start, stop in self._pieces():
+            yield self.prefilter.motion(position, self.period)[1][start - begin : stop - begin]
+
+    def _pieces(self) -> Iterator[tuple[Array, Array, int, int, int]]:
+        """Position and force from `begin` on, whose samples from `start` to `stop` are due."""
+        around = sum(self.margins) + self.turns + 2  # two more for the central differences
+        position, force = np.empty(0), np.empty(0)
+        begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
+        for block in self.blocks:
+            position = np.concatenate([position, block["position"]])
+            due = force_of(self.axis, self.source, block.get("force"), block.get("control"))
+            force = np.concatenate([force, due])
+            end = begin + len(position)
+            stop = self.samples if end == self.samples else max(end - around, done)
+            if stop > done:
+                yield position, force, begin, done, stop
+                done = stop
+                spent = max(done - around - begin, 0)
+                position, force, begin = position[spent:], force[spent:], begin + spent
+
+    def _between(
+        self, position: Array, force: Array, begin: int, start: int, stop: int
+    ) -> Iterator[tuple[Array, Array]]:
+        """Rows whose samples are from `start` to before `stop`; the arrays start at `begin`."""
+        f, period = self.prefilter, self.period
+        cut, end = f.cut_before(period)
+        motion, smoothing = self.margins
+        rows = f.rows_between(self.samples, period, start, stop)
+        signals = filtered_signals(f, position, force, period, [0])
+        equations = InverseForm(self.axis).equations(signals)
+        # What the decimation filter sees begins and ends as it does in a whole record.
+        low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
+        high = min(stop + smoothing, self.samples - end)
+        weights = np.ones(len(position))
+        both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
+        near = np.zeros(len(position), dtype=bool)
+        if self.rest is not None:
+            near = near_turns(signals.velocity, self.turns, self.rest)
+            both[near] = 0.0
+            self.silenced += int(near[start - begin : stop - begin].sum())
+        self._look(signals, equations, near, begin, start, stop)
+        for first, last in f.silent_ends(self.samples, period):
+            both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
+        if not rows.size:
+            return
+        both = both[low - begin : high - begin]
+        weighted = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
+        kept = weighted[weighted[:, -1] > LIGHT, :-1]
+        if not np.all(np.isfinite(kept)):
+            raise EstimationError(
+                f"the regressor of {self.source} is not finite; check the signals' size."
+            )
+        yield np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]), kept[:, -2]
+
+    def _look(
+        self,
+        signals: Signals,
+        equations: Equations,
+        near: NDArray[np.bool_],
+        begin: int,
+        start: int,
+        stop: int,
+    ) -> None:
+        """Take note of the samples from `start` to before `stop` that are not dropped."""
+        low, high = self.prefilter.dropped(self.period)
+        kept = np.zeros(len(near), dtype=bool)
+        first, last = max(start, low), min(stop, self.samples - high)
+        kept[first - begin : max(last, first) - begin] = True
+        found = Reach.of(signals, equations, kept)
+        self._reaches += [] if found is None else [found]
+        if self.rest is not None:
+            self.information.add(signals, kept, near, self.rest / REST)
+
+
+def _factored(rows: _Rows) -> tuple[Array, int, float]:
+    """Triangular factor of ``[X y]``, (p + 1, p + 1), rows there are, norm of the left side."""
+    width = len(rows.axis.parameters) + 1
+    triangle, size, squares = np.zeros((width, width)), 0, 0.0
+    for both, left in rows:
+        _, triangle = np.linalg.qr(np.vstack([triangle, both]))
+        size += len(both)
+        squares += float(left @ left)
+    return triangle, size, math.sqrt(squares)
+
+
+def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, Array, int]:
+    """Covariances as `Robust` and `Hac` have them, and the lags of the latter."""
+    looked_at = first_lags(size)
+    products = _score_products(rows, solution, looked_at)
+    sums = np.diagonal(products, axis1=1, axis2=2) / size
+    lags = min(max(lags_of(list(of_one), size) for of_one in sums.T), most_lags(size))
+    if lags > looked_at:
+        products = _score_products(rows, solution, lags)
+    factor = size / (size - len(solution.theta))
+    return factor * products[0], factor * bartlett(list(products[: lags + 1])), lags
+
+
+def _score_products(rows: _Rows, solution: Solution, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of the scores for each lag from 0, (lags + 1, p, p)."""
+    influence = solution.inverse_factor @ solution.inverse_factor.T
+    width = len(solution.theta)
+    products = np.zeros((lags + 1, width, width))
+    earlier = np.empty((0, width))
+    for both, _ in rows:
+        residuals = both[:, -1] - both[:, :-1] @ solution.theta
+        scores = np.vstack([earlier, both[:, :-1] @ influence * residuals[:, None]])
+        old = len(earlier)
+        for lag in range(min(lags + 1, len(scores))):
+            new = scores[max(old, lag) :]
+            products[lag] += new.T @ scores[max(old, lag) - lag : len(scores) - lag]
+        earlier = scores[max(len(scores) - lags, 0) :]
+    return products

@@ -1,0 +1,200 @@
+"""Estimates over a range of cut-off frequencies: where bias begins, and what to choose.
+
+A low cut-off hides noise and rounds the motion; a high one lets noise through, which biases least
+squares and leaves instruments steady. The decimation follows the cut-off, so that force and motion
+are always low-passed alike.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.diagnostics import (
+    STRONG_F,
+    biased_parameters,
+    endogeneity_of,
+    filter_bias,
+    instrument_tests,
+)
+from axisid.estimation.estimates import FEW_ROWS, Estimate
+from axisid.estimation.identification import Identification, identify
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, matching_decimation
+from axisid.modeling.declaration import Axis
+from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.progress import Progress, each
+from axisid.support.real_numbers import is_real
+from axisid.support.shown import Shown
+
+_DEFAULT_POINTS, _MOST_POINTS = 12, 500
+_LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
+_LEAST_PERCENT = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep(Shown):
+    """Results by cut-off, ascending.
+
+    Attributes
+    ----------
+    results : tuple of Identification
+        One for each cut-off that gave any estimate.
+    failures : dict of float to str
+        Cut-offs that gave none, Hz, with the reason.
+    recommended : float
+        Cut-off, Hz.
+    reason : str
+        Why that one, in one sentence.
+    """
+
+    results: tuple[Identification, ...]
+    failures: Mapping[float, str]
+    recommended: float
+    reason: str
+
+    def beside(self, result: Identification) -> "Sweep":
+        """The sweep with a result of the same record among its own, by the sweep's methods."""
+        methods = {method for swept in self.results for method in swept.estimates}
+        own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
+        others = (r for r in self.results if r.prefilter.cutoff != own.prefilter.cutoff)
+        ordered = sorted((*others, own), key=lambda r: r.prefilter.cutoff)
+        return replace(self, results=tuple(ordered))
+
+    @property
+    def cutoffs(self) -> tuple[float, ...]:
+        """Of the results, Hz."""
+        return tuple(result.prefilter.cutoff for result in self.results)
+
+    def estimates(self, method: str) -> tuple[Estimate | None, ...]:
+        """One method's estimates over the cut-offs; None where it gave none."""
+        return tuple(result.estimates.get(method) for result in self.results)
+
+
+def sweep(
+    axis: Axis | GeneratedAxis,
+    record: Record,
+    cutoffs: Sequence[float] | None = None,
+    prefilter: Prefilter | None = None,
+    methods: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+) -> Sweep:
+    """Identify an axis at many cut-off frequencies.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+    record : Record
+    cutoffs : sequence of float, optional
+        Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
+    prefilter : Prefilter, optional
+        The other settings; its cut-off and decimation are not used.
+    methods : sequence of str, optional
+        As in `identify`.
+    progress : callable, optional
+        Told before each cut-off how many are done, of how many, and which it is.
+
+    Raises
+    ------
+    UsageError
+        A cut-off makes no sense for the record.
+    EstimationError
+        No cut-off gave an estimate.
+    """
+    generated, base = as_generated(axis), prefilter or Prefilter()
+    rate = 1 / record.period
+    if cutoffs is None:
+        cutoffs = default_cutoffs(rate)
+    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
+        raise UsageError(f"the cut-offs are {cutoffs!r}; give positive numbers, in Hz.")
+    if not len(cutoffs):
+        raise UsageError("no cut-off is given; give one or more, in Hz.")
+    results, failures = [], {}
+    for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
+        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
+        try:
+            results.append(identify(generated, record, chosen, methods))
+        except (EstimationError, DataError) as error:
+            failures[cutoff] = str(error)
+    if not results:
+        raise EstimationError(f"no cut-off gave an estimate: {'; '.join(failures.values())}")
+    recommended, reason = _recommend(results)
+    return Sweep(results=tuple(results), failures=failures, recommended=recommended, reason=reason)
+
+
+def default_cutoffs(
+    rate: float,
+    lowest: float | None = None,
+    highest: float | None = None,
+    points: int = _DEFAULT_POINTS,
+) -> tuple[float, ...]:
+    """Cut-offs in equal ratios, rounded to three digits, Hz.
+
+    Parameters
+    ----------
+    rate : float
+        Sampling frequency, Hz.
+    lowest, highest : float, optional
+        Hz; 0.02 and 0.4 of the sampling frequency by default.
+    points : int
+        How many.
+    """
+    first = _LOWEST * rate if lowest is None else lowest
+    last = _HIGHEST * rate if highest is None else highest
+    if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
+        raise UsageError(
+            f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
+            f"{_MOST_POINTS}, from a lower to a higher frequency."
+        )
+    return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
+
+
+def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
+    """The most precise cut-off at which noise does not yet bias least squares."""
+    agreeing = [result for result in results if _agrees(result)]
+    if not agreeing:
+        lowest = results[0].prefilter.cutoff
+        if all("idm-iv" not in result.estimates for result in results):
+            return lowest, "the lowest, since there are no instruments to compare with"
+        return lowest, "the lowest, since least squares and instruments agree nowhere"
+    straight = [result for result in agreeing if filter_bias(result["idm-iv"]).status == "pass"]
+    best = min(straight or agreeing, key=_vagueness)
+    if not straight:
+        return best.prefilter.cutoff, (
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
+        )
+    return (
+        best.prefilter.cutoff,
+        "where the deviations are smallest among the cut-offs at which least squares and "
+        "instruments agree and the prefilter's own bias is below a deviation",
+    )
+
+
+def _agrees(result: Identification) -> bool:
+    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
+    if ls is None or iv is None:
+        return False
+    if (
+        len(iv.y) < FEW_ROWS * len(iv.theta)
+        or iv.Z is None
+        or instrument_tests(iv.X, iv.Z).weakest < STRONG_F
+    ):
+        return False
+    return not biased_parameters(ls, iv, endogeneity_of(iv))
+
+
+def _vagueness(result: Identification) -> float:
+    """Mean relative error of the instrumental estimate, noise and filter, geometric.
+
+    One parameter that is about zero must not decide for all.
+    """
+    relative = [
+        100 * math.hypot(v.deviation, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
+        for v in result["idm-iv"].parameters.values()
+    ]
+    return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

@@ -1,0 +1,234 @@
+"""Estimates held against another record, as they are."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Identification
+from axisid.estimation.records import Record, check_record, clock_of, other_period
+from axisid.estimation.regression import (
+    DirectForm,
+    Form,
+    InverseForm,
+    loop_reference,
+    simulated_loops,
+    simulated_position,
+    simulated_right,
+)
+from axisid.estimation.signals import Prefilter, Signals, measured_signals, settled
+from axisid.estimation.simulation import Simulation
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.shown import Shown
+
+_TWICE, _SMALL = 2.0, 10.0  # times, percent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodValidation:
+    """One estimate on a record that it was not made from.
+
+    Attributes
+    ----------
+    method : str
+    equation_error_percent : float
+        ``100 ||y - X theta|| / ||y||`` on the record, filtered as for the estimate.
+    own_equation_error_percent : float
+        The same on the record that the estimate was made from.
+    simulation_error_percent : float or None
+        ``100 ||y - simulated|| / ||y||``; None where the loop could not be simulated.
+    position_error_rms : float or None
+        Of the simulated position against the recorded one over the samples that are kept, in
+        the coordinate's unit.
+    tracking_error_percent : float or None
+        The same in percent of the recorded tracking error, reference less position: how much of
+        what the loop leaves the estimate does not explain.
+    reason : str
+        Why there are no simulated figures; empty where there are.
+    """
+
+    method: str
+    equation_error_percent: float
+    own_equation_error_percent: float
+    simulation_error_percent: float | None
+    position_error_rms: float | None
+    tracking_error_percent: float | None
+    reason: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the error is of the size that it has on the estimate's own record."""
+        most = max(_TWICE * self.own_equation_error_percent, _SMALL)
+        return self.equation_error_percent <= most
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Validation(Shown):
+    """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
+
+    Attributes
+    ----------
+    record : Record
+    unit : str
+        Of the position.
+    methods : tuple of MethodValidation
+        In the order of the result's estimates; the object iterates over them.
+    same_record : bool
+        Whether it is the record that the estimates were made from.
+    time_base : str
+        What speaks against the record's sampling period; empty where nothing does.
+    """
+
+    record: Record
+    unit: str
+    methods: tuple[MethodValidation, ...]
+    same_record: bool = False
+    time_base: str = ""
+
+    def __iter__(self) -> Iterator[MethodValidation]:
+        return iter(self.methods)
+
+    def __getitem__(self, method: str) -> MethodValidation:
+        found = next((each for each in self.methods if each.method == method.lower()), None)
+        if found is None:
+            methods = ", ".join(each.method for each in self.methods)
+            raise UsageError(f"the validation has no {method!r}; choose from {methods}.")
+        return found
+
+    def __repr__(self) -> str:
+        held = ", ".join(f"{v.method} {v.equation_error_percent:.4g} %" for v in self)
+        return f"validation on {self.record.provenance.source}: equation error {held}"
+
+    @property
+    def errors(self) -> dict[tuple[str, str], tuple[float | None, ...]]:
+        """Figures of the methods by name and unit, as a table shows them."""
+        return {
+            ("equation error", "%"): tuple(v.equation_error_percent for v in self),
+            ("on its own record", "%"): tuple(v.own_equation_error_percent for v in self),
+            ("simulation error", "%"): tuple(v.simulation_error_percent for v in self),
+            ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
+            ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
+        }
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is missing and why, and which estimates do not hold."""
+        reasons = dict.fromkeys(v.reason for v in self if v.reason)
+        notes = [f"no simulation: {reason}" for reason in reasons]
+        if self.time_base:
+            notes.append(f"believe nothing before this is mended: {self.time_base}")
+        if self.same_record:
+            notes.append(
+                "this is the record that the estimates were made from, so it says nothing new; "
+                "validate on another one"
+            )
+        elif not (lost := [v.method for v in self if not v.holds]):
+            notes.append(
+                f"the estimates hold: no equation error is both beyond {_SMALL:g} % and beyond "
+                f"{_TWICE:g} times the one on their own record"
+            )
+        else:
+            notes.append(
+                f"{', '.join(lost)}: does not hold on this record (more than {_SMALL:g} % and than "
+                f"{_TWICE:g} times the error on its own); check that it is the same axis, its units"
+                " and its signs"
+            )
+        return tuple(notes)
+
+
+def validate(result: Identification, record: Record) -> Validation:
+    """Hold every estimate, frozen, against another record of the axis.
+
+    Parameters
+    ----------
+    result : Identification
+    record : Record
+        Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
+        the reversals are chosen for it anew where they were left open.
+
+    Raises
+    ------
+    UsageError, DataError
+        The record does not suit the prefilter or has no force.
+    """
+    check_record(record)
+    with np.errstate(all="ignore"):
+        asked = result.asked or result.prefilter  # what was left open suits each record
+        rescaled = asked.at_period(result.record.period, record.period)
+        prefilter = settled(rescaled, result.axis, record)
+        signals = measured_signals(result.axis, record, prefilter)
+        methods = tuple(
+            _validation(result.axis, record, signals, prefilter, estimate)
+            for estimate in result.estimates.values()
+        )
+    own, other = result.record.provenance.sha256, record.provenance.sha256
+    apart = other_period(result.axis.axis.control, record.period, clock_of(record))
+    return Validation(
+        record=record,
+        unit=result.axis.axis.coordinate.unit,
+        methods=methods,
+        same_record=record is result.record or (bool(own) and own == other),
+        time_base=apart.text if apart is not None and not apart.confirmed else "",
+    )
+
+
+def _validation(
+    axis: GeneratedAxis,
+    record: Record,
+    signals: Signals,
+    prefilter: Prefilter,
+    estimate: Estimate,
+) -> MethodValidation:
+    form: Form = InverseForm(axis) if estimate.method.startswith("idm") else DirectForm(axis)
+    form = form.at(estimate.physical)
+    rows = form.equations(signals).reduced(prefilter, record.period)
+    theta = form.regressed(estimate.physical)
+    if not len(rows.left):
+        raise DataError(
+            f"{record.provenance.source}: no row is left of it, since all its motion is near "
+            "reversals or masked; record longer strokes, or identify with --reversals keep."
+        )
+    equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)
+    if not math.isfinite(equation):
+        raise DataError(
+            f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
+            "check the size and the units of its columns."
+        )
+    try:
+        reference = loop_reference(axis, record)
+        loops = simulated_loops(axis, record, estimate.physical)
+        known, regressor = simulated_right(form, loops, estimate.physical, prefilter, record.period)
+    except (ModelError, DataError, EstimationError) as error:
+        return MethodValidation(
+            method=estimate.method,
+            equation_error_percent=equation,
+            own_equation_error_percent=estimate.equation_error_percent,
+            simulation_error_percent=None,
+            position_error_rms=None,
+            tracking_error_percent=None,
+            reason=str(error),
+        )
+    off, tracking = _positions(record, loops, reference, prefilter)
+    return MethodValidation(
+        method=estimate.method,
+        equation_error_percent=equation,
+        own_equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=relative_error_percent(
+            rows.left - regressor @ theta - known, rows.left
+        ),
+        position_error_rms=float(np.sqrt(np.mean(off**2))),
+        tracking_error_percent=relative_error_percent(off, tracking),
+        reason="",
+    )
+
+
+def _positions(
+    record: Record, loops: Sequence[Simulation], reference: Array, prefilter: Prefilter
+) -> tuple[Array, Array]:
+    """Recorded less simulated position, and reference less recorded position."""
+    kept = prefilter.kept(len(record), record.period)
+    return (record.position - simulated_position(loops))[kept], (reference - record.position)[kept]

@@ -1,0 +1,22 @@
+"""Columns by name, with units as written, and where they come from.
+
+In: names and arrays. Out: `Table`, `Provenance`.
+Knows nothing of file formats, axes and roles.
+"""
+
+from .provenance import LogClock as LogClock
+from .provenance import Provenance as Provenance
+from .provenance import Repair as Repair
+from .table import Column as Column
+from .table import Samples as Samples
+from .table import Table as Table
+from .table import at_hand as at_hand
+from .table import library as library
+from .table import numbered as numbered
+from .table import told as told
+from .table_builder import Gathered as Gathered
+from .unit_labels import COUNTS as COUNTS
+from .unit_labels import LABEL_WITH_UNIT as LABEL_WITH_UNIT
+from .unit_labels import is_unit as is_unit
+from .unit_labels import known_unit as known_unit
+from .unit_labels import split_labels as split_labels

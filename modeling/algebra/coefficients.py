@@ -1,0 +1,107 @@
+"""What multiplies products of parameters in a force, in the functions that the user declared.
+
+Only the parameters are multiplied out; what does not depend on them stays as it was written.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import sympy
+
+from .products import MOST_PRODUCTS, TooLargeError
+
+#: Powers of the parameters, whole ones of either sign.
+Exponents = tuple[int, ...]
+_Polynomial = dict[Exponents, sympy.Expr]
+
+
+class Coefficients:
+    """An expression as a polynomial of parameters, with expressions for its weights.
+
+    Parameters
+    ----------
+    expression : sympy.Expr
+    parameters : sequence of sympy.Symbol
+        Those that it is a polynomial of, once everything that cancels is left out.
+
+    Raises
+    ------
+    TooLargeError
+        It has too many terms.
+    """
+
+    def __init__(self, expression: sympy.Expr, parameters: Sequence[sympy.Symbol]) -> None:
+        self._one = (0,) * len(parameters)
+        self._places = {p: j for j, p in enumerate(parameters)}
+        self._zero = dict.fromkeys(parameters, sympy.S.Zero)
+        self._made: dict[sympy.Basic, _Polynomial] = {}
+        self._left = MOST_PRODUCTS
+        self._polynomial = self._of(expression)
+
+    def __getitem__(self, exponents: Exponents) -> sympy.Expr:
+        """The weight of a product of powers."""
+        return self._polynomial.get(exponents, sympy.S.Zero)
+
+    @property
+    def rest(self) -> sympy.Expr:
+        """What no parameter multiplies."""
+        return self[self._one]
+
+    def _of(self, node: sympy.Expr) -> _Polynomial:
+        if node not in self._made:
+            self._made[node] = self._worked_out(node)
+        return self._made[node]
+
+    def _worked_out(self, node: sympy.Expr) -> _Polynomial:
+        if not node.free_symbols & self._places.keys():
+            return {self._one: node}
+        base, power = node.as_base_exp()
+        if base in self._places and power.is_Integer:
+            exponents = list(self._one)
+            exponents[self._places[base]] = int(power)
+            return {tuple(exponents): sympy.S.One}
+        if node.is_Add:
+            return _sum(map(self._of, node.args))
+        if node.is_Mul:
+            return self._product(map(self._of, node.args))
+        if node.is_Pow and power.is_Integer and power > 0:
+            return self._product([self._of(base)] * int(power))
+        if isinstance(node, sympy.Piecewise):
+            return self._chosen(node)
+        return {self._one: node.xreplace(self._zero)}  # what the parameters do there cancels
+
+    def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
+        """The weights of what is chosen by conditions, chosen by the same."""
+        values = [self._of(value) for value, _ in node.args]
+        conditions = [condition.xreplace(self._zero) for _, condition in node.args]
+        return {
+            exponents: sympy.Piecewise(
+                *(
+                    (value.get(exponents, sympy.S.Zero), condition)
+                    for value, condition in zip(values, conditions, strict=True)
+                ),
+                evaluate=False,  # its evaluation compares all conditions with all
+            )
+            for exponents in dict.fromkeys(e for value in values for e in value)
+            if any(value.get(exponents, 0) != 0 for value in values)
+        }
+
+    def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
+        made: _Polynomial = {self._one: sympy.S.One}
+        for factor in factors:
+            self._left -= len(made) * len(factor)
+            if self._left < 0:
+                raise TooLargeError("the equation of motion has too many products of parameters.")
+            made = _sum(
+                {tuple(map(sum, zip(a, b, strict=True))): x * y}
+                for a, x in made.items()
+                for b, y in factor.items()
+            )
+        return made
+
+
+def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:
+    terms: dict[Exponents, list[sympy.Expr]] = {}
+    for polynomial in polynomials:
+        for exponents, weight in polynomial.items():
+            terms.setdefault(exponents, []).append(weight)
+    return {exponents: sympy.Add(*weights) for exponents, weights in terms.items()}

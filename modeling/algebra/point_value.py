@@ -1,0 +1,252 @@
+"""Whether an expression is 0 wherever it is looked at, by its values at points, to many digits.
+
+What is made of analytic functions and is 0 at points that have nothing to do with each other is 0
+everywhere. A function with a kink or a jump is another matter: it may be 0 on one side and not on
+the other. Each such function counts as unknown, with a number of its own at each point.
+"""
+
+import hashlib
+import operator
+from collections.abc import Callable, Mapping
+from collections.abc import Set as AbstractSet
+from typing import Any
+
+import sympy
+from mpmath.ctx_mp import MPContext
+from sympy.core.relational import Relational
+from sympy.functions.elementary.miscellaneous import Max, Min
+
+#: Numbers of many digits; SymPy's own context is left alone.
+numbers = MPContext()
+numbers.dps = 70
+_POINTS = 3
+_NOTHING = 1e-12  # share of what is added up, below which a sum is what rounding left of nothing
+_ALIKE = 25  # digits in which two arguments of a kinked function are the same
+_LARGEST = 2000  # binary digits before the point of what a function is evaluated of
+#: What a value that does not exist raises.
+CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
+
+_ANALYTIC: dict[Any, Callable[..., Any]] = {
+    sympy.exp: numbers.exp,
+    sympy.log: numbers.log,
+    sympy.sin: numbers.sin,
+    sympy.cos: numbers.cos,
+    sympy.tan: numbers.tan,
+    sympy.asin: numbers.asin,
+    sympy.acos: numbers.acos,
+    sympy.atan: numbers.atan,
+    sympy.sinh: numbers.sinh,
+    sympy.cosh: numbers.cosh,
+    sympy.tanh: numbers.tanh,
+}
+#: What has a kink or a jump at 0, and its value there.
+_STEPS: dict[Any, float] = {sympy.Abs: 0, sympy.sign: 0, sympy.Heaviside: 0.5}
+
+_COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
+    sympy.StrictLessThan: operator.lt,
+    sympy.LessThan: operator.le,
+    sympy.StrictGreaterThan: operator.gt,
+    sympy.GreaterThan: operator.ge,
+    sympy.Eq: operator.eq,
+    sympy.Ne: operator.ne,
+}
+
+_Value = tuple[Any, Any]  # a number, and the size of what was added up for it
+
+
+def vanishes(expression: sympy.Expr) -> bool:
+    """Whether an expression is 0; what has no finite value is not."""
+    if expression == 0:
+        return True
+    try:
+        return all(_is_nothing(_Values(turn)(expression)) for turn in range(_POINTS))
+    except CANNOT:
+        return False
+
+
+def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
+    """Whether an expression changes with symbols; what has no finite value does."""
+    try:
+        return any(_changes(expression, symbols, turn) for turn in range(_POINTS))
+    except CANNOT:
+        return True
+
+
+def _changes(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int) -> bool:
+    """Whether the value changes when the symbols do, one way or another, and nothing else."""
+    here, there = _Values(turn), _Values(turn)
+    for symbol in symbols:
+        there.known[symbol] = here.unknown("other", str(symbol))
+    (one, size), (other, more) = here(expression), there(expression)
+    return not _is_nothing((one - other, size + more))
+
+
+def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
+    """Whether an expression is 0 where another, affine in a variable, is 0."""
+    try:
+        for turn in range(_POINTS):
+            start, there = _Values(turn), _Values(turn)
+            start.known[variable] = (numbers.zero, numbers.zero)
+            place = -start(inside)[0] / start(inside.diff(variable))[0]
+            there.known[variable] = (place, abs(place))
+            if not _is_nothing(there(expression)):
+                return False
+    except CANNOT:
+        return False
+    return True
+
+
+def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
+    """The real value of an expression at a point.
+
+    Raises
+    ------
+    ArithmeticError, ValueError, TypeError, RecursionError
+        It has none.
+    """
+    values = _ActualValues(0)
+    values.known.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
+    return values.real(expression)
+
+
+def _is_nothing(value: _Value) -> bool:
+    number, size = value
+    if not (numbers.isfinite(number) and numbers.isfinite(size)):
+        raise ValueError("it is not finite")
+    return bool(abs(number) <= _NOTHING * size)
+
+
+class _Values:
+    """Values at one of several points."""
+
+    def __init__(self, turn: int) -> None:
+        self.known: dict[sympy.Basic, _Value] = {}
+        self._turn = turn
+
+    def __call__(self, node: sympy.Basic) -> _Value:
+        if node not in self.known:
+            self.known[node] = self._value(node)
+        return self.known[node]
+
+    def _value(self, node: sympy.Basic) -> _Value:
+        if node.is_Symbol:
+            return self.unknown("symbol", str(node))
+        if node in (sympy.true, sympy.false):
+            return _exactly(numbers.mpf(bool(node)))
+        if not node.args:
+            return _exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
+        inner = [self(argument) for argument in node.args]
+        if node.is_Add:
+            return numbers.fsum(v for v, _ in inner), numbers.fsum(s for _, s in inner)
+        if node.is_Mul:
+            return numbers.fprod(v for v, _ in inner), numbers.fprod(s for _, s in inner)
+        if node.is_Pow:
+            return _power(*inner)
+        if node.func in _ANALYTIC:
+            return _exactly(_ANALYTIC[node.func](_sane(inner[0][0])))
+        if node.func in _STEPS:
+            return self._stepped(node.func, inner[0])
+        return self._opaque(node, inner)
+
+    def _stepped(self, kind: Any, argument: _Value) -> _Value:
+        if _is_nothing(argument):
+            return numbers.mpf(_STEPS[kind]), numbers.one
+        number, turned = argument[0], numbers.re(argument[0]) < 0
+        known, _ = self.unknown(kind.__name__, _text(-number if turned else number))
+        if turned and kind is sympy.sign:
+            return -known, known
+        return _exactly(1 - known if turned and kind is sympy.Heaviside else known)
+
+    def _opaque(self, node: sympy.Basic, inner: list[_Value]) -> _Value:
+        values = [number for number, _ in inner]
+        if isinstance(node, (Max, Min)):
+            size = numbers.fsum(s for _, s in inner)
+            if all(_is_nothing((value - values[0], size)) for value in values):
+                return inner[0]
+            return self.unknown(type(node).__name__, *sorted(set(map(_text, values))))
+        return self.unknown(type(node).__name__, *map(_text, values))
+
+    def unknown(self, *about: str) -> _Value:
+        """A number of its own for what has a name, between 1/2 and 3/2."""
+        text = "\n".join((str(self._turn), *about))
+        digest = hashlib.sha256(text.encode()).digest()
+        return _exactly(numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5)
+
+
+class _ActualValues(_Values):
+    """Real values, where symbols have numbers; functions with kinks have the values of a side."""
+
+    def real(self, node: sympy.Basic) -> Any:
+        return _real(self(node)[0])
+
+    def unknown(self, *about: str) -> _Value:
+        raise ValueError(f"{about[-1]} has no value")
+
+    def _value(self, node: sympy.Basic) -> _Value:
+        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+            return self(self._chosen(node))
+        return super()._value(node)
+
+    def _stepped(self, kind: Any, argument: _Value) -> _Value:
+        number = _real(argument[0])
+        if kind is sympy.Abs:
+            return _exactly(abs(number))
+        sign = numbers.sign(number)
+        return _exactly(sign if kind is sympy.sign else (1 + sign) / 2)
+
+    def _opaque(self, node: sympy.Basic, inner: list[_Value]) -> _Value:
+        reals = [_real(number) for number, _ in inner]
+        if isinstance(node, (Max, Min)):
+            return _exactly(max(reals) if isinstance(node, Max) else min(reals))
+        if isinstance(node, sympy.atan2):
+            return _exactly(numbers.atan2(*reals))
+        raise TypeError(f"{type(node).__name__} has no value")
+
+    def _chosen(self, node: sympy.Basic) -> sympy.Basic:
+        if isinstance(node, sympy.ITE):
+            return node.args[1] if self._holds(node.args[0]) else node.args[2]
+        for value, condition in node.args:
+            if self._holds(condition):
+                return value
+        raise ValueError("no condition holds")
+
+    def _holds(self, condition: sympy.Basic) -> bool:
+        if condition in (sympy.true, sympy.false):
+            return bool(condition)
+        if isinstance(condition, Relational):
+            apart = self.real(condition.lhs) - self.real(condition.rhs)
+            return _COMPARED[condition.func](apart, 0)
+        held = [self._holds(argument) for argument in condition.args]
+        if isinstance(condition, sympy.ITE):
+            return held[1] if held[0] else held[2]
+        return bool(condition.func(*held))
+
+
+def _real(number: Any) -> Any:
+    if not numbers.isfinite(number) or numbers.im(number):
+        raise ValueError("it is not real")
+    return numbers.re(number)
+
+
+def _exactly(number: Any) -> _Value:
+    return number, abs(number)
+
+
+def _text(number: Any) -> str:
+    return str(numbers.nstr(number, _ALIKE))
+
+
+def _sane(number: Any) -> Any:
+    if number and numbers.mag(number) > _LARGEST:
+        raise OverflowError("it is too large")
+    return number
+
+
+def _power(base: _Value, exponent: _Value) -> _Value:
+    power = exponent[0]
+    if base[0]:
+        _sane(power * numbers.mag(base[0]))
+    number = numbers.power(base[0], power)
+    if numbers.isint(power) and power > 0:
+        return number, numbers.power(base[1], power)
+    return _exactly(number)

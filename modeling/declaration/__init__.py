@@ -1,0 +1,44 @@
+"""What a user says of an axis, checked once.
+
+In: elements, laws, drives, energies. Out: `Axis`.
+Knows nothing of the models that are derived from it.
+"""
+
+from .axis import ROLES as ROLES
+from .axis import Axis as Axis
+from .axis import equation_of_motion as equation_of_motion
+from .control import LAWS as LAWS
+from .control import ControlLaw as ControlLaw
+from .control import Memory as Memory
+from .control import cascade_pd as cascade_pd
+from .control import cascade_pd_averaged as cascade_pd_averaged
+from .control import cascade_pd_difference as cascade_pd_difference
+from .control import gain as gain
+from .control import velocity_variants as velocity_variants
+from .drive import Drive as Drive
+from .elements import asymmetric_coulomb as asymmetric_coulomb
+from .elements import asymmetric_viscous as asymmetric_viscous
+from .elements import cogging as cogging
+from .elements import coulomb as coulomb
+from .elements import cubic_spring as cubic_spring
+from .elements import end_stop as end_stop
+from .elements import gravity as gravity
+from .elements import gravity_moment as gravity_moment
+from .elements import load_dependent as load_dependent
+from .elements import motor_inertia as motor_inertia
+from .elements import offset as offset
+from .elements import periodic_coulomb as periodic_coulomb
+from .elements import quadratic as quadratic
+from .elements import spring as spring
+from .elements import stribeck as stribeck
+from .elements import viscous as viscous
+from .experiment import Experiment as Experiment
+from .experiment import Move as Move
+from .experiment import back_and_forth as back_and_forth
+from .known_values import fix as fix
+from .known_values import known_text as known_text
+from .known_values import read_fixed as read_fixed
+from .lagrange import lagrange as lagrange
+from .left_out import leave_out as leave_out
+from .left_out import left_out_text as left_out_text
+from .newton import newton as newton

@@ -1,0 +1,215 @@
+"""The declared axis: everything a user says, checked once."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import UnionType
+
+import sympy
+
+from axisid.modeling.quantities import (
+    FORCE,
+    Coordinate,
+    Formula,
+    KnownSymbol,
+    Parameter,
+    check_distinct,
+    check_name,
+    check_size,
+    declared_parameters,
+    number,
+    with_numbers,
+)
+from axisid.support.errors import ModelError
+from axisid.support.frozen_mapping import FrozenMapping
+
+from .control import ControlLaw
+from .drive import Drive
+from .experiment import Experiment
+from .unit_check import check_profile, checked_terms
+
+#: What a column of a record can be.
+ROLES = ("time", "position", "reference", "control", "force")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """A one-degree-of-freedom axis as declared; make one with `newton` or `lagrange`.
+
+    Attributes
+    ----------
+    name : str
+        Names the folder of its generated code.
+    coordinate : Coordinate
+        The degree of freedom.
+    parameters : tuple of Parameter
+        What is to be identified, in the order of every vector and table.
+    force : sympy.Expr
+        Inverse dynamics: the force that the motion needs, from position, velocity, acceleration
+        and the parameters, each term in newtons (or newton metres).
+    drive : Drive
+        From control to force.
+    control : ControlLaw or None
+        The sampled law that closes the loop; instrumental variables need it.
+    columns : mapping of str to str
+        Column names of this axis's records by role (see `ROLES`).
+    experiment : Experiment or None
+        The motion of the axis's twin.
+    title : str
+        One line for tables.
+    left_out : tuple of Parameter
+        Parameters that are not identified, each with the `known` value that stands for it in the
+        force; see `leave_out`.
+    """
+
+    name: str
+    coordinate: Coordinate
+    parameters: tuple[Parameter, ...]
+    force: sympy.Expr
+    drive: Drive
+    control: ControlLaw | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    experiment: Experiment | None = None
+    title: str = ""
+    left_out: tuple[Parameter, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "the axis")
+        object.__setattr__(self, "parameters", tuple(self.parameters))
+        self._check_types()
+        if not self.title.isprintable():
+            raise ModelError(
+                f"axis {self.name!r}: the title {self.title!r} is not one line of text."
+            )
+        object.__setattr__(self, "columns", FrozenMapping(self.columns))
+        self._check_names()
+        self._check_symbols()
+        self._check_columns()
+        self._check_truth()
+        self._check_units()
+
+    def __str__(self) -> str:
+
+        title = f": {self.title}" if self.title else ""
+        return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
+
+    @property
+    def unchecked_terms(self) -> tuple[str, ...]:
+        """Terms of the equation of motion whose unit a plain number in them leaves open."""
+        return checked_terms(self.force, self.coordinate, self.parameters)
+
+    def _check_types(self) -> None:
+        wanted: dict[str, type | UnionType] = {
+            "coordinate": Coordinate,
+            "force": sympy.Expr,
+            "drive": Drive,
+            "control": ControlLaw | None,
+            "experiment": Experiment | None,
+            "columns": Mapping,
+        }
+        for name, kind in wanted.items():
+            if not isinstance(getattr(self, name), kind):
+                expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
+                raise ModelError(
+                    f"axis {self.name!r}: {name} is {getattr(self, name)!r}; give "
+                    f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}."
+                )
+        try:
+            declared_parameters(self.parameters)
+        except ModelError as error:
+            raise ModelError(f"axis {self.name!r}: {error}") from error
+
+    def _check_names(self) -> None:
+        q = self.coordinate
+        names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
+        names += [(p.name, "parameter") for p in self.parameters]
+        law = self.control.names if self.control else ()
+        names += [(name, "the control law's symbol") for name in law]
+        check_distinct(names)
+        self._check_constants(dict(names))
+
+    def _check_constants(self, names: Mapping[str, str]) -> None:
+        """Two things that are printed alike could not be told apart."""
+        found: dict[str, sympy.Expr] = {}
+        kinds = (KnownSymbol, sympy.NumberSymbol)
+        used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
+        for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
+            if name in names:
+                raise ModelError(
+                    f"axis {self.name!r}: {names[name]} {name!r} and a constant have the same "
+                    "name. Rename one."
+                )
+            if name.isidentifier() and found.setdefault(name, constant) != constant:
+                raise ModelError(
+                    f"axis {self.name!r}: two constants of different values are named {name!r}. "
+                    "Rename one."
+                )
+
+    def _check_symbols(self) -> None:
+        q = self.coordinate
+        check_size(self.force, f"axis {self.name!r}: the equation of motion")
+        profile = self.drive.profile
+        for value in (self.force, with_numbers(self.force), with_numbers(1 / profile)):
+            if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+                raise ModelError(
+                    f"axis {self.name!r}: the equation of motion is not finite: {value}."
+                )
+            if value.has(sympy.I):
+                raise ModelError(
+                    f"axis {self.name!r}: the equation of motion is not real: {value}. Write a "
+                    "force that is, without the imaginary unit or a root of a negative number."
+                )
+        declared = {p.symbol for p in self.parameters}
+        used = self.force.free_symbols | profile.free_symbols
+        used -= self.force.atoms(KnownSymbol) | profile.atoms(KnownSymbol)
+        known = declared | {q.symbol, q.velocity, q.acceleration}
+        if unknown := sorted(map(str, used - known)):
+            raise ModelError(
+                f"axis {self.name!r}: the equation of motion has the unknown symbols "
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}. Declare "
+                "each unknown as a Parameter, and write the expression with the Parameter and "
+                "Coordinate objects rather than with symbols of the same name."
+            )
+        if unused := sorted(map(str, declared - used)):
+            raise ModelError(
+                f"axis {self.name!r}: the parameters {', '.join(unused)} are declared but do not "
+                "appear in the equation of motion. Use or remove them."
+            )
+        if not declared:
+            raise ModelError(f"axis {self.name!r} has no parameter to identify; declare one.")
+        if q.acceleration not in used:
+            raise ModelError(
+                f"axis {self.name!r}: the acceleration {q.acceleration} does not appear in the "
+                "equation of motion; an axis needs an inertia."
+            )
+
+    def _check_columns(self) -> None:
+        for role, column in self.columns.items():
+            if role not in ROLES or not isinstance(column, str):
+                raise ModelError(
+                    f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
+                    f"{', '.join(ROLES)}, each with the name of a column."
+                )
+
+    def _check_truth(self) -> None:
+        truth = self.experiment.truth if self.experiment else {}
+        names = [p.name for p in self.parameters]
+        for name, value in truth.items():
+            number(value, f"axis {self.name!r}: the experiment's truth of {name!r}")
+            if name not in names:
+                raise ModelError(
+                    f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
+                    f"{', '.join(names)}."
+                )
+
+    def _check_units(self) -> None:
+        try:
+            checked_terms(self.force, self.coordinate, self.parameters)
+            check_profile(self.drive.profile, self.coordinate, self.parameters)
+        except ModelError as error:
+            raise ModelError(f"axis {self.name!r}: {error}") from error
+
+
+def equation_of_motion(axis: Axis) -> Formula:
+    """The drive's force, over the position's profile if there is one, and what it is spent on."""
+    unit = str(axis.coordinate.force_unit)
+    return Formula(name=FORCE * axis.drive.profile, value=axis.force, unit=unit)

@@ -1,0 +1,252 @@
+"""Control laws, sampled or continuous.
+
+A drive samples: once a period the law reads the reference and the measured position and holds its
+control until the next sample. What it remembers between samples (for a velocity filter, an
+integral) is declared as `Memory`. The paper's law and the one recovered from the EMPS record are
+given here; a user writes another in the same terms.
+"""
+
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import sympy
+
+from axisid.modeling.quantities import (
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
+    check_symbol,
+    expression,
+    number,
+)
+from axisid.support.errors import ModelError
+from axisid.support.frozen_mapping import FrozenMapping
+
+_LONGEST_DELAY = 100
+_INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """One number the law keeps from a sample to the next.
+
+    Attributes
+    ----------
+    name : str
+        The symbol it has in the law.
+    following : sympy.Expr
+        Its value at the next sample.
+    start : sympy.Expr
+        Its value at the first sample, from `MEASURED_POSITION` or numbers: the axis at rest.
+    """
+
+    name: str
+    following: sympy.Expr
+    start: sympy.Expr
+
+    def __post_init__(self) -> None:
+        for which in ("following", "start"):
+            value = expression(getattr(self, which), f"the {which} value of memory {self.name!r}")
+            object.__setattr__(self, which, value)
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol."""
+        return sympy.Symbol(self.name, real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlLaw:
+    """A difference equation from reference and measured motion to the control.
+
+    Attributes
+    ----------
+    name : str
+        For tables and manifests.
+    period : float
+        Sampling period, s.
+    output : sympy.Expr
+        The control in the drive's unit, from `REFERENCE`, `MEASURED_POSITION`,
+        `MEASURED_VELOCITY`, `PERIOD`, the gains and the memory.
+    gains : mapping of str to float
+        Known constants by symbol name, SI.
+    memory : tuple of Memory
+        What is kept between samples.
+    delay : int
+        Whole samples between computing a control and applying it.
+    continuous : bool
+        Evaluate the law inside the plant's derivative, the reference running straight from sample
+        to sample, in place of holding its output: an analogue controller, or the paper's (6) and
+        (7) as they are written. It has no memory, no delay and no period in it. It should be smooth
+        within a sample: an edge of saturation costs accuracy there, and an axis that sticks is
+        asked at the sample's end whether it has left rest.
+    """
+
+    name: str
+    period: float
+    output: sympy.Expr
+    gains: Mapping[str, float] = field(default_factory=dict)
+    memory: tuple[Memory, ...] = ()
+    delay: int = 0
+    continuous: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
+        gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
+        object.__setattr__(self, "gains", FrozenMapping(gains))
+        if not self.period > 0:
+            raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
+        object.__setattr__(self, "memory", tuple(self.memory))
+        object.__setattr__(self, "output", expression(self.output, "the control law's output"))
+        for name in (*self.gains, *(memory.name for memory in self.memory)):
+            check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
+        self._check_timing()
+        known = _INPUTS | {gain(name) for name in self.names}
+        self._check(self.output, known, "output")
+        for memory in self.memory:
+            self._check(memory.following, known, f"memory {memory.name!r}")
+            self._check(memory.start, {MEASURED_POSITION}, f"start of memory {memory.name!r}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the gains, of the memory and of the delay line."""
+        return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
+
+    @property
+    def delay_line(self) -> tuple[str, ...]:
+        """Names of the controls that are computed but not applied yet, the newest first."""
+        return tuple(f"delayed{i + 1}" for i in range(self.delay))
+
+    @property
+    def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
+        """The output as a sum of products of gains and the signal that they multiply.
+
+        A law that is no polynomial in its gains is one term with the factor 1.
+        """
+        gains = tuple(gain(name) for name in self.gains)
+        factors: dict[sympy.Expr, None] = {}  # in their order
+        for term in sympy.Add.make_args(sympy.expand(self.output)):
+            signal, factor = term.as_independent(*gains, as_Add=False)
+            if signal.free_symbols & set(gains) or not factor.is_polynomial(*gains):
+                return ((sympy.S.One, self.output),)
+            factors[factor] = None
+        return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
+
+    def _check_timing(self) -> None:
+        if not (isinstance(self.delay, int) and 0 <= self.delay <= _LONGEST_DELAY):
+            raise ModelError(
+                f"control law {self.name!r}: delay {self.delay!r}; give whole samples, 0 to "
+                f"{_LONGEST_DELAY}."
+            )
+        sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
+        if self.continuous and sampled:
+            raise ModelError(
+                f"control law {self.name!r} is continuous but has a memory, a delay or the period "
+                "in it, which only a sampled law has. Leave them out, or leave out continuous=True."
+            )
+
+    def _check(self, value: sympy.Expr, known: Set[sympy.Basic], what: str) -> None:
+        unknown = sorted(map(str, value.free_symbols - known))
+        if unknown:
+            raise ModelError(
+                f"control law {self.name!r}: its {what} has the unknown symbols "
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}."
+            )
+
+
+def gain(name: str) -> sympy.Symbol:
+    """The symbol of a gain declared in `ControlLaw.gains`."""
+    return sympy.Symbol(name, real=True)
+
+
+def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, ...]) -> sympy.Expr:
+    """What multiplies a product of gains, by derivatives: what is multiplied out loses digits."""
+    powers = factor.as_powers_dict()
+    for symbol in gains:
+        power = powers.get(symbol, 0)
+        output = output.diff(symbol, power) / sympy.factorial(power) if power else output
+    return output.xreplace(dict.fromkeys(gains, sympy.S.Zero))
+
+
+def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
+    """Position loop over a velocity loop, with an ideal velocity sensor.
+
+    ``control = kv (kp (reference - q) - dq)``, evaluated once a period and held.
+
+    Parameters
+    ----------
+    kp : float
+        Position gain, 1/s.
+    kv : float
+        Velocity gain, control over velocity (V/(m/s)).
+    period : float
+        Sampling period, s.
+    continuous : bool
+        Evaluate it all the time in place of holding it: the equations as they are written.
+
+    References
+    ----------
+    Equations (6) and (7) of [Brunot2015]_.
+    """
+    return ControlLaw(
+        name="cascade PD, ideal velocity",
+        period=period,
+        output=_cascade(MEASURED_VELOCITY),
+        gains={"kp": kp, "kv": kv},
+        continuous=continuous,
+    )
+
+
+def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
+    """The same cascade, its velocity from the encoder: the law the EMPS drive follows.
+
+    The velocity is the difference of the means of two successive positions,
+    ``(q[k] - q[k-2]) / (2 period)``. Recovered from the record of [Janot2019]_, whose control it
+    reproduces to 0.24 % of its norm.
+    """
+    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
+    return ControlLaw(
+        name="cascade PD, averaged encoder velocity",
+        period=period,
+        output=_cascade((MEASURED_POSITION - q2.symbol) / (2 * PERIOD)),
+        gains={"kp": kp, "kv": kv},
+        memory=(q1, q2),
+    )
+
+
+def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
+    """The same cascade, its velocity the difference of two successive encoder positions.
+
+    ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
+    """
+    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    return ControlLaw(
+        name="cascade PD, encoder difference",
+        period=period,
+        output=_cascade((MEASURED_POSITION - q1.symbol) / PERIOD),
+        gains={"kp": kp, "kv": kv},
+        memory=(q1,),
+    )
+
+
+def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
+    """A cascade with its velocity formed otherwise, by the name of `LAWS`; empty for other laws."""
+    if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
+        return {}
+    made = {name: of(**law.gains, period=law.period) for name, of in LAWS.items()}
+    if all(variant.output != law.output for variant in made.values()):
+        return {}
+    return {name: variant for name, variant in made.items() if variant.output != law.output}
+
+
+def _cascade(velocity: sympy.Expr) -> sympy.Expr:
+    return gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity)
+
+
+#: The laws that ship, by the name of their function.
+LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
+    {law.__name__: law for law in (cascade_pd, cascade_pd_difference, cascade_pd_averaged)}
+)

@@ -1,0 +1,231 @@
+"""What resists the motion, element by element, as SymPy expressions to be added up.
+
+Each stands on the inertia's side of the force balance, ``tau = inertia * ddq + resistances``, so
+that a positive parameter opposes a positive velocity or displacement. Units are written for a
+linear axis; on a rotary one N is N m and m is rad.
+
+An amount is a `Parameter` or any expression of parameters and constants, linear in what is to be
+identified. What enters otherwise (a Stribeck velocity, a period) is mostly known: a plain number or
+a `Constant`. A plain number has the unit of its place.
+"""
+
+from typing import TypeAlias
+
+import sympy
+
+from axisid.modeling.quantities import (
+    Coordinate,
+    G,
+    Symbolic,
+    expression,
+    known,
+    positive,
+    with_numbers,
+)
+from axisid.support.errors import ModelError
+
+#: What an element takes in place of a number.
+Amount: TypeAlias = sympy.Expr | Symbolic | float
+
+_AMOUNT = "an amount of an element"
+
+
+def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Viscous friction ``Fv dq``.
+
+    `coefficient` in N/(m/s); opposes motion if positive. [ArmstrongHelouvry1994]_.
+    """
+    return _amount(coefficient, coordinate, "/({}/s)") * coordinate.velocity
+
+
+def asymmetric_viscous(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Viscous friction of its own in each direction: ``Fvp dq`` for dq > 0, ``Fvm dq`` for dq < 0.
+
+    Both in N/(m/s); each opposes its motion if positive. [ArmstrongHelouvry1994]_.
+    """
+    dq, size = coordinate.velocity, sympy.Abs(coordinate.velocity)
+    ahead, back = (_amount(value, coordinate, "/({}/s)") for value in (forward, backward))
+    return ahead * (dq + size) / 2 + back * (dq - size) / 2
+
+
+def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Coulomb friction ``Fc sign(dq)``, set-valued at rest: the axis can stick.
+
+    `level` in N; opposes motion if positive. [Olsson1998]_; at rest [Filippov1988]_.
+    """
+    return _amount(level, coordinate) * sympy.sign(coordinate.velocity)
+
+
+def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Coulomb friction of its own in each direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
+
+    Both in N; each opposes its motion if positive. An `offset` beside it cannot be told apart, as
+    it is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
+    """
+    direction = sympy.sign(coordinate.velocity)
+    ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
+    return ahead * (1 + direction) / 2 - back * (1 - direction) / 2
+
+
+def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Quadratic drag ``Fq dq |dq|``: turbulent fluid or air.
+
+    `coefficient` in N/(m/s)^2; opposes motion if positive. [Olsson1998]_.
+    """
+    drag = _amount(coefficient, coordinate, "/({}/s)^2")
+    return drag * coordinate.velocity * sympy.Abs(coordinate.velocity)
+
+
+def stribeck(
+    excess: Amount, coordinate: Coordinate, *, velocity: Amount, exponent: Amount = 2
+) -> sympy.Expr:
+    """What sticking adds to Coulomb friction: ``Fs exp(-(|dq|/vs)^d) sign(dq)``.
+
+    Add it to `coulomb`: the breakaway force is then ``Fc + Fs``. `excess` Fs in N, opposes motion
+    if positive; `velocity` vs in m/s; `exponent` d without unit: 1 for the exponential form, 2 for
+    the Gaussian one. A `Parameter` for vs or d enters nonlinearly. [ArmstrongHelouvry1994]_.
+    """
+    speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
+    power = positive(exponent, "1", "the Stribeck exponent")
+    if isinstance(exponent, int) or (isinstance(exponent, float) and exponent.is_integer()):
+        power = sympy.Integer(int(exponent))  # an exact square needs no power function
+    shape = sympy.exp(-((sympy.Abs(coordinate.velocity) / speed) ** power))
+    return _amount(excess, coordinate) * shape * sympy.sign(coordinate.velocity)
+
+
+def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Coulomb friction that grows with a load: ``mu |load| sign(dq)``.
+
+    `coefficient` mu without unit (or the force's over the load's), opposes motion if positive;
+    `load` is a known force, or one that the position gives. A load made of parameters makes
+    products of parameters: declare the product. [Hamon2010]_.
+    """
+    share, pressing = known(coefficient, "1", _AMOUNT), _amount(load, coordinate)
+    return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
+
+
+def periodic_coulomb(
+    cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
+) -> sympy.Expr:
+    """A harmonic of Coulomb friction over the position: ``(a cos + b sin)(2 pi n q/p) sign(dq)``.
+
+    `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: a run-out of gear, bearing
+    or screw. `period` p in m. [ArmstrongHelouvry1994]_.
+    """
+    return cogging(cosine, sine, coordinate, period=period, harmonic=harmonic) * sympy.sign(
+        coordinate.velocity
+    )
+
+
+def cogging(
+    cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
+) -> sympy.Expr:
+    """A harmonic of the force over the position: ``a cos(2 pi n q/p) + b sin(2 pi n q/p)``.
+
+    `cosine` a and `sine` b in N, resisting a positive motion where the harmonic is positive; it
+    does no work over a `period` p, in m: the pitch of the motor's poles or slots. [Gieras2012]_.
+    """
+    if not (isinstance(harmonic, int) and harmonic > 0):
+        raise ModelError(f"the harmonic is {harmonic!r}; give a whole number, 1 or more.")
+    length = positive(period, coordinate.unit, "the period")
+    angle = 2 * sympy.pi * harmonic * coordinate.symbol / length
+    even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
+    return even * sympy.cos(angle) + odd * sympy.sin(angle)
+
+
+def offset(level: Amount) -> sympy.Expr:
+    """A constant force: amplifier offset, constant gravity, unequal friction.
+
+    `level` in N; resists a positive motion if positive. [Janot2019]_.
+    """
+    return expression(level, _AMOUNT)
+
+
+def gravity(mass: Amount) -> sympy.Expr:
+    """Weight ``m G`` on a vertical axis, its coordinate upwards; ``G = 9.80665 m/s^2``.
+
+    `mass` in kg; resists a positive (upward) motion if positive. [Khalil2002]_.
+    """
+    return known(mass, "kg", _AMOUNT) * G.symbol
+
+
+def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> sympy.Expr:
+    """Moment of a weight about a horizontal axis: ``a sin(q) + b cos(q)``.
+
+    Both in N m: the weight times the distance of the centre of gravity, below the axis for a, and
+    along the horizontal for b, at q = 0. Give 0 for one that is not there. With first moments in
+    kg m, write ``G * ms``. Resists a positive motion where it is positive. [Khalil2002]_.
+    """
+    q = coordinate.symbol
+    below, beside = _amount(sine, coordinate), _amount(cosine, coordinate)
+    return below * sympy.sin(q) + beside * sympy.cos(q)
+
+
+def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
+    """Linear spring ``k (q - rest)``.
+
+    `stiffness` in N/m, `rest` in m; drives back to `rest` if positive. [Khalil2002]_.
+    """
+    return _amount(stiffness, coordinate, "/{}") * _stretch(coordinate, rest)
+
+
+def cubic_spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
+    """Hardening part of a spring: ``k3 (q - rest)^3``; softening if negative.
+
+    `stiffness` in N/m^3, `rest` in m; drives back to `rest` if positive. [Kovacic2011]_.
+    """
+    return _amount(stiffness, coordinate, "/{}^3") * _stretch(coordinate, rest) ** 3
+
+
+def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> sympy.Expr:
+    """Inertia of a motor as the load feels it: ``n^2 J``, a part of the axis's inertia.
+
+    `inertia` J in kg m^2; `ratio` n is the motor's angle over the coordinate, in rad/m (a screw of
+    5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, from which no motion tells it
+    apart: let one of the two be known, unless gravity shows the mass. [Khalil2002]_.
+    """
+    turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
+    return turns**2 * known(inertia, "kg m^2", _AMOUNT)
+
+
+def end_stop(
+    coordinate: Coordinate,
+    *,
+    lower: Amount,
+    upper: Amount,
+    stiffness: float,
+    dissipation: float = 0.0,
+) -> sympy.Expr:
+    """Contact with a stop at each end: ``k d max(0, 1 + c dd)``, d the depth, dd its rate.
+
+    Known, not identified: it is there for simulations. It is zero between `lower` and `upper` (m),
+    pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c in s/m, about
+    ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution e. The force is
+    continuous; where contact begins and ends is an event of the simulation, so that no contact is
+    too short to be met. In a regression it is a known force, which amplifies the noise of rows in
+    contact: leave those out. [HuntCrossley1975]_.
+    """
+    k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
+    c = known(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
+    low = known(lower, coordinate.unit, "the lower stop")
+    high = known(upper, coordinate.unit, "the upper stop")
+    if with_numbers(high - low).is_positive is False:
+        raise ModelError(f"the stops are at {lower!r} and {upper!r}; give the lower one first.")
+    q, dq = coordinate.symbol, coordinate.velocity
+    above = sympy.Max(0, q - high) * sympy.Max(0, 1 + c * dq)
+    below = sympy.Max(0, low - q) * sympy.Max(0, 1 - c * dq)
+    return k * above - k * below
+
+
+def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
+    """An amount; a number is in the axis's force unit `over` the coordinate's."""
+    if isinstance(value, (int, float)) and value == 0:
+        return sympy.S.Zero
+    unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
+    return known(value, unit, _AMOUNT)
+
+
+def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
+    if rest == 0:
+        return coordinate.symbol
+    return coordinate.symbol - known(rest, coordinate.unit, "the rest position")

@@ -1,0 +1,124 @@
+"""The experiment of an axis's twin: which motion is commanded, and what is measured.
+
+A twin is a simulated record of the declared axis with known parameters. It shows what an estimator
+does where the truth is known.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from axisid.modeling.quantities import number
+from axisid.support.errors import ModelError
+from axisid.support.frozen_mapping import FrozenMapping
+
+_LONGEST = 1e4  # s
+_MOST_REPEATS = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A move with trapezoidal velocity, from rest to rest.
+
+    Attributes
+    ----------
+    distance : float
+        Signed, in the coordinate's unit.
+    speed, acceleration : float
+        Largest absolute values, per second and per second squared.
+    """
+
+    distance: float
+    speed: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        for name in ("distance", "speed", "acceleration"):
+            object.__setattr__(self, name, number(getattr(self, name), f"the {name} of a move"))
+        if min(self.speed, self.acceleration) <= 0:
+            raise ModelError(f"{self}: give a positive speed and a positive acceleration.")
+        if not self.duration < _LONGEST:
+            raise ModelError(
+                f"{self} takes {self.duration:g} s; give a faster one (an experiment takes less "
+                f"than {_LONGEST:g} s)."
+            )
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest, s; a short move never reaches its speed."""
+        distance = abs(self.distance)
+        speed = min(self.speed, math.sqrt(distance * self.acceleration))
+        return distance / speed + speed / self.acceleration if speed else 0.0
+
+
+def back_and_forth(
+    *, speeds: tuple[float, ...], acceleration: float, seconds: float, repeat: int = 1
+) -> tuple[Move, ...]:
+    """Moves there and back at each speed, each long enough to cruise.
+
+    A record that identifies friction needs several speeds in both directions; one that identifies
+    inertia needs acceleration in between.
+
+    Parameters
+    ----------
+    speeds : tuple of float
+        Cruise speeds, coordinate unit per second.
+    acceleration : float
+        Coordinate unit per second squared.
+    seconds : float
+        Distance of each move over its speed, s.
+    repeat : int
+        How often the whole programme is run.
+
+    Raises
+    ------
+    ModelError
+        A speed is not positive, or it is repeated without end.
+    """
+    if not (isinstance(repeat, int) and 1 <= repeat <= _MOST_REPEATS):
+        raise ModelError(f"repeat is {repeat!r}; give a whole number from 1 to {_MOST_REPEATS}.")
+    once = (
+        Move(sign * speed * seconds, speed, acceleration) for speed in speeds for sign in (1, -1)
+    )
+    return tuple(once) * repeat
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """What the twin does.
+
+    Attributes
+    ----------
+    moves : tuple of Move
+        The commanded motion, one after the other without a pause.
+    truth : mapping of str to float
+        The twin's parameters by name, SI; the nominal value where one is not named.
+    position_noise : float
+        Standard deviation of the white noise on the measured position, inside the loop, in the
+        coordinate's unit.
+    seed : int
+        Of the noise.
+    """
+
+    moves: tuple[Move, ...]
+    truth: Mapping[str, float] = field(default_factory=dict)
+    position_noise: float = 0.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "moves", tuple(self.moves))
+        object.__setattr__(self, "truth", FrozenMapping(self.truth))
+        noise = number(self.position_noise, "the position noise")
+        object.__setattr__(self, "position_noise", noise)
+        if not all(isinstance(move, Move) for move in self.moves):
+            raise ModelError(f"the moves of an experiment are {self.moves!r}; give Move objects.")
+        duration = sum(move.duration for move in self.moves)
+        if not 0 < duration < _LONGEST:
+            raise ModelError(
+                f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
+                f"and less than {_LONGEST:g} s."
+            )
+        if not (isinstance(self.seed, int) and self.seed >= 0):
+            raise ModelError(f"the seed is {self.seed!r}; give a whole number, 0 or more.")
+        if not noise >= 0:
+            raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")

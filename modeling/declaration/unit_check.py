@@ -1,0 +1,94 @@
+"""The equation of motion in its units: every term is a force, or a torque."""
+
+from collections.abc import Iterable
+
+import sympy
+
+from axisid.modeling.quantities import (
+    NUMBER,
+    Coordinate,
+    KnownSymbol,
+    Parameter,
+    Unit,
+    UnitReader,
+    UnitsError,
+    parse_unit,
+)
+from axisid.support.errors import ModelError
+
+
+def checked_terms(
+    force: sympy.Expr, coordinate: Coordinate, parameters: Iterable[Parameter]
+) -> tuple[str, ...]:
+    """Check the unit of every term, and return the terms that could not be checked.
+
+    Symbols, constants, functions and factors 1, 2 and 1/2 are held to their units. A term with
+    another plain number in it passes if it fits with that as a pure number; if not, the number may
+    stand for something with a unit, and the term is returned with the unit that this must be. In a
+    known load, a term without parameters and constants, any number may.
+
+    Raises
+    ------
+    ModelError
+        A term has another unit than the drive's; the term and both units are named.
+    """
+    parameters = tuple(parameters)
+    units = unit_table(coordinate, parameters)
+    unknown = {p.symbol for p in parameters}
+    unchecked = []
+    for term in sympy.Add.make_args(force):
+        load = not term.free_symbols & unknown and not term.atoms(KnownSymbol)
+        reader = UnitReader(units, loose_numbers=True, of_numbers=load)
+        try:
+            fits = term == 0 or reader.fits(term, coordinate.force_unit)
+        except UnitsError as error:
+            raise ModelError(f"the units in the term {term} do not fit: {error}") from error
+        if not fits:
+            raise _wrong(term, reader.unit(term), coordinate, units)
+        if reader.excused:
+            carried = ", ".join(dict.fromkeys(map(str, reader.excused)))
+            unchecked.append(f"{term} (right if its plain numbers stand for {carried})")
+    return tuple(unchecked)
+
+
+def check_profile(profile: sympy.Expr, coordinate: Coordinate, units: Iterable[Parameter]) -> None:
+    """Refuse a force profile that is not a number.
+
+    Raises
+    ------
+    ModelError
+        It has a unit.
+    """
+    reader = UnitReader(unit_table(coordinate, units), loose_numbers=True)
+    try:
+        fits = reader.fits(profile, NUMBER)
+    except UnitsError as error:
+        raise ModelError(f"the units in the drive's profile do not fit: {error}") from error
+    if not fits:
+        raise ModelError(
+            f"the drive's profile {profile} is in {reader.unit(profile)}; give the force over its "
+            "nominal value, a number."
+        )
+
+
+def unit_table(coordinate: Coordinate, parameters: Iterable[Parameter]) -> dict[sympy.Symbol, Unit]:
+    """Units of all symbols of an equation of motion."""
+    motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)
+    table = {
+        symbol: parse_unit(coordinate.unit + over)
+        for symbol, over in zip(motion, ("", "/s", "/s^2"), strict=True)
+    }
+    return {**table, **{p.symbol: parse_unit(p.unit) for p in parameters}}
+
+
+def _wrong(
+    term: sympy.Expr, unit: Unit, coordinate: Coordinate, units: dict[sympy.Symbol, Unit]
+) -> ModelError:
+    table = {str(s): u for s, u in units.items() if s in term.free_symbols}
+    table |= {s.name: s.known_unit for s in term.atoms(KnownSymbol)}
+    inside = ", ".join(f"{name} in {table[name]}" for name in sorted(table))
+    kind = "linear" if coordinate.unit == "m" else "rotary"
+    return ModelError(
+        f"the term {term} is in {unit} ({inside}), but the drive of a {kind} axis gives "
+        f"{coordinate.force_unit}, as every term must. Correct a unit or the term."
+    )

@@ -1,0 +1,16 @@
+"""The models of an axis.
+
+In: `Axis`. Out: `AxisModel`: inverse and direct model, the map between their parameters, base
+parameters and the null space. Knows nothing of text files and of code.
+"""
+
+from .base_model import BaseModel as BaseModel
+from .base_model import base_model as base_model
+from .direct import DirectRegressor as DirectRegressor
+from .friction_ladder import friction_ladder as friction_ladder
+from .model import AxisModel as AxisModel
+from .model import derive as derive
+from .null_space import Direction as Direction
+from .null_space import generic_points as generic_points
+from .parameter_map import ParameterMap as ParameterMap
+from .rest_force import forces_at_rest as forces_at_rest

@@ -1,0 +1,245 @@
+"""Base parameters: the smallest set of combinations of the parameters that the force is linear in.
+
+Physical parameters enter as products (``m l``, ``m l**2``) and sums (``J + m l**2``); a record
+shows only these. They are derived, the axis is declared again in them, and the map is kept.
+"""
+
+import math
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+
+import sympy
+
+from axisid.modeling.algebra import Coefficients
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Parameter, fresh_name, parse_unit, rounded, with_numbers
+from axisid.support.errors import ModelError
+
+from .base_terms import Exponents, Row, force_terms, reduced_rows
+from .friction_direction import with_direction
+from .null_space import Direction, null_space
+
+_LONGEST_NAME = 31
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseModel:
+    """An axis in base parameters, ``beta = weights . monomials(parameters)``.
+
+    Dimensions: p declared parameters, b base parameters, k monomials.
+
+    Attributes
+    ----------
+    declared : Axis
+        As it was declared.
+    axis : Axis
+        The same axis, linear in its base parameters; `declared` itself if it already was.
+    expressions : tuple of sympy.Expr
+        Length b; each base parameter in the declared ones.
+    exponents : tuple of tuple of int
+        (k, p).
+    weights : tuple of tuple of float
+        (b, k).
+    hidden : tuple of dict
+        Null space of the map's Jacobian at a generic point: changes of the declared parameters
+        that no motion shows.
+    unsettled : tuple of dict
+        What is left of it where the declared parameters that are known are held.
+    """
+
+    declared: Axis
+    axis: Axis
+    expressions: tuple[sympy.Expr, ...]
+    exponents: tuple[Exponents, ...]
+    weights: tuple[tuple[float, ...], ...]
+    hidden: tuple[Direction, ...]
+    unsettled: tuple[Direction, ...]
+
+    @property
+    def changed(self) -> bool:
+        """Whether the base parameters are others than the declared ones."""
+        return self.axis is not self.declared
+
+    @property
+    def known(self) -> tuple[Parameter, ...]:
+        """The declared parameters whose values are known apart from a record."""
+        return tuple(p for p in self.declared.parameters if p.known is not None)
+
+    @property
+    def combined(self) -> tuple[tuple[Parameter, sympy.Expr], ...]:
+        """The base parameters that are not declared ones, with their expressions."""
+        pairs = zip(self.axis.parameters, self.expressions, strict=True)
+        return tuple((p, value) for p, value in pairs if p.symbol != value)
+
+    def at(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Base parameters (b,) of declared ones (p,)."""
+        sizes = [
+            math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
+            for powers in self.exponents
+        ]
+        return tuple(
+            math.fsum(w * size for w, size in zip(row, sizes, strict=True) if w)
+            for row in self.weights
+        )
+
+
+def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
+    """Derive the base parameters of an axis, and the axis in them.
+
+    Parameters that enter other than by sums of products of whole powers count as motion: they stay
+    as they are.
+
+    Parameters
+    ----------
+    axis : Axis
+    balance : sympy.Expr, optional
+        Its force by the friction direction, if that is there already.
+
+    Raises
+    ------
+    ModelError
+        A parameter has no effect, or the force jumps with the velocity in a way that is not
+        friction.
+
+    References
+    ----------
+    [GautierKhalil1990]_; here by a reduced row echelon form, so that it holds for any force.
+    """
+    q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
+    if balance is None:
+        balance = with_direction(with_numbers(axis.force), q.velocity)
+    found = force_terms(balance, q.velocity, symbols)
+    _check_effects(found.monomials, symbols)
+    rows, pivots = reduced_rows(found.weights)
+    places = sorted(range(len(pivots)), key=lambda i: _first(found.monomials[pivots[i]]))
+    table = [rows[i] for i in places]
+    expressions = tuple(_expression(row, found.monomials, symbols) for row in table)
+    same = expressions == symbols
+    known = {p.symbol for p in axis.parameters if p.known is not None}
+    base = BaseModel(
+        declared=axis,
+        axis=axis,
+        expressions=expressions,
+        exponents=found.monomials,
+        weights=tuple(tuple(map(float, row)) for row in table),
+        hidden=() if same else null_space(table, found.monomials, axis.parameters),
+        unsettled=() if same else null_space(table, found.monomials, axis.parameters, known),
+    )
+    if same:
+        return base
+    leads = [found.monomials[pivots[i]] for i in places]
+    return replace(base, axis=_reduced(base, leads, found.bent))
+
+
+def _check_effects(monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]) -> None:
+    silent = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in monomials)]
+    if silent:
+        raise ModelError(f"{', '.join(silent)} has no effect: its terms cancel. Remove it.")
+
+
+def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
+    """Base parameters come in the order of the declared ones that they begin with."""
+    return next(j for j, e in enumerate(exponents) if e), sum(exponents), exponents
+
+
+def _monomial(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
+    return sympy.Mul(*(p**e for p, e in zip(symbols, exponents, strict=True) if e))
+
+
+def _expression(
+    row: Row, monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]
+) -> sympy.Expr:
+    return sympy.Add(
+        *(
+            sympy.Rational(weight.numerator, weight.denominator) * _monomial(e, symbols)
+            for weight, e in zip(row, monomials, strict=True)
+            if weight
+        )
+    )
+
+
+def _reduced(base: BaseModel, leads: Sequence[Exponents], bent: AbstractSet[sympy.Symbol]) -> Axis:
+    """The axis declared in its base parameters; `leads` are their monomials of weight 1."""
+    axis = base.declared
+    declared = {p.symbol: p for p in axis.parameters}
+    taken = _taken(axis)
+    parameters = tuple(
+        declared[value] if value in declared else _combined(base, i, leads[i], taken)
+        for i, value in enumerate(base.expressions)
+    )
+    straight = [s for s in declared if s not in bent]
+    places = [j for j, s in enumerate(declared) if s not in bent]
+    coefficients = Coefficients(axis.force, straight)
+    terms = [coefficients.rest]
+    for p, lead in zip(parameters, leads, strict=True):
+        if p.symbol not in bent:
+            terms.append(p * coefficients[tuple(lead[j] for j in places)])
+    truth = axis.experiment and replace(axis.experiment, truth=_truth(base, parameters))
+    return replace(axis, parameters=parameters, force=sympy.Add(*terms), experiment=truth)
+
+
+def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:
+    """True values of an experiment's twin in base parameters."""
+    experiment, declared = base.declared.experiment, base.declared.parameters
+    truth = experiment.truth if experiment else {}
+    values = base.at([truth.get(p.name, p.nominal) for p in declared])
+    return dict(zip([p.name for p in parameters], values, strict=True))
+
+
+def _taken(axis: Axis) -> set[str]:
+    """Names, in lower case, that a base parameter must not have."""
+    q = axis.coordinate
+    names = {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
+    names |= {p.name for p in axis.parameters}
+    names |= set(axis.control.names if axis.control else ())
+    return {name.lower() for name in names}
+
+
+def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Parameter:
+    """A base parameter that is none of the declared ones."""
+    declared = base.declared.parameters
+    start = [p.nominal if p.known is None else p.known for p in declared]
+    lower, upper = _bounds(base, i)
+    return Parameter(
+        fresh_name(_name(base, i), taken),
+        _unit(lead, declared),
+        nominal=base.at(start)[i],
+        lower=lower,
+        upper=upper,
+        description=str(rounded(base.expressions[i])),
+    )
+
+
+def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
+    """Of a sum of products of parameters that are not negative; else none."""
+    inside = base.expressions[i].free_symbols
+    low, high = (
+        [getattr(p, side) if p.symbol in inside else 0.0 for p in base.declared.parameters]
+        for side in ("lower", "upper")
+    )
+    if min(low) < 0 or min(base.weights[i]) < 0:
+        return -math.inf, math.inf
+    return base.at(low)[i], base.at(high)[i] if max(high) < math.inf else math.inf
+
+
+def _name(base: BaseModel, i: int) -> str:
+    """``m_l2`` for ``m l**2``, ``J_plus_m_l2`` for ``J + m l**2``; weights are left out."""
+    names = [p.name for p in base.declared.parameters]
+    text = ""
+    for weight, powers in zip(base.weights[i], base.exponents, strict=True):
+        if weight:
+            text += "" if not text else "_plus_" if weight > 0 else "_minus_"
+            text += "_".join(
+                f"{name}{e if e > 1 else ''}" for name, e in zip(names, powers, strict=True) if e
+            )
+    return text if len(text) <= _LONGEST_NAME else text.replace("_plus_", "_")[:_LONGEST_NAME]
+
+
+def _unit(exponents: Exponents, parameters: Sequence[Parameter]) -> str:
+    """Of the leading monomial, whose weight is 1."""
+    units = [parse_unit(p.unit) ** e for p, e in zip(parameters, exponents, strict=True) if e]
+    total = units[0]
+    for unit in units[1:]:
+        total = total * unit
+    return str(total)

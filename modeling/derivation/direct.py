@@ -1,0 +1,144 @@
+"""The direct dynamic model: acceleration from force, and its regressor where there is one.
+
+With constant inertia ``I = a . theta`` the acceleration ``(tau - h) / I`` is linear in
+``1/I`` and the quotients ``p/I``. One parameter of the inertia, the *pivot*, is expressed by the
+others, since ``a . theta / I = 1`` leaves one quotient too many. A known part of the inertia moves
+to the first column.
+"""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.algebra import intercept, vanishes, without
+from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate
+from axisid.support.errors import ModelError
+
+from .inverse import Regressor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DirectRegressor:
+    """``ddq = regressor.columns . theta_ddm + regressor.known``, for constant inertia.
+
+    Attributes
+    ----------
+    regressor : Regressor
+        The row; its first column multiplies ``1/I``.
+    inertia : sympy.Expr
+        ``I``, affine in the parameters.
+    pivot : sympy.Symbol or None
+        The parameter of the inertia that has no quotient of its own; None for a known inertia.
+    quotients : tuple of sympy.Symbol
+        The parameters p whose ``p/I`` follow ``1/I`` in ``theta_ddm``; under a known inertia they
+        are ``theta_ddm`` themselves.
+    """
+
+    regressor: Regressor
+    inertia: sympy.Expr
+    pivot: sympy.Symbol | None
+    quotients: tuple[sympy.Symbol, ...]
+
+
+def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
+    """Coefficient of the acceleration in the inverse dynamics.
+
+    Raises
+    ------
+    ModelError
+        The force is not linear in the acceleration.
+    """
+    found = force.diff(coordinate.acceleration)
+    inertia = without(found, {coordinate.acceleration})
+    if inertia is None:
+        raise ModelError(
+            f"the force is not linear in the acceleration {coordinate.acceleration}: its "
+            f"derivative is {sympy.expand_mul(found)}. A mechanical axis has one inertia times one "
+            "acceleration."
+        )
+    for motion in (coordinate.symbol, coordinate.velocity, DIRECTION):
+        constant = without(inertia, {motion})
+        inertia = inertia if constant is None else constant
+    return inertia
+
+
+def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
+    """Acceleration from force: ``(profile tau - rest) / inertia``.
+
+    Parameters
+    ----------
+    balance : sympy.Expr
+        What ``profile tau`` is spent on, by the friction direction.
+    profile : sympy.Expr
+        The drive's.
+    coordinate : Coordinate
+    """
+    rest = balance.xreplace({coordinate.acceleration: sympy.S.Zero})
+    return (profile * FORCE - rest) / inertia_of(balance, coordinate)
+
+
+def direct_regressor(
+    idm: Regressor,
+    parameters: tuple[sympy.Symbol, ...],
+    inertia: sympy.Expr,
+    acceleration: sympy.Symbol,
+) -> DirectRegressor | str:
+    """Derive the direct model's regressor, or say why there is none.
+
+    References
+    ----------
+    Equation (2) of [Brunot2015]_, generalised.
+    """
+    moving = inertia.free_symbols - set(parameters)
+    if idm.nonlinear:
+        names = ", ".join(map(str, idm.nonlinear))
+        return f"its friction or load is not linear in {names}; use idm-ls or idm-iv"
+    if moving:
+        return (
+            f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "
+            "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
+        )
+    known, scales = _shares(inertia, parameters)
+    still = idm.at_rest(acceleration)
+    if not scales:
+        return _under_known_inertia(still, known, parameters)
+    rest = dict(zip(parameters, still.columns, strict=True))
+    pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
+    share = rest[pivot] / scales[pivot]
+    columns = {p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot}
+    columns = {p: column for p, column in columns.items() if not vanishes(column)}
+    first = FORCE - still.known + share * known
+    return DirectRegressor(
+        regressor=Regressor(columns=(first, *columns.values()), known=-share),
+        inertia=sympy.Add(known, *(p * scale for p, scale in scales.items())),
+        pivot=pivot,
+        quotients=tuple(columns),
+    )
+
+
+def _under_known_inertia(
+    still: Regressor, inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
+) -> DirectRegressor:
+    """``ddq = (tau - known)/I - sum of columns p/I``: linear in the parameters as they are."""
+    return DirectRegressor(
+        regressor=Regressor(
+            columns=tuple(-column / inertia for column in still.columns),
+            known=(FORCE - still.known) / inertia,
+        ),
+        inertia=inertia,
+        pivot=None,
+        quotients=parameters,
+    )
+
+
+def _shares(
+    inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
+) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
+    """Known part of an inertia that is affine in the parameters, and what multiplies them in it."""
+    unknown = frozenset(parameters)
+    slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
+    found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}
+    known = intercept(inertia, found)
+    if known is None:
+        raise ModelError(f"the inertia {inertia} has no finite value; write it in another form.")
+    return known, found

@@ -1,0 +1,217 @@
+"""A friction ladder: one axis under friction laws of growing richness.
+
+What the axis declares as friction, forces of the velocity alone and a constant one, gives way to
+each rung's own terms; inertia, gravity, springs and whatever depends on the position stay.
+"""
+
+from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+
+import sympy
+
+from axisid.modeling.algebra import vanishes, where_zero, without
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, number, with_numbers
+from axisid.support.errors import ModelError
+
+from .base_terms import Terms, force_terms, reduced_rows
+from .friction_direction import with_direction
+
+_Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
+
+
+def friction_ladder(
+    axis: Axis, *, quadratic: bool = False, stribeck: float | None = None
+) -> dict[str, Axis]:
+    """The axis under each friction law, by the law's name, from the poorest to the richest.
+
+    ``viscous``; with ``Coulomb``; with ``offset``; ``directional``, where viscous and Coulomb
+    friction differ by direction. Each contains those before it. The rung that the declared axis is,
+    in these parameters or others, is the axis itself; where it is none it comes last, as
+    ``declared``.
+
+    Parameters
+    ----------
+    axis : Axis
+        Its own friction parameters keep their names, and what is known of them; a parameter that
+        is split by direction leaves its value as the nominal one of both, but not as known.
+    quadratic : bool
+        A further rung adds ``Fq dq |dq|`` to the directional law.
+    stribeck : float, optional
+        A further rung adds ``Fs exp(-(dq/v)^2) sign(dq)`` to the directional law; this is v, in the
+        coordinate's unit per second. Negative Fs is a dip, positive Fs the Stribeck peak.
+
+    Raises
+    ------
+    ModelError
+        The Stribeck velocity is not positive.
+    """
+    if stribeck is not None and number(stribeck, "the Stribeck velocity") <= 0:
+        raise ModelError(f"the Stribeck velocity is {stribeck!r}; give a positive number.")
+    kept, friction = _split(axis)
+    ladder: dict[str, Axis] = {}
+    for law, terms in _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck).items():
+        own = _is_law(axis, friction, terms)
+        ladder[law] = axis if own else _rung(axis, kept, law, terms)
+    if not any(rung is axis for rung in ladder.values()):
+        ladder["declared"] = axis
+    return ladder
+
+
+def _split(axis: Axis) -> tuple[list[sympy.Expr], list[sympy.Expr]]:
+    """Terms of the force that stay, and those that are friction; nothing is multiplied out."""
+    parameters = _friction_parameters(axis)
+    kept: list[sympy.Expr] = []
+    friction: list[sympy.Expr] = []
+    for term in sympy.Add.make_args(axis.force):
+        rest = _rest(term, parameters)
+        kept += [rest] if rest != 0 else []
+        friction += [term - rest] if rest != term else []
+    return kept, friction
+
+
+def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
+    """Parameters of forces that depend on the velocity alone.
+
+    A parameter that also stands in a term that stays (a mass in a constant weight) is none.
+    """
+    q = axis.coordinate
+    slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
+    others = frozenset(slopes)
+    beyond: AbstractSet[sympy.Symbol] = {q.symbol, q.acceleration}
+    while beyond:
+        slopes = {p: slope for p, slope in slopes.items() if without(slope, beyond) is not None}
+        others, beyond = frozenset(slopes), others - frozenset(slopes)
+    return others
+
+
+def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
+    """What a term is without some parameters."""
+    inside = term.free_symbols & parameters
+    linear = {p for p in inside if vanishes(term.diff(p, 2))}
+    rest = where_zero(term, linear)
+    if rest is None or rest.free_symbols & parameters:
+        rest = sympy.expand_mul(term if rest is None else rest)
+        return sympy.Add(
+            *(part for part in sympy.Add.make_args(rest) if not part.free_symbols & parameters)
+        )
+    return rest
+
+
+def _laws(
+    axis: Axis,
+    kept: list[sympy.Expr],
+    friction: list[sympy.Expr],
+    *,
+    quadratic: bool,
+    stribeck: float | None,
+) -> dict[str, list[_Term]]:
+    """What each rung adds to what stays."""
+    q, taken = axis.coordinate, _taken(axis, kept)
+    speed, sign = q.velocity, sympy.sign(q.velocity)
+    force, rate = str(q.force_unit), f"{q.unit}/s"
+    ahead, back = (1 + sign) / 2, (1 - sign) / 2
+    viscous = _declared(axis, friction, speed) or _fresh("Fv", f"{force}/({rate})", taken)
+    coulomb = _declared(axis, friction, sign) or _fresh("Fc", force, taken)
+    constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
+    basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
+    directional = [
+        (_declared(axis, friction, factor) or _one_way(undirected, suffix, taken), factor)
+        for undirected, suffix, factor in (
+            (viscous, "p", speed * ahead),
+            (viscous, "m", speed * back),
+            (coulomb, "p", ahead),
+            (coulomb, "m", -back),
+        )
+    ]
+    laws = {
+        "viscous": basic[:1],
+        "Coulomb": basic[:2],
+        "offset": basic,
+        "directional": directional,
+    }
+    if quadratic:
+        drag = speed * sympy.Abs(speed)
+        own = _declared(axis, friction, drag)
+        added = own or _fresh("Fq", f"{force}/({rate})^2", taken)
+        laws["quadratic"] = [*directional, (added, drag)]
+    if stribeck is not None:
+        peak = sign * sympy.exp(-((speed / stribeck) ** 2))
+        added = _declared(axis, friction, peak) or _fresh("Fs", force, taken)
+        laws["Stribeck"] = [*directional, (added, peak)]
+    return laws
+
+
+def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
+    """Whether the axis's friction gives the forces that a law gives, and no others."""
+    used = {s for term in friction for s in term.free_symbols}
+    symbols = [p.symbol for p in axis.parameters if p.symbol in used]
+    amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
+    terms = (amount * factor for amount, (_, factor) in zip(amounts, law, strict=True))
+    both = _terms(axis, sympy.Add(*friction, *terms), (*symbols, *amounts))
+    if both.bent or any(sum(exponents) > 1 for exponents in both.monomials):
+        return False
+    own = [any(exponents[: len(symbols)]) for exponents in both.monomials]
+    sides = [[j for j, mine in enumerate(own) if mine is side] for side in (True, False)]
+    ranks = {_rank(both, columns) for columns in (*sides, range(len(own)))}
+    return len(ranks) == 1
+
+
+def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Terms:
+    """A force over functions of the motion, the same one however it is written."""
+    velocity = axis.coordinate.velocity
+    return force_terms(with_direction(with_numbers(force), velocity), velocity, symbols)
+
+
+def _rank(terms: Terms, columns: Iterable[int]) -> int:
+    chosen = tuple(columns)
+    return len(reduced_rows([[row[j] for j in chosen] for row in terms.weights])[1])
+
+
+def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
+    used = {s for term in kept for s in term.free_symbols}
+    stay = [p for p in axis.parameters if p.symbol in used]
+    return replace(
+        axis,
+        name=f"{axis.name[: 30 - len(law)]}_{law}",
+        title=f"{axis.title or axis.name}, friction law {law}",
+        parameters=(*stay, *(p for p, _ in terms)),
+        force=sum([*kept, *(p * factor for p, factor in terms)], sympy.S.Zero),
+        experiment=None,
+    )
+
+
+def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
+    """The parameter that the axis itself gives a term, if that is all it does."""
+    symbols = {p.symbol for p in axis.parameters}
+    for p in axis.parameters:
+        own = [term - _rest(term, {p.symbol}) for term in friction if p.symbol in term.free_symbols]
+        rest = sympy.Add(*own, -p * factor)
+        if own and not _terms(axis, rest, tuple(rest.free_symbols & symbols)).monomials:
+            return p
+    return None
+
+
+def _taken(axis: Axis, kept: list[sympy.Expr]) -> set[str]:
+    """Names, in lower case, that a new parameter must not have."""
+    q: Coordinate = axis.coordinate
+    names = {str(s) for term in kept for s in term.free_symbols}
+    names |= {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
+    names |= {p.name for p in axis.parameters}
+    names |= set(axis.control.names if axis.control else ())
+    return {name.lower() for name in names}
+
+
+def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
+    """The parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
+
+    A value known of the undirected one is a mean of the two, and says of neither how sure it is.
+    """
+    fresh = _fresh(f"{parameter.name}{suffix}", parameter.unit, taken)
+    return replace(parameter, name=fresh.name, known=None, known_sd=0.0)
+
+
+def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
+    """A new parameter by a name that nothing else has."""
+    return Parameter(fresh_name(name, taken), unit)

@@ -1,0 +1,126 @@
+"""From the declared axis to its models: the whole derivation in one function."""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.algebra import vanishes
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import parse_unit, with_numbers
+from axisid.support.errors import ModelError
+
+from .base_model import BaseModel, base_model
+from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
+from .friction_direction import with_direction
+from .inverse import Regressor, inverse_regressor
+from .null_space import Direction, hidden_directions
+from .parameter_map import ParameterMap, parameter_map
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisModel:
+    """Everything derived from an axis, symbolically.
+
+    Attributes
+    ----------
+    base : BaseModel
+        What was declared, and its base parameters.
+    axis : Axis
+        The axis in its base parameters; those declared if they are told apart and enter linearly.
+    force : sympy.Expr
+        Inverse dynamics with the friction direction in place of ``sign(dq)``.
+    inertia : sympy.Expr
+        Coefficient of the acceleration.
+    acceleration : sympy.Expr
+        Direct dynamics.
+    idm : Regressor
+        Of the inverse model; one column per parameter.
+    ddm : DirectRegressor or None
+        Of the direct model; None where the acceleration is linear in no finite parameter set.
+    ddm_refusal : str
+        Why `ddm` is None, else empty.
+    parameter_map : ParameterMap or None
+        Between ``theta_ddm`` and the parameters.
+    hidden : tuple of dict
+        Changes of the parameters of a partially linear axis that no motion shows; for a linear one
+        `base` has them.
+    """
+
+    base: BaseModel
+    axis: Axis
+    force: sympy.Expr
+    inertia: sympy.Expr
+    acceleration: sympy.Expr
+    idm: Regressor
+    ddm: DirectRegressor | None
+    ddm_refusal: str
+    parameter_map: ParameterMap | None
+    hidden: tuple[Direction, ...]
+
+
+def derive(axis: Axis) -> AxisModel:
+    """Derive the inverse and direct models, their regressors and the map between them.
+
+    Where parameters enter as products, or are not told apart, the models are in base parameters.
+
+    Raises
+    ------
+    ModelError
+        The equation of motion is not linear in the parameters or the acceleration, or jumps with
+        the velocity in a way that is not friction.
+    """
+    try:
+        return _derived(axis)
+    except ModelError as error:
+        raise ModelError(f"axis {axis.name!r}: {error}") from error
+    except RecursionError as error:
+        raise ModelError(
+            f"axis {axis.name!r}: the equation of motion is nested too deeply; simplify it."
+        ) from error
+
+
+def _derived(declared: Axis) -> AxisModel:
+    balance = _balance(declared)
+    base = base_model(declared, balance)
+    axis = base.axis
+    if base.changed:
+        balance = _balance(axis)
+    q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
+    profile = with_numbers(axis.drive.profile)
+    force = balance / profile
+    inertia = inertia_of(force, q)
+    idm = inverse_regressor(force, symbols)
+    ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
+    refusal = f"axis {axis.name!r} has no direct regressor: {ddm}" if isinstance(ddm, str) else ""
+    direct = None if isinstance(ddm, str) else ddm
+    return AxisModel(
+        base=base,
+        axis=axis,
+        force=force,
+        inertia=inertia,
+        acceleration=direct_dynamics(balance, profile, q),
+        idm=idm,
+        ddm=direct,
+        ddm_refusal=refusal,
+        parameter_map=None if direct is None else _map(axis, direct),
+        hidden=hidden_directions(idm, axis.parameters, q),
+    )
+
+
+def _balance(axis: Axis) -> sympy.Expr:
+    """The declared force, the friction direction in it; it has an inertia."""
+    q = axis.coordinate
+    force = with_direction(with_numbers(axis.force), q.velocity)
+    if vanishes(inertia_of(force, q)):
+        raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
+    return force
+
+
+def _map(axis: Axis, ddm: DirectRegressor) -> ParameterMap:
+    q = axis.coordinate
+    return parameter_map(
+        ddm,
+        tuple(p.symbol for p in axis.parameters),
+        {p.symbol: parse_unit(p.unit) for p in axis.parameters},
+        q.acceleration_unit / q.force_unit,
+    )

@@ -1,0 +1,256 @@
+"""Changes of the parameters that no motion shows.
+
+What parameters do to the force may be one function of the motion, or functions that add up to
+nothing. No experiment separates them then: only combinations of them are identifiable.
+"""
+
+import contextlib
+import math
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from fractions import Fraction
+from typing import TypeAlias
+
+import sympy
+
+from axisid.modeling.algebra import (
+    CANNOT,
+    Expansion,
+    NotRealError,
+    Polynomial,
+    TooManyProductsError,
+    exact,
+    kernel,
+)
+from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter
+
+from .base_terms import Exponents, Row, column_terms, reduced_rows
+from .inverse import Regressor
+
+#: Maps parameters to the weights of a change that no motion shows.
+Direction: TypeAlias = dict[sympy.Symbol, sympy.Expr]
+
+#: Numbers for parameters.
+Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
+
+_PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
+_MOST = 3  # motions that determine a direction in symbols
+_NEAR = 1e-9
+_MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
+
+
+def null_space(
+    rows: Sequence[Row],
+    monomials: Sequence[Exponents],
+    parameters: Sequence[Parameter],
+    known: AbstractSet[sympy.Symbol] = frozenset(),
+) -> tuple[Direction, ...]:
+    """Directions in which sums of products of parameters do not change, those known held.
+
+    Parameters
+    ----------
+    rows : sequence of (k,) rows
+        Weights of each sum.
+    monomials : sequence of tuple of int
+        Length k, with exponents by parameter.
+    parameters : sequence of Parameter
+        Length p.
+    known : set of sympy.Symbol
+
+    Returns
+    -------
+    tuple of dict
+        In the parameters; with numbers at a point near the nominal one where that is too large.
+    """
+    free = [j for j, p in enumerate(parameters) if p.symbol not in known]
+    symbols = [p.symbol for p in parameters]
+    sums = [{e: weight for e, weight in zip(monomials, row, strict=True) if weight} for row in rows]
+    try:
+        found = kernel(sums, len(symbols), free)
+    except TooManyProductsError:
+        point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
+        slopes = [[_slope_at(total, point, j) for j in free] for total in sums]
+        return _null_space_of_numbers(slopes, [symbols[j] for j in free])
+    return tuple(
+        _direction({symbols[j]: _in_symbols(weight, symbols) for j, weight in vector.items()})
+        for vector in found
+    )
+
+
+def _slope_at(total: Polynomial, point: Sequence[Fraction], j: int) -> Fraction:
+    """Derivative of a polynomial by a variable at a point."""
+    terms = (
+        weight
+        * powers[j]
+        * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
+        / point[j]
+        for powers, weight in total.items()
+        if powers[j]
+    )
+    return sum(terms, Fraction(0))
+
+
+def _in_symbols(polynomial: Polynomial, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
+    return sympy.Add(
+        *(
+            sympy.Mul(
+                sympy.Rational(weight.numerator, weight.denominator),
+                *(s**e for s, e in zip(symbols, powers, strict=True)),
+            )
+            for powers, weight in polynomial.items()
+        )
+    )
+
+
+def _null_space_of_numbers(
+    rows: Sequence[Row], symbols: Sequence[sympy.Symbol]
+) -> tuple[Direction, ...]:
+    """What rows of numbers map to nothing; the last weight of each direction is 1."""
+    reduced, pivots = reduced_rows(rows)
+    found = []
+    for free in (j for j in range(len(symbols)) if j not in pivots):
+        weights = {j: -row[free] for j, row in zip(pivots, reduced, strict=True) if row[free]}
+        weights[free] = Fraction(1)
+        last = weights[max(weights)]
+        found.append({symbols[j]: weights[j] / last for j in sorted(weights)})
+    return tuple(
+        {s: sympy.Rational(w.numerator, w.denominator) for s, w in direction.items()}
+        for direction in found
+    )
+
+
+def hidden_directions(
+    regressor: Regressor, parameters: Sequence[Parameter], coordinate: Coordinate
+) -> tuple[Direction, ...]:
+    """Null space, over all motions, of the regressor of a partially linear axis.
+
+    Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
+    functions of the motion. They are compared where numbers stand for the parameters, at more than
+    one point, as two may be alike at one by accident; the directions found hold at every point.
+    For a linear axis base parameters tell what is hidden.
+
+    Parameters
+    ----------
+    regressor : Regressor
+        Linearised about the parameters.
+    parameters : sequence of Parameter
+        One for each column.
+    coordinate : Coordinate
+    """
+    if not regressor.nonlinear:
+        return ()
+    columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
+    found: list[tuple[Point, tuple[Direction, ...]]] = []
+    for point in generic_points(parameters):
+        with contextlib.suppress(NotRealError):
+            found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
+    if not found:
+        return ()
+    best, directions = min(found, key=lambda pair: len(pair[1]))
+    return tuple(_in_parameters(d, columns, coordinate, best) for d in directions)
+
+
+def generic_points(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
+    """Numbers for the parameters that have nothing to do with each other, several times."""
+    return tuple(
+        {p.symbol: _generic(p, (i + 1) * step) for i, p in enumerate(parameters)} for step in _STEPS
+    )
+
+
+def _generic(parameter: Parameter, place: int) -> sympy.Rational:
+    """A number within the bounds, near the nominal value if there is one."""
+    lower, upper = parameter.lower, parameter.upper
+    near = parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
+    low, high = sorted((near / 2, 2 * near))
+    start, end = (sympy.Rational(str(x)) for x in (max(low, lower), min(high, upper)))
+    return start + (end - start) * sympy.Rational(place % _PLACES, _PLACES)
+
+
+def _independent_of_motion(
+    columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
+) -> tuple[Direction, ...]:
+    """Combinations of columns that are zero as functions of the motion at a point."""
+    values = {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    terms = column_terms(columns, velocity, values)
+    places = [exponents.index(1) for exponents in terms.monomials]
+    rows = [[Fraction(0)] * len(columns) for _ in terms.weights]
+    for row, weights in zip(rows, terms.weights, strict=True):
+        for j, weight in zip(places, weights, strict=True):
+            row[j] = weight
+    return _null_space_of_numbers(rows, tuple(columns))
+
+
+def _in_parameters(
+    direction: Direction,
+    columns: Mapping[sympy.Symbol, sympy.Expr],
+    coordinate: Coordinate,
+    point: Point,
+) -> Direction:
+    """A direction found at a point as a function of the parameters.
+
+    As many motions as it takes determine it: the minors of their rows are its weights. Where they
+    do not, in a few motions or in closed form, it stays as it is at the point.
+    """
+    weights = {p: sympy.Float(weight) for p, weight in direction.items()}
+    if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
+        return weights
+    expansion = Expansion(
+        coordinate.velocity, {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
+    )
+    with contextlib.suppress(sympy.PolynomialError, *CANNOT):
+        closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
+        values = [float(expansion.number(weight)) for weight in closed]
+        if any(values) and all(
+            math.isclose(value, weight * values[-1], rel_tol=_NEAR)
+            for value, weight in zip(values, map(float, direction.values()), strict=True)
+        ):
+            return _direction(dict(zip(direction, closed, strict=True)))
+    return weights
+
+
+def _from_motions(columns: Sequence[sympy.Expr], coordinate: Coordinate) -> list[sympy.Expr]:
+    """Weights of the combination that one motion less than there are columns does not show."""
+    motions = [_motion(coordinate, i) for i in range(len(columns) - 1)]
+    rows = [[column.xreplace(motion) for column in columns] for motion in motions]
+    square = sympy.Matrix([[0] * len(columns), *rows])
+    return [square.cofactor(0, j) for j in range(len(columns))]
+
+
+def _is_tame(*weights: sympy.Expr) -> bool:
+    """Whether expressions are small enough for quotients of them to be reduced."""
+    nodes = [node for weight in weights for node in sympy.preorder_traversal(weight)]
+    powers = [sympy.Rational(str(n.exp)) for n in nodes if n.is_Pow and n.exp.is_Number]
+    symbols = {node for node in nodes if node.is_Symbol}
+    return (
+        len(nodes) <= _MOST_NODES
+        and len(symbols) <= _MOST_SYMBOLS
+        and all(power.q <= _MOST_ROOTS and abs(power.p) <= _MOST_ROOTS for power in powers)
+    )
+
+
+def _motion(coordinate: Coordinate, i: int) -> dict[sympy.Symbol, sympy.Expr]:
+    """A motion unlike the others, forwards and backwards in turn."""
+    ahead = sympy.Integer(-1) ** i
+    return {
+        coordinate.symbol: sympy.Rational(i + 1, 3),
+        coordinate.velocity: ahead * (i + 1),
+        coordinate.acceleration: sympy.Rational(2 * i + 1, i + 2),
+        DIRECTION: ahead,
+    }
+
+
+def _direction(weights: Direction) -> Direction:
+    """Weights without quotients; where they are numbers, the last is 1."""
+    pairs = {p: w for p, w in weights.items() if w != 0}
+    if not _is_tame(*pairs.values()):
+        return pairs
+    last = list(pairs.values())[-1]
+    ratios = [sympy.cancel(w / last) for w in pairs.values()]
+    if all(ratio.is_number for ratio in ratios):
+        return dict(zip(pairs, ratios, strict=True))
+    shared = sympy.S.One
+    for ratio in ratios:
+        shared = sympy.lcm(shared, sympy.fraction(sympy.together(ratio))[1])
+    whole = [sympy.cancel(ratio * shared) for ratio in ratios]
+    sign = -1 if whole[0].could_extract_minus_sign() else 1
+    return {p: sympy.expand(sign * w) for p, w in zip(pairs, whole, strict=True)}

@@ -1,0 +1,38 @@
+"""The equation of motion at rest, term by term: what a motion starts from, and comes back to."""
+
+import math
+from collections.abc import Sequence
+
+import sympy
+
+from axisid.modeling.algebra import CANNOT, value_at
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import with_numbers
+
+
+def forces_at_rest(
+    axis: Axis, parameters: Sequence[float], position: float
+) -> tuple[tuple[str, float], ...]:
+    """The terms of the equation of motion, each with its force at rest; NaN where it has none.
+
+    Parameters
+    ----------
+    axis : Axis
+    parameters : sequence of float
+        Length p, finite.
+    position : float
+    """
+    q = axis.coordinate
+    point = dict(zip([p.symbol for p in axis.parameters], parameters, strict=True))
+    point |= {q.symbol: position, q.velocity: 0.0, q.acceleration: 0.0}
+    return tuple(
+        (str(term), _value(with_numbers(term), point)) for term in sympy.Add.make_args(axis.force)
+    )
+
+
+def _value(term: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
+    try:
+        value = float(value_at(term, point))
+    except CANNOT:
+        return math.nan
+    return value if math.isfinite(value) else math.nan

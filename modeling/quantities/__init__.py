@@ -1,0 +1,46 @@
+"""Symbols, units, names and constants, and how they are written.
+
+In: names, units, expressions. Out: the same, checked and readable.
+Knows nothing of axes.
+"""
+
+from .constants import Constant as Constant
+from .constants import G as G
+from .constants import KnownSymbol as KnownSymbol
+from .constants import known as known
+from .constants import named_constants as named_constants
+from .constants import positive as positive
+from .constants import with_numbers as with_numbers
+from .expression_units import NUMBER as NUMBER
+from .expression_units import UnitReader as UnitReader
+from .expression_units import UnitsError as UnitsError
+from .formula import Formula as Formula
+from .kinks import extreme as extreme
+from .names import check_distinct as check_distinct
+from .names import check_name as check_name
+from .names import check_symbol as check_symbol
+from .names import fresh_name as fresh_name
+from .numbers import number as number
+from .reading_order import InReadingOrder as InReadingOrder
+from .reading_order import Readable as Readable
+from .reading_order import readable as readable
+from .reading_order import written as written
+from .rounding import rounded as rounded
+from .size import MOST_NODES as MOST_NODES
+from .size import MOST_TERMS as MOST_TERMS
+from .size import check_size as check_size
+from .size import most_terms as most_terms
+from .symbols import DIRECTION as DIRECTION
+from .symbols import FORCE as FORCE
+from .symbols import MEASURED_POSITION as MEASURED_POSITION
+from .symbols import MEASURED_VELOCITY as MEASURED_VELOCITY
+from .symbols import PERIOD as PERIOD
+from .symbols import REFERENCE as REFERENCE
+from .symbols import Coordinate as Coordinate
+from .symbols import Parameter as Parameter
+from .symbols import Symbolic as Symbolic
+from .symbols import declared_parameters as declared_parameters
+from .symbols import expression as expression
+from .symbols import several as several
+from .units import Unit as Unit
+from .units import parse_unit as parse_unit

@@ -1,0 +1,130 @@
+"""Which names a declaration may use.
+
+Names travel into generated Python and C text, so they are checked once, at declaration.
+"""
+
+import keyword
+import re
+from collections.abc import Iterable
+
+from axisid.support.errors import ModelError
+
+_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
+
+_C_KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if "
+    "inline int long register restrict return short signed sizeof static struct switch typedef "
+    "union unsigned void volatile while bool true false nullptr main".split()
+)
+# Functions of <math.h> and of CasADi that generated text may call.
+_FUNCTIONS = frozenset(
+    "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax sign abs min "
+    "max".split()
+)
+# Arguments and results of the generated functions; `null jac hess` mean something to CasADi.
+RESERVED = frozenset(
+    "tau direction parameters ddm_parameters reference measured_position measured_velocity "
+    "measurement_error reference_rate held control state next_state step row known jacobian "
+    "first_slope last_slope sides switches by_position by_velocity plant_rate wave_number period "
+    "casadi null jac hess".split()
+)
+# Symbols that the program makes itself: the direct model's parameters, a law's delay line, and
+# the sides of kinks.
+_MADE = re.compile(r"(theta|delayed|side)\d+")
+
+
+# What these names mean in every expression, whatever is declared.
+_CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
+
+
+def check_name(name: str, what: str) -> None:
+    """Refuse a name that generated text could not carry.
+
+    Raises
+    ------
+    ModelError
+        The name is malformed, a keyword of C or Python, a function, or reserved.
+    """
+    if not isinstance(name, str) or not _PATTERN.fullmatch(name):
+        raise ModelError(
+            f"{what} is named {name!r}; a name is a letter followed by at most 30 letters, digits "
+            "or underscores. Choose another name."
+        )
+    taken = {
+        "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),
+        "a keyword of C": _C_KEYWORDS,
+        "a mathematical function": _FUNCTIONS,
+        "reserved for the generated functions": RESERVED,
+    }
+    if _MADE.fullmatch(name):
+        raise ModelError(f"{what} is named {name!r}, which the program uses. Choose another name.")
+    for reason, names in taken.items():
+        if name in names:
+            raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")
+
+
+def check_symbol(name: str, what: str, *, control: bool = False) -> None:
+    """Refuse a name for a symbol that means something in every expression already.
+
+    Parameters
+    ----------
+    name, what : str
+    control : bool
+        Whether it is a symbol of a control law, which knows no gravity.
+
+    Raises
+    ------
+    ModelError
+        As `check_name` does, and for the constants.
+    """
+    check_name(name, what)
+    if name in _CONSTANTS and not (control and name == "G"):
+        raise ModelError(
+            f"{what} is named {name!r}, which is {_CONSTANTS[name]} in every expression. Choose "
+            "another name."
+        )
+
+
+def fresh_name(name: str, taken: set[str]) -> str:
+    """A name that may be used and is not taken, even but for case; it is then taken.
+
+    Parameters
+    ----------
+    name : str
+        What it is like.
+    taken : set of str
+        In lower case.
+    """
+    stem, i = name[:28], 1
+    while name.lower() in taken or not _is_allowed(name):
+        i += 1
+        name = f"{stem}_{i}"
+    taken.add(name.lower())
+    return name
+
+
+def _is_allowed(name: str) -> bool:
+    try:
+        check_symbol(name, "it")
+    except ModelError:
+        return False
+    return True
+
+
+def check_distinct(names: Iterable[tuple[str, str]]) -> None:
+    """Refuse two names that are equal, or differ only by case.
+
+    Parameters
+    ----------
+    names : iterable of (name, what)
+        `what` says what carries the name, for the message.
+    """
+    seen: dict[str, tuple[str, str]] = {}
+    for name, what in names:
+        if name.lower() in seen:
+            first, owner = seen[name.lower()]
+            but = "" if name == first else " but for case"
+            raise ModelError(
+                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one."
+            )
+        seen[name.lower()] = (name, what)

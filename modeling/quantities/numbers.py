@@ -1,0 +1,25 @@
+"""Numbers of a declaration: plain finite floats, whatever number type they came as."""
+
+import math
+from typing import Any
+
+from axisid.support.errors import ModelError
+
+
+def number(value: Any, what: str, *, finite: bool = True) -> float:
+    """Return a float, or say what should have been one.
+
+    Raises
+    ------
+    ModelError
+        It is no number, or not finite where it must be.
+    """
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        result = math.nan
+    if isinstance(value, (str, bytes, bool)) or math.isnan(result):
+        raise ModelError(f"{what} is {value!r}; give a number.")
+    if finite and math.isinf(result):
+        raise ModelError(f"{what} is {value!r}; give a finite number.")
+    return result

@@ -1,0 +1,157 @@
+"""Expressions in the order in which they are read: inertia first, then friction, loads, offsets.
+
+SymPy sorts by the alphabet, which puts ``Fc sign(dq)`` before ``M ddq`` and ``dq`` before ``fv``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+from sympy.printing.str import StrPrinter
+
+from .constants import KnownSymbol
+from .kinks import renamed
+from .symbols import (
+    DIRECTION,
+    FORCE,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
+    Coordinate,
+)
+
+_DIGITS = 10
+_WHOLE = 1e7  # from which a whole decimal keeps its exponent
+_NUMBER, _PARAMETER, _CONSTANT, _MOTION = "abcd"  # sort so
+
+
+@dataclass(frozen=True, slots=True)
+class Readable:
+    """An expression ready for a printer of SymPy.
+
+    Attributes
+    ----------
+    value : sympy.Expr
+        With stand-ins for its symbols, which SymPy sorts as they are read: parameters before
+        constants, those before the motion.
+    names : dict of sympy.Symbol to sympy.Expr
+        What each stand-in is.
+    ranks : dict of sympy.Symbol to int
+        Of the stand-ins that decide where the terms of a sum come.
+    velocity : sympy.Symbol or None
+        Stand-in of the velocity, if it occurs.
+    """
+
+    value: sympy.Expr
+    names: Mapping[sympy.Symbol, sympy.Expr]
+    ranks: Mapping[sympy.Symbol, int]
+    velocity: sympy.Symbol | None
+
+    def terms(self, total: sympy.Expr) -> list[sympy.Expr]:
+        """Terms of a sum: what drives, acceleration, velocity, its sign, position, the rest.
+
+        A positive term comes first if there is one, also among its like.
+        """
+        terms = sorted(total.as_ordered_terms(), key=self._rank)
+        first = next((t for t in terms if not t.could_extract_minus_sign()), terms[0])
+        return [first, *(t for t in terms if t is not first)]
+
+    def _rank(self, term: sympy.Expr) -> tuple[int, bool]:
+        return self._kind(term), term.could_extract_minus_sign()
+
+    def _kind(self, term: sympy.Expr) -> int:
+        smooth = term
+        if self.velocity is not None:
+            jumps = sympy.sign(self.velocity), sympy.Heaviside(self.velocity)
+            if term.has(*jumps):
+                smooth = term.xreplace(dict.fromkeys(jumps, sympy.S.One))
+                if self.velocity not in smooth.free_symbols:
+                    return _RANKS[DIRECTION.name]
+        last = len(_RANKS) + (not term.free_symbols)
+        return min((self.ranks.get(s, last) for s in smooth.free_symbols), default=last)
+
+
+#: What drives comes first, then the motion by its derivatives.
+_RANKS = {
+    name: rank
+    for rank, name in enumerate(
+        (FORCE.name, REFERENCE.name, "acceleration", "velocity", DIRECTION.name, "position")
+    )
+}
+
+
+def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
+    """Prepare an expression of an axis or its control law for a printer.
+
+    Decimals lose what rounding left behind their tenth digit.
+    """
+    q = coordinate
+    motion = {
+        FORCE: FORCE.name,
+        REFERENCE: REFERENCE.name,
+        q.acceleration: "acceleration",
+        q.velocity: "velocity",
+        DIRECTION: DIRECTION.name,
+        q.symbol: "position",
+        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)},
+    }
+    order = list(motion)
+    stand_ins: dict[sympy.Expr, sympy.Symbol] = {}
+    for s in sorted(value.free_symbols | value.atoms(sympy.NumberSymbol), key=str):
+        place = f"{_MOTION}{order.index(s)}" if s in motion else _place(s)
+        name = f"{place} {s} {len(stand_ins)}"  # a constant may be named as another is
+        stand_ins[s] = sympy.Symbol(name, **s.assumptions0)
+    decimals = {x: _rounded(x) for x in value.atoms(sympy.Float)}
+    return Readable(
+        value=renamed(value, {**decimals, **stand_ins}),
+        names={stand_in: s for s, stand_in in stand_ins.items()},
+        ranks={
+            stand_in: _RANKS[motion[s]]
+            for s, stand_in in stand_ins.items()
+            if motion.get(s) in _RANKS
+        },
+        velocity=stand_ins.get(q.velocity),
+    )
+
+
+def _place(symbol: sympy.Expr) -> str:
+    if isinstance(symbol, sympy.NumberSymbol):
+        return _NUMBER
+    return _CONSTANT if isinstance(symbol, KnownSymbol) else _PARAMETER
+
+
+def _rounded(decimal: sympy.Float) -> sympy.Expr:
+    short = float(f"{float(decimal):.{_DIGITS}g}")
+    return (
+        sympy.Integer(short) if short.is_integer() and abs(short) < _WHOLE else sympy.Float(short)
+    )
+
+
+class InReadingOrder:
+    """What makes a printer of SymPy sort sums so, and name stand-ins."""
+
+    def __init__(self, prepared: Readable, settings: Mapping[str, Any], *house: Any) -> None:
+        super().__init__(settings, *house)  # type: ignore[call-arg]
+        self.prepared = prepared
+
+    def _as_ordered_terms(self, expr: sympy.Expr, order: Any = None) -> list[sympy.Expr]:  # noqa: ARG002
+        return self.prepared.terms(expr)
+
+    def _print_Symbol(self, expr: sympy.Symbol, *style: Any) -> Any:  # noqa: N802
+        shown = self.prepared.names.get(expr, expr)
+        if shown is not expr:
+            return self._print(shown)  # type: ignore[attr-defined]
+        return super()._print_Symbol(expr, *style)  # type: ignore[misc]
+
+
+class _TextPrinter(InReadingOrder, StrPrinter):  # type: ignore[misc]
+    pass
+
+
+def written(value: sympy.Expr, coordinate: Coordinate) -> str:
+    """An expression as text."""
+    prepared = readable(value, coordinate)
+    text: str = _TextPrinter(prepared, {"full_prec": False}).doprint(prepared.value)
+    return text

@@ -1,0 +1,243 @@
+"""The quantities a declaration is written in: the coordinate and the parameters.
+
+Both stand in SymPy expressions as they are: ``M * q.acceleration + Fv * q.velocity``.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from axisid.support.errors import ModelError
+
+from .names import check_symbol
+from .numbers import number
+from .size import check_size
+from .units import Unit, parse_unit
+
+#: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
+FORCE = sympy.Symbol("tau", real=True)
+#: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
+DIRECTION = sympy.Symbol("direction", real=True)
+
+
+class Symbolic(ABC):
+    """Arithmetic with SymPy for an object that stands for one symbol."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol this object stands for."""
+
+    def _sympy_(self) -> sympy.Symbol:
+        return self.symbol
+
+    def __add__(self, other: Any) -> sympy.Expr:
+        return self.symbol + other
+
+    def __radd__(self, other: Any) -> sympy.Expr:
+        return other + self.symbol
+
+    def __sub__(self, other: Any) -> sympy.Expr:
+        return self.symbol - other
+
+    def __rsub__(self, other: Any) -> sympy.Expr:
+        return other - self.symbol
+
+    def __mul__(self, other: Any) -> sympy.Expr:
+        return self.symbol * other
+
+    def __rmul__(self, other: Any) -> sympy.Expr:
+        return other * self.symbol
+
+    def __truediv__(self, other: Any) -> sympy.Expr:
+        return self.symbol / other
+
+    def __rtruediv__(self, other: Any) -> sympy.Expr:
+        return other / self.symbol
+
+    def __pow__(self, other: Any) -> sympy.Expr:
+        return self.symbol**other
+
+    def __neg__(self) -> sympy.Expr:
+        return -self.symbol
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate(Symbolic):
+    """The one degree of freedom.
+
+    Attributes
+    ----------
+    name : str
+        Name of the position; velocity and acceleration are ``d<name>`` and ``dd<name>``.
+    unit : str
+        ``m`` for a linear axis, ``rad`` for a rotary one.
+    """
+
+    name: str
+    unit: str = "m"
+
+    def __post_init__(self) -> None:
+        for name in (self.name, f"d{self.name}", f"dd{self.name}"):
+            check_symbol(name, "the coordinate")
+        if self.unit not in ("m", "rad"):
+            raise ModelError(
+                f"coordinate {self.name!r} has the unit {self.unit!r}; use 'm' for a linear axis "
+                "or 'rad' for a rotary one."
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """Position."""
+        return sympy.Symbol(self.name, real=True)
+
+    @property
+    def velocity(self) -> sympy.Symbol:
+        """First derivative with respect to time."""
+        return sympy.Symbol(f"d{self.name}", real=True)
+
+    @property
+    def acceleration(self) -> sympy.Symbol:
+        """Second derivative with respect to time."""
+        return sympy.Symbol(f"dd{self.name}", real=True)
+
+    @property
+    def force_unit(self) -> Unit:
+        """Unit of the force that does work along the coordinate."""
+        return parse_unit("N" if self.unit == "m" else "N m")
+
+    @property
+    def acceleration_unit(self) -> Unit:
+        """Unit of the acceleration."""
+        return parse_unit(f"{self.unit}/s^2")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Symbolic):
+    """A physical parameter to be identified.
+
+    Attributes
+    ----------
+    name, unit : str
+        Symbol and coherent SI unit, e.g. ``"Fv", "N/(m/s)"``.
+    nominal : float
+        A-priori value (CAD, data sheet), in `unit`. The instrumental-variable iteration starts
+        here, so the inertia needs one; friction and offsets may start from 0.
+    lower, upper : float
+        Physical bounds. An estimate outside is reported, never clipped.
+    description : str
+        A few words for tables.
+    known : float or None
+        Its value where it is known apart from the record (weighed, from CAD); see `fix`.
+    known_sd : float
+        Standard deviation of `known`, in `unit`; 0 if it is exact.
+    """
+
+    name: str
+    unit: str
+    nominal: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    description: str = ""
+    known: float | None = None
+    known_sd: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_symbol(self.name, "a parameter")
+        parse_unit(self.unit)
+        what = f"of parameter {self.name!r}"
+        object.__setattr__(self, "nominal", number(self.nominal, f"the nominal value {what}"))
+        for bound in ("lower", "upper"):
+            value = number(getattr(self, bound), f"the {bound} bound {what}", finite=False)
+            object.__setattr__(self, bound, value)
+        if not self.lower <= self.nominal <= self.upper:
+            raise ModelError(
+                f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
+                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
+            )
+        self._check_known(what)
+
+    def _check_known(self, what: str) -> None:
+        spread = number(self.known_sd, f"the standard deviation of the known value {what}")
+        object.__setattr__(self, "known_sd", spread)
+        if spread < 0 or (spread > 0 and self.known is None):
+            raise ModelError(
+                f"parameter {self.name!r}: the standard deviation of its known value is "
+                f"{self.known_sd!r}; give 0 or more, with a known value."
+            )
+        if self.known is None:
+            return
+        value = number(self.known, f"the known value {what}")
+        object.__setattr__(self, "known", value)
+        if not self.lower <= value <= self.upper:
+            raise ModelError(
+                f"parameter {self.name!r}: its known value {self.known!r} is outside its bounds "
+                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol."""
+        return sympy.Symbol(self.name, real=True)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether it has a bound at all."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
+
+
+def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
+    """A SymPy expression from what a declaration may give; text is refused (it could run code)."""
+    if isinstance(value, Symbolic):
+        return value.symbol
+    if isinstance(value, sympy.Expr):
+        check_size(value, what)
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
+    raise ModelError(
+        f"{what} is {value!r} ({type(value).__name__}); give a number or a SymPy expression of "
+        "Parameter and Coordinate objects."
+    )
+
+
+def several(values: Any) -> tuple[Any, ...]:
+    """A tuple of what a declaration lists; one thing alone is a list of one."""
+    return tuple(values) if isinstance(values, Iterable) else (values,)
+
+
+def declared_parameters(values: Any) -> tuple[Parameter, ...]:
+    """The parameters that a declaration lists.
+
+    Raises
+    ------
+    ModelError
+        Something else is among them.
+    """
+    listed = several(values)
+    for value in listed:
+        if not isinstance(value, Parameter):
+            raise ModelError(f"the parameters have {value!r}; give Parameter objects.")
+    return listed
+
+
+#: Reference position at the sample.
+REFERENCE = sympy.Symbol("reference", real=True)
+
+
+#: Measured position at the sample, encoder noise included.
+MEASURED_POSITION = sympy.Symbol("measured_position", real=True)
+
+
+#: Velocity of an ideal sensor at the sample.
+MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
+
+
+#: Sampling period of the law, s.
+PERIOD = sympy.Symbol("period", positive=True)

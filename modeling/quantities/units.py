@@ -1,0 +1,171 @@
+"""Coherent SI units as exponents of metre, kilogram, second and ampere.
+
+Inside the program every number is a plain SI float; a unit only labels it. The whitelist closes
+the traps of general unit parsers: `Nm` is a newton metre, and an angle is in radians, which SI
+counts as a number.
+"""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+from axisid.support.errors import ModelError
+
+_BASE = ("kg", "m", "s", "A")
+_Exponents = tuple[Fraction | int, Fraction | int, Fraction | int, Fraction | int]
+
+_SYMBOLS: dict[str, _Exponents] = {
+    "1": (0, 0, 0, 0),
+    "rad": (0, 0, 0, 0),
+    "kg": (1, 0, 0, 0),
+    "m": (0, 1, 0, 0),
+    "s": (0, 0, 1, 0),
+    "A": (0, 0, 0, 1),
+    "N": (1, 1, -2, 0),
+    "Nm": (1, 2, -2, 0),
+    "J": (1, 2, -2, 0),
+    "W": (1, 2, -3, 0),
+    "V": (1, 2, -3, -1),
+}
+_LONGEST = 60
+_TOKEN = re.compile(r"\s*(\*\*|[*/^()·]|-?\d+|[A-Za-z]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A coherent SI unit.
+
+    Attributes
+    ----------
+    text : str
+        As the user wrote it, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
+    exponents : tuple of int or Fraction
+        Of kilogram, metre, second, ampere.
+    """
+
+    text: str
+    exponents: _Exponents
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __mul__(self, other: "Unit") -> "Unit":
+        return _canonical(_combine(self.exponents, other.exponents, 1))
+
+    def __truediv__(self, other: "Unit") -> "Unit":
+        return _canonical(_combine(self.exponents, other.exponents, -1))
+
+    def __pow__(self, power: Fraction | int) -> "Unit":
+        return self if power == 1 else _canonical(_combine((0, 0, 0, 0), self.exponents, power))
+
+    def same_dimension(self, other: "Unit") -> bool:
+        """Whether both measure the same kind of quantity."""
+        return self.exponents == other.exponents
+
+
+def parse_unit(text: str) -> Unit:
+    """Read a unit such as ``kg``, ``N/(m/s)``, ``N m/rad`` or ``m/s^2``.
+
+    Raises
+    ------
+    ModelError
+        A symbol is not on the whitelist, or the text is not a product of powers.
+    """
+    if not isinstance(text, str) or not text.strip():
+        raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {text!r}.")
+    if len(text) > _LONGEST:
+        raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
+    exponents, rest = _product(_tokens(text), text)
+    if rest:
+        raise _malformed(text, rest[0])
+    return Unit(" ".join(text.split()), exponents)
+
+
+def _tokens(text: str) -> list[str]:
+    tokens, position = [], 0
+    while position < len(text.rstrip()):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise _malformed(text, text[position])
+        tokens.append(match[1])
+        position = match.end()
+    return tokens
+
+
+def _product(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
+    total, tokens = _factor(tokens, text)
+    while tokens and tokens[0] != ")":
+        operator, sign = tokens[0], 1
+        if operator in ("*", "·", "/"):
+            tokens, sign = tokens[1:], -1 if operator == "/" else 1
+        factor, tokens = _factor(tokens, text)
+        total = _combine(total, factor, sign)
+    return total, tokens
+
+
+def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
+    if not tokens:
+        raise _malformed(text, "its end")
+    head, tokens = tokens[0], tokens[1:]
+    if head == "(":
+        base, tokens = _product(tokens, text)
+        if not tokens:
+            raise _malformed(text, "its end")
+        tokens = tokens[1:]
+    elif head in _SYMBOLS:
+        base = _SYMBOLS[head]
+    else:
+        raise _malformed(text, head)
+    power: Fraction | int = 1
+    if tokens and tokens[0] in ("^", "**"):
+        match tokens[1:]:
+            case [whole, *rest] if re.fullmatch(r"-?\d{1,2}", whole):
+                power, tokens = int(whole), rest
+            case ["(", above, "/", below, ")", *rest] if re.fullmatch(
+                r"-?\d/[1-9]", f"{above}/{below}"
+            ):
+                power, tokens = Fraction(int(above), int(below)), rest
+            case _:
+                raise _malformed(text, tokens[0])
+    return _combine((0, 0, 0, 0), base, power), tokens
+
+
+def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
+    a, b, c, d = (x + power * y for x, y in zip(left, right, strict=True))
+    return (a, b, c, d)
+
+
+def _canonical(exponents: _Exponents) -> Unit:
+    def text(sign: int) -> str:
+        return " ".join(
+            base if abs(power) == 1 else f"{base}^{_exponent(power * sign)}"
+            for base, power in zip(_BASE, exponents, strict=True)
+            if power * sign > 0
+        )
+
+    above, below = text(1) or "1", text(-1)
+    if not below:
+        return Unit(above, exponents)
+    return Unit(f"{above}/({below})" if " " in below else f"{above}/{below}", exponents)
+
+
+def _exponent(power: Fraction | int) -> str:
+    return str(power) if Fraction(power).denominator == 1 else f"({power})"
+
+
+def _malformed(text: str, where: str) -> ModelError:
+    apart = _apart(where)
+    meant = f" Did you mean {text.replace(where, apart)!r}?" if apart else ""
+    return ModelError(
+        f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
+        f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}"
+    )
+
+
+def _apart(symbol: str) -> str:
+    """Two symbols that were written as one, such as ``Ns``; empty where `m` may be a prefix."""
+    pairs = ((symbol[:k], symbol[k:]) for k in range(1, len(symbol)))
+    return next(
+        (f"{a} {b}" for a, b in pairs if a in _SYMBOLS and b in _SYMBOLS and a not in ("1", "m")),
+        "",
+    )

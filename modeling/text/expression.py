@@ -1,0 +1,402 @@
+"""Expressions that a user writes as text, read without running anything.
+
+Text passes a whitelist of characters, Python's parser, and a whitelist of syntax; what it names
+must be declared. Length, nesting, powers and what expanding it would give are bounded, so that no
+text takes long. Every refusal says where.
+"""
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from axisid.modeling.algebra import CANNOT
+from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
+
+from .known_value import LARGEST, KnownValues, small
+from .mistakes import TextError, nearest
+
+_LARGEST_POWER = 20
+_DEEPEST, _DEEPEST_CALLS = 15, 6
+_EXACT = 10**9
+_SHOWN = 60  # characters of a name or piece
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
+    r"|(?P<mark>\*\*|[-+*/(),])|(?P<other>.))",
+    re.ASCII | re.DOTALL,
+)
+_OPEN_ENDED = ("+", "-", "*", "/", "**", ",")
+_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+}
+_CHAINED = ((ast.Add, ast.Sub), (ast.Mult, ast.Div))
+_NOT_FINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I)
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function that text may call.
+
+    Attributes
+    ----------
+    symbolic : callable
+        Of SymPy expressions.
+    number : callable
+        The same of floats.
+    arguments : int
+        How many.
+    """
+
+    symbolic: Callable[..., Any]
+    number: Callable[..., float]
+    arguments: int = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grammar:
+    """What a text may say.
+
+    Attributes
+    ----------
+    what : str
+        What it is, for messages: ``a function of the parameters``.
+    names : str
+        What its names are, for messages: ``parameter``.
+    functions : mapping of str to Function
+    nodes : collection of type
+        SymPy classes that may come out.
+    longest : int
+        Characters.
+    """
+
+    what: str
+    names: str
+    functions: Mapping[str, Function]
+    nodes: Collection[Any]
+    longest: int
+
+
+def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Grammar) -> sympy.Expr:
+    """Return the expression that a text says.
+
+    Parameters
+    ----------
+    text : str
+    symbols : mapping of str to sympy.Symbol
+        What it may name, beside ``pi``.
+    grammar : Grammar
+
+    Raises
+    ------
+    TextError
+        It says something else, or too much.
+    """
+    if len(text) > grammar.longest:
+        raise TextError(
+            f"it has {len(text)} characters; write {grammar.longest} or fewer.",
+            text,
+            grammar.longest,
+        )
+    if not text.strip():
+        raise TextError("it is empty.", text, 0)
+    _check_characters(text, grammar)
+    flat = re.sub(r"\s", " ", text)
+    start = len(flat) - len(flat.lstrip())
+    try:
+        tree = ast.parse(flat.strip(), mode="eval").body
+    except SyntaxError as error:
+        what = (
+            "an operator, a number or a name is missing here." if flat.strip() else "it is empty."
+        )
+        raise TextError(what, text, start + (error.offset or 1) - 1) from error
+    except (RecursionError, MemoryError, ValueError) as error:
+        raise TextError("it is nested too deeply; write it flatter.", text, 0) from error
+    reader = _Reader(text, start, symbols, grammar)
+    result = reader.evaluated(tree, _DEEPEST, _DEEPEST_CALLS)
+    reader.check_size(result)
+    return result
+
+
+def _check_characters(text: str, grammar: Grammar) -> None:
+    """Let only numbers, names, operators and balanced parentheses through."""
+    opened: list[int] = []
+    piece = ""
+    for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
+        kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
+        piece, following = token[kind or 0], text[token.end() : token.end() + 1]
+        if kind == "other":
+            hint = "; write ** for a power" if piece == "^" else ""
+            raise TextError(f"{_cannot_be_used(piece, grammar)[:-1]}{hint}.", text, offset)
+        if kind == "number" and re.match(r"[\w.]", following, re.ASCII):
+            raise TextError(
+                f"{piece + following!r} cannot be used: a number runs into what follows; write "
+                f"an operator between, as in {piece}*{following}.",
+                text,
+                offset,
+            )
+        if piece == "(":
+            opened.append(offset)
+        if piece == ")" and not opened:
+            raise TextError("this parenthesis was never opened.", text, offset)
+        if piece == ")":
+            opened.pop()
+        if len(opened) > 3 * _DEEPEST:
+            raise TextError(_too_deep(), text, offset)
+    if opened:
+        raise TextError("this parenthesis is never closed.", text, opened[-1])
+    if piece in _OPEN_ENDED:
+        raise TextError("it ends too early.", text, len(text.rstrip()))
+
+
+def _cannot_be_used(piece: str, grammar: Grammar) -> str:
+    return (
+        f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, pi, "
+        "+ - * / **, parentheses and functions such as sqrt(...)."
+    )
+
+
+def _too_deep() -> str:
+    return f"it is nested deeper than {_DEEPEST} levels; write it flatter."
+
+
+class _Reader:
+    """Turns syntax into SymPy, node by node."""
+
+    def __init__(
+        self, text: str, start: int, symbols: Mapping[str, sympy.Symbol], grammar: Grammar
+    ) -> None:
+        self._text = text
+        self._start = start
+        self._symbols = symbols
+        self._grammar = grammar
+        self._known = KnownValues({f.symbolic: f.number for f in grammar.functions.values()})
+
+    def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
+        """Expression of a node that may be nested so deep, in so many functions."""
+        if not depth:
+            raise self._error(node, _too_deep())
+        match node:
+            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+                return self._constant(node, value)
+            case ast.Name(id=name):
+                return self._symbol(node, name)
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
+                return _OPERATORS[type(op)](self.evaluated(operand, depth - 1, calls))
+            case ast.BinOp(op=op) if type(op) in _OPERATORS:
+                return self._chain(node, depth, calls)
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+                return self._call(node, name, arguments, depth, calls)
+            case _:
+                piece = ast.unparse(node)
+                short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
+                raise self._error(node, _cannot_be_used(short, self._grammar))
+
+    def check_size(self, result: sympy.Expr) -> None:
+        """Refuse what would not stay small and real when it is derived."""
+        for count, node in enumerate(sympy.preorder_traversal(result)):
+            if count > MOST_NODES:
+                raise TextError("it is too large; write it shorter.", self._text, 0)
+            if node.is_Number and not _finite(node):
+                raise TextError("a number in it is too large for a float.", self._text, 0)
+            known = node.is_Symbol or node.is_Number or node.is_NumberSymbol
+            if not known and node.func not in self._grammar.nodes:
+                raise TextError(
+                    f"it may not be real: it comes out with {type(node).__name__}, which has no "
+                    "meaning here.",
+                    self._text,
+                    0,
+                )
+            if not self._known.fits(node):
+                raise TextError(
+                    "with the numbers of its constants a part of it has no value, or one beyond "
+                    f"{LARGEST:g}; change the constants or what is made of them.",
+                    self._text,
+                    0,
+                )
+        if max(most_terms(result), most_terms(with_numbers(result))) > MOST_TERMS:
+            raise TextError(
+                f"multiplied out it may have more than {MOST_TERMS} terms; write less of it, "
+                "smaller powers of sums, or fewer sines and cosines in a product.",
+                self._text,
+                0,
+            )
+
+    def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
+        if isinstance(value, int) and abs(value) < _EXACT:
+            return sympy.Integer(value)
+        return self._folded(node, float, value)
+
+    def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
+        if name in self._symbols:
+            return self._symbols[name]
+        if name == "pi":
+            return sympy.Float(math.pi)
+        known, functions = ", ".join(self._symbols), self._grammar.functions
+        if name in functions:
+            raise self._error(node, f"{name} is a function; write {name}(...).")
+        raise self._error(
+            node,
+            f"there is no {self._grammar.names} {_shortened(name)}; there are {known}."
+            f"{nearest(name, self._symbols)}",
+        )
+
+    def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
+        """A sum or product of any length is one level deep, a power is one too."""
+        kinds = next((kinds for kinds in _CHAINED if isinstance(node.op, kinds)), ())
+        links: list[ast.BinOp] = [node]
+        while isinstance(inner := links[-1].left, ast.BinOp) and isinstance(inner.op, kinds):
+            links.append(inner)
+        value = self.evaluated(links[-1].left, depth - 1, calls)
+        for link in reversed(links):
+            right = self.evaluated(link.right, depth - 1, calls)
+            value = self._combined(link, value, right)
+        return value
+
+    def _combined(self, node: ast.BinOp, left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
+        operation = _OPERATORS[type(node.op)]
+        if left.is_Number and right.is_Number:
+            return self._folded(node, operation, left, right)
+        if isinstance(node.op, ast.Pow):
+            self._check_power(node, left, right)
+        if isinstance(node.op, ast.Div) and 0 in (right, self._known.value(right)):
+            raise self._error(node.right, "this divides by zero.")
+        self._check_known(node, operation, left, right)
+        result = self._tried(node, operation, left, right)
+        if isinstance(node.op, ast.Pow):
+            self._check_powers(node, result)
+        return result
+
+    def _call(
+        self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
+    ) -> sympy.Expr:
+        functions = self._grammar.functions
+        if name not in functions:
+            listed = ", ".join(functions)
+            if name in self._symbols:
+                raise self._error(node, f"{name} is no function; write {name}*(...) for a product.")
+            raise self._error(
+                node,
+                f"{_shortened(name)} cannot be used: there is no such function; there are "
+                f"{listed}.",
+            )
+        function = functions[name]
+        if len(arguments) != function.arguments:
+            raise self._error(
+                node,
+                f"{name}(...) with {len(arguments)} arguments cannot be used; give "
+                f"{function.arguments}.",
+            )
+        if not calls:
+            raise self._error(
+                node, f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it."
+            )
+        inner = [self.evaluated(argument, depth - 1, calls - 1) for argument in arguments]
+        if all(value.is_Number for value in inner):
+            return self._folded(node, function.number, *inner)
+        self._check_known(node, function.number, *inner)
+        if function.symbolic is sympy.exp:
+            self._check_logarithm(node, inner[0])
+        return self._tried(node, function.symbolic, *inner)
+
+    def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
+        self._check_exponent(node, base, power)
+        for factor in sympy.Mul.make_args(base):
+            if isinstance(factor, sympy.exp):
+                self._check_logarithm(node.right, power * factor.args[0])
+
+    def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
+        """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
+        numbers = with_numbers(exponent).atoms(sympy.Number)
+        if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
+            raise self._error(
+                node, f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **."
+            )
+
+    def _check_powers(self, node: ast.BinOp, result: sympy.Expr) -> None:
+        """Powers of powers multiply."""
+        for factor in sympy.Mul.make_args(result):
+            self._check_exponent(node, *factor.as_base_exp())
+
+    def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
+        """A power of what is known is one number, and is looked at as such."""
+        value = self._known.value(power)
+        one_number = not power.is_Number and self._known.value(base) is not None
+        if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
+            raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+
+    def _check_known(
+        self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
+    ) -> None:
+        """Refuse what is made of numbers and constants alone and is no number of a sane size."""
+        values = [self._known.value(part) for part in parts]
+        if not all(value is not None for value in values):
+            return
+        if not small(value := self._number(node, operation, *values)):
+            raise self._error(
+                node,
+                f"this is {value:.3g} with the numbers of its constants; keep it within "
+                f"{LARGEST:g}.",
+            )
+
+    def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
+        """Arithmetic of numbers in floating point: exact, it could take for ever.
+
+        A quotient of whole numbers that floating point holds stays one: ``1/2`` is the half of an
+        energy, and ``x**(1/2)`` a root.
+        """
+        value = self._number(node, operation, *map(float, numbers))
+        if value == int(value) and abs(value) < _EXACT:
+            return sympy.Integer(int(value))
+        if operation is operator.truediv and all(n.is_Integer for n in numbers):
+            exact_value = sympy.Rational(*numbers)
+            if exact_value == sympy.Rational(value):
+                return exact_value
+        return sympy.Float(value)
+
+    def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
+        """What an operation of floats gives, or a refusal if that is no finite real number."""
+        try:
+            value = operation(*numbers)
+        except OverflowError as error:
+            raise self._error(node, "this number is too large.") from error
+        except CANNOT as error:
+            raise self._error(node, f"this has no value: {error}.") from error
+        if isinstance(value, complex) or not math.isfinite(value):
+            what = "too large" if value in (math.inf, -math.inf) else f"{value}, not a real one"
+            raise self._error(node, f"this number is {what}.")
+        return float(value)
+
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
+        try:
+            result = make(*parts)
+        except CANNOT as error:
+            raise self._error(node, f"this has no value: {error}.") from error
+        if any(part in _NOT_FINITE for part in (result, *result.args)):
+            raise self._error(node, "this has no finite real value.")
+        return result
+
+    def _error(self, node: ast.AST, reason: str) -> TextError:
+        return TextError(reason, self._text, self._start + getattr(node, "col_offset", 0))
+
+
+def _shortened(name: str) -> str:
+    return name if len(name) < _SHOWN else f"{name[:_SHOWN]}..."
+
+
+def _finite(number: sympy.Expr) -> bool:
+    try:
+        return math.isfinite(float(number))
+    except CANNOT:
+        return False

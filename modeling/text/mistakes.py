@@ -1,0 +1,49 @@
+"""What is wrong with a text, and where."""
+
+import difflib
+from collections.abc import Collection
+
+from axisid.support.errors import UsageError
+
+_SHOWN = 60  # characters around a mistake
+
+
+class TextError(UsageError):
+    """A text cannot be read.
+
+    Parameters
+    ----------
+    reason : str
+        A sentence.
+    text : str
+        All of it.
+    offset : int
+        Of the offending character.
+
+    Attributes
+    ----------
+    reason, where, pointer : str
+        The sentence; ``column 3``; the line of the text over a caret.
+    """
+
+    def __init__(self, reason: str, text: str, offset: int) -> None:
+        super().__init__(reason, text, offset)
+        self.reason = reason
+        offset = min(max(offset, 0), len(text))
+        before = text[:offset].split("\n")
+        line, column = len(before), len(before[-1])
+        whole = text.split("\n")[line - 1]
+        self.where = (f"line {line}, " if "\n" in text.strip() else "") + f"column {column + 1}"
+        start = max(0, column - _SHOWN // 2)
+        shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
+        self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
+
+    def __str__(self) -> str:
+        shown = self.pointer.partition("\n")[0].strip()
+        return f"{shown!r} cannot be read at {self.where}: {self.reason}"
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """The known name that is most like a given one, as a question; empty if none is."""
+    close = difflib.get_close_matches(name[:50], list(known), 1)
+    return f" Did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,372 @@
+"""Declare an axis in TOML: the same as in Python, as data. Nothing in the file is run.
+
+Expressions are text, read by `read_expression`. All mistakes of a file are told at once.
+"""
+
+import inspect
+import math
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from axisid.modeling.declaration import (
+    LAWS,
+    ROLES,
+    Axis,
+    ControlLaw,
+    Drive,
+    Experiment,
+    Memory,
+    Move,
+    back_and_forth,
+    gain,
+    lagrange,
+    newton,
+)
+from axisid.modeling.quantities import (
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
+    Constant,
+    Coordinate,
+    G,
+    Parameter,
+    check_name,
+    check_symbol,
+    parse_unit,
+)
+from axisid.support.errors import DeclarationError, ModelError
+
+from .mistakes import nearest
+from .toml_table import Symbols, Table
+
+_LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
+_INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
+_PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
+_ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
+
+
+def axis_from_toml(file: Path) -> Axis:
+    """Return the axis that a TOML file declares.
+
+    Raises
+    ------
+    DeclarationError
+        The file cannot be read, or with all that is wrong in it.
+    """
+    mistakes: list[str] = []
+    axis = _axis(Table("", _document(file), mistakes))
+    if axis is None or mistakes:
+        count = "a mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+        raise DeclarationError(f"{file} has {count}:", mistakes)
+    return axis
+
+
+def _document(file: Path) -> dict[str, Any]:
+    text = _text(file)
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        lines = text.splitlines()
+        pointer = []
+        if place and int(place[1]) <= len(lines):
+            line, column = lines[int(place[1]) - 1], int(place[2]) - 1
+            start = max(0, column - 40)
+            shown = "".join(c if c.isprintable() else " " for c in line[start : start + 80])
+            pointer = [f"{shown}\n{' ' * (column - start)}^"]
+        what = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
+        raise DeclarationError(f"{file} is not valid TOML: {what}{hint}.", pointer) from error
+
+
+def _text(file: Path) -> str:
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+    except OSError as error:
+        raise ModelError(f"{file} cannot be read: {error.strerror}.") from error
+    if len(content) > _LARGEST_FILE:
+        raise ModelError(f"{file} is larger than a declaration may be, {_LARGEST_FILE} bytes.")
+    try:
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ModelError(
+            f"{file} is not UTF-8 text: see byte 0x{content[error.start]:02x} in line {line}. Save "
+            "it as UTF-8."
+        ) from error
+    for i, line_text in enumerate(text.split("\n"), 1):
+        if len(line_text) > _LONGEST_LINE:
+            raise ModelError(f"{file}: line {i} is longer than {_LONGEST_LINE} characters.")
+    return text
+
+
+def _axis(root: Table) -> Axis | None:
+    """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
+    root.only("name", "title", *_PARTS[:3], "newton", "lagrange", *_PARTS[3:])
+    root.needs("name", "coordinate", "parameters", "drive")
+    name = _name(root, "name", root.values.get("name", "axis"), "the axis")
+    coordinate, moving = _coordinate(root)
+    parameters, unknown = _parameters(root)
+    known = _constants(root, list(unknown), list(moving))
+    fields = {
+        "name": name or "axis",
+        "title": root.text("title"),
+        "coordinate": coordinate,
+        "parameters": parameters,
+    }
+    dynamics = _dynamics(root, {**known, **unknown, **moving} if moving else None)
+    parts = {
+        "drive": _drive(root, {**known, **moving}) or Drive(gain=1.0),
+        "control": _control(root),
+        "columns": _columns(root),
+        "experiment": _experiment(root, list(unknown)),
+    }
+    if coordinate is None or parameters is None or dynamics is None:
+        return None
+    declare, energies = dynamics
+    axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
+    if axis is None and parts["control"] is not None:
+        # A name that the control law shares hides what is wrong with the equation of motion.
+        told = root.mistakes.pop()
+        root.attempt("", lambda: declare(**fields, **energies, drive=parts["drive"]))
+        root.mistakes += [told] if told not in root.mistakes else []
+    return axis
+
+
+def _name(
+    table: Table, key: str, name: Any, what: str, check: Callable[[Any, str], None] = check_name
+) -> str | None:
+    def checked() -> str:
+        check(name, what)
+        return str(name)
+
+    return table.attempt(key, checked)
+
+
+def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
+    """The coordinate, and the symbols of its motion even where its unit is wrong."""
+    if "coordinate" not in root.values:
+        return None, {}
+    table = root.table("coordinate")
+    table.only("name", "unit")
+    table.needs("name")
+    name = table.values.get("name", "x")
+    checked = _name(table, "name", name, "the coordinate", check_symbol)
+    fields = {key: value for key, value in table.values.items() if key in ("name", "unit")}
+    coordinate = table.made(Coordinate, fields, {"name": checked or "x"}, apart=("unit",))
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,30}", name, re.ASCII):
+        return None, {}
+    motion = (name, f"d{name}", f"dd{name}")
+    return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
+
+
+def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
+    """The parameters in the order of the file, and the symbols even of wrong ones."""
+    table = root.table("parameters")
+    made = [_parameter(table, name) for name in table.values]
+    symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
+    good = tuple(p for p in made if p is not None)
+    return (good if len(good) == len(made) and table.fine else None), symbols
+
+
+def _parameter(root: Table, name: str) -> Parameter | None:
+    checked = _name(root, name, name, "a parameter", check_symbol)
+    table = root.table(name)
+    table.only("unit", "nominal", "lower", "upper", "description", "known", "known_sd")
+    table.needs("unit")
+    fields: dict[str, Any] = {"description": table.text("description")}
+    fields |= {"unit": table.values["unit"]} if "unit" in table.values else {}
+    fields |= {
+        key: table.number(key, finite=key not in ("lower", "upper"))
+        for key in ("nominal", "lower", "upper", "known", "known_sd")
+        if key in table.values
+    }
+    neutral = {"name": checked or "p", "unit": "1"}
+    parameter = table.made(Parameter, fields, neutral, apart=("unit",))
+    return parameter if checked else None
+
+
+def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols:
+    """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
+    table = root.table("constants")
+    given = (G, Constant(math.pi, "1", "pi"))
+    symbols = {constant.name: constant.symbol for constant in given}
+    for name in table.values:
+        checked = _name(table, name, name, "a constant")
+        if name in parameters:
+            table.say(name, "it is a parameter too; give one of them another name.")
+        if name in motion:
+            table.say(name, "it is a symbol of the motion too; give one of them another name.")
+        if name == "pi":
+            table.say(name, "it is the number pi already; leave it out, or choose another name.")
+        entry = table.table(name)
+        entry.only("value", "unit")
+        entry.needs("value", "unit")
+        fields: dict[str, Any] = {"value": entry.number("value")}
+        fields |= {"unit": entry.values["unit"]} if "unit" in entry.values else {}
+        neutral = {"value": 1.0, "unit": "1", "name": checked or "c"}
+        constant = entry.made(
+            Constant, {**fields, "name": checked or "c"}, neutral, apart=("unit",)
+        )
+        if constant is not None:
+            symbols[name] = constant.symbol
+            if name == "G" and not parse_unit(constant.unit).same_dimension(parse_unit(G.unit)):
+                table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
+    return symbols
+
+
+def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]] | None:
+    """`newton` or `lagrange`, and what it takes; without symbols no expression can be read."""
+    given = [key for key in ("newton", "lagrange") if key in root.values]
+    if len(given) != 1:
+        root.say("", f"give one of the tables newton and lagrange, not {len(given)}.")
+        return None
+    if symbols is None:
+        return None
+    table = root.table(given[0])
+    if given == ["newton"]:
+        table.only("inertia", "resistance")
+        table.needs("inertia")
+        resistance = table.expressions("resistance", symbols)
+        fields: dict[str, Any] = {
+            "inertia": table.expression("inertia", symbols),
+            "resistance": resistance,
+        }
+        return (newton, fields) if table.fine else None
+    table.only(*_ENERGIES)
+    table.needs("kinetic")
+    fields = {key: table.expression(key, symbols) for key in _ENERGIES}
+    return (lagrange, fields) if table.fine else None
+
+
+def _drive(root: Table, symbols: Symbols) -> Drive | None:
+    if "drive" not in root.values:
+        return None
+    table, keys = root.table("drive"), ("gain", "unit", "limit", "relative_sd")
+    table.only(*keys, "profile")
+    table.needs("gain")
+    fields = {key: value for key, value in table.values.items() if key in keys}
+    if "profile" in table.values:
+        fields["profile"] = table.expression("profile", symbols)
+    return table.made(Drive, fields, {"gain": 1.0}, apart=keys)
+
+
+def _control(root: Table) -> ControlLaw | None:
+    if "control" not in root.values:
+        return None
+    table = root.table("control")
+    if "law" in table.values:
+        return _shipped_law(table)
+    table.only("name", "period", "output", "gains", "memory", "delay", "continuous")
+    table.needs("name", "period", "output")
+    gains, memory = table.table("gains"), table.table("memory")
+    names = [*gains.values, *memory.values]
+    for name in names:
+        _name(gains if name in gains.values else memory, name, name, "it")
+    symbols = _INPUTS | {name: gain(name) for name in names}
+    fields = {
+        "name": table.text("name"),
+        "period": table.values.get("period", 1.0),
+        "output": table.expression("output", symbols),
+        "gains": {name: gains.number(name) for name in gains.values},
+        "memory": [_memory(memory.table(name), name, symbols) for name in memory.values],
+        "delay": table.whole("delay", 0),
+        "continuous": table.switch("continuous", default=False),
+    }
+    neutral = {"name": "law", "period": 1.0, "output": sympy.S.Zero}
+    return table.made(ControlLaw, fields, neutral, apart=("period", "delay"))
+
+
+def _shipped_law(table: Table) -> ControlLaw | None:
+    """A law of the library by its name, with the arguments of its function."""
+    name = table.values["law"]
+    if not isinstance(name, str) or name not in LAWS:
+        like = nearest(name, LAWS) if isinstance(name, str) else ""
+        table.say(
+            "law",
+            f"there is no law {name!r}; there are {', '.join(LAWS)}, or leave out the law and "
+            f"write its output.{like}",
+        )
+        return None
+    arguments = inspect.signature(LAWS[name]).parameters
+    table.only("law", *arguments)
+    table.needs(*(key for key, value in arguments.items() if value.default is value.empty))
+    fields: dict[str, Any] = {
+        key: table.switch(key, default=False)
+        if isinstance(arguments[key].default, bool)
+        else table.number(key)
+        for key in table.values
+        if key in arguments
+    }
+    neutral = {key: 1.0 for key, value in arguments.items() if value.default is value.empty}
+    return table.made(LAWS[name], fields, neutral, apart=("period",))
+
+
+def _memory(table: Table, name: str, symbols: Symbols) -> Memory:
+    table.only("following", "start")
+    table.needs("following", "start")
+    at_rest = {str(MEASURED_POSITION): MEASURED_POSITION}
+    return Memory(
+        name,
+        following=table.expression("following", symbols),
+        start=table.expression("start", at_rest),
+    )
+
+
+def _columns(root: Table) -> dict[str, str]:
+    table = root.table("columns")
+    table.only(*ROLES)
+    return {role: table.text(role) for role in ROLES if role in table.values}
+
+
+def _experiment(root: Table, names: list[str]) -> Experiment | None:
+    if "experiment" not in root.values:
+        return None
+    table = root.table("experiment")
+    table.only("moves", "back_and_forth", "truth", "position_noise", "seed")
+    truth = table.table("truth")
+    truth.only(*names)
+    fields: dict[str, Any] = {
+        "moves": _moves(table),
+        "truth": {name: truth.number(name) for name in truth.values if name in names},
+        "position_noise": table.number("position_noise"),
+        "seed": table.whole("seed", 1),
+    }
+    neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
+    return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))
+
+
+def _moves(table: Table) -> tuple[Move, ...]:
+    """Moves one by one, or back and forth; none and a mistake if neither or both are given."""
+    given = [key for key in ("moves", "back_and_forth") if key in table.values]
+    if len(given) != 1:
+        table.say("", f"give one of moves and back_and_forth, not {len(given)}.")
+        return ()
+    if given == ["moves"]:
+        made = [_move(move) for move in table.tables("moves")]
+        return tuple(move for move in made if move is not None)
+    pattern = table.table("back_and_forth")
+    pattern.only("speeds", "acceleration", "seconds", "repeat")
+    pattern.needs("speeds", "acceleration", "seconds")
+    fields = {
+        "speeds": tuple(pattern.numbers("speeds")),
+        "acceleration": pattern.number("acceleration"),
+        "seconds": pattern.number("seconds"),
+        "repeat": pattern.whole("repeat", 1),
+    }
+    neutral = {"speeds": (1.0,), "acceleration": 1.0, "seconds": 1.0}
+    return pattern.made(back_and_forth, fields, neutral, apart=tuple(fields)) or ()
+
+
+def _move(table: Table) -> Move | None:
+    keys = ("distance", "speed", "acceleration")
+    table.only(*keys)
+    table.needs(*keys)
+    return table.made(Move, {key: table.number(key) for key in keys}, {})

@@ -1,0 +1,120 @@
+"""What was derived from an axis, section by section, for every way to write it down."""
+
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.derivation import AxisModel, BaseModel, DirectRegressor, ParameterMap
+from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
+
+from .base_parameters import describe_hidden
+from .identifiability import describe_direction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A title over formulas and sentences; the note says what the formulas are."""
+
+    title: str
+    lines: tuple[Formula | str, ...]
+    note: str = ""
+
+
+def derived_sections(model: AxisModel) -> tuple[Section, ...]:
+    """Base parameters if others were declared, both models, the map, what is identifiable."""
+    q = model.axis.coordinate
+    columns = zip(model.axis.parameters, model.idm.columns, strict=True)
+    if model.ddm is None or model.parameter_map is None:
+        direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm_refusal}",))]
+    else:
+        direct = _direct_sections(model.ddm, model.parameter_map)
+    return (
+        *_base_sections(model.base),
+        Section(
+            title="Inverse dynamic model",
+            lines=(Formula(name=FORCE, value=model.force),),
+            note=_conventions(model.force),
+        ),
+        Section(
+            title="Inverse regressor",
+            lines=(
+                *(Formula(name=p.symbol, unit=p.unit, column=c) for p, c in columns),
+                Formula(name="known", column=model.idm.known),
+            ),
+            note="the force is the sum of parameter times column, and known",
+        ),
+        Section(
+            title="Direct dynamic model",
+            lines=(Formula(name=q.acceleration, value=model.acceleration),),
+        ),
+        *direct,
+        *_unchecked(model),
+        Section(
+            title="Identifiability",
+            lines=(
+                *describe_hidden(model.base),
+                *(f"no motion shows a change of {describe_direction(h)}" for h in model.hidden),
+            )
+            or ("every parameter has an effect of its own",),
+        ),
+    )
+
+
+def _conventions(force: sympy.Expr) -> str:
+    """What the names in a force mean that no declaration explains."""
+    notes = []
+    if DIRECTION in force.free_symbols:
+        notes.append(
+            "direction is the sign of the velocity; between -1 and 1 while the axis sticks"
+        )
+    if force.has(sympy.Heaviside):
+        notes.append("Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0")
+    return "; ".join(notes)
+
+
+def _base_sections(base: BaseModel) -> list[Section]:
+    if not base.changed:
+        return []
+    lines = tuple(
+        Formula(name=p.symbol, value=rounded(value), unit=p.unit) for p, value in base.combined
+    )
+    return [
+        Section(
+            title="Base parameters",
+            lines=lines,
+            note="what a record identifies: the force is linear in these and the other parameters",
+        )
+    ]
+
+
+def _unchecked(model: AxisModel) -> tuple[Section, ...]:
+    terms = model.axis.unchecked_terms
+    return (Section(title="Units not checked", lines=terms),) if terms else ()
+
+
+def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Section]:
+    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.regressor.columns, strict=True)
+    lines = [
+        Formula(name=symbol, value=value, unit=str(unit), column=column)
+        for symbol, value, unit, column in rows
+    ]
+    inverse: list[Formula | str] = (
+        [f"cannot tell apart {describe_direction(hidden)}" for hidden in mapping.hidden]
+        if mapping.inverse is None
+        else [
+            Formula(name=p, value=value)
+            for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
+        ]
+    )
+    return [
+        Section(
+            title="Direct regressor",
+            lines=(*lines, Formula(name="known", column=ddm.regressor.known)),
+            note="the acceleration is the sum of theta times column, and known",
+        ),
+        Section(
+            title=f"Parameter map, rank {mapping.rank}",
+            lines=tuple(inverse),
+            note="" if mapping.inverse is None else "theta back to the physical parameters",
+        ),
+    ]

@@ -1,0 +1,4 @@
+"""The command line.
+
+In: arguments. Out: one call, one exit code. Computes nothing.
+"""

@@ -1,0 +1,199 @@
+"""``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import (
+    Target,
+    check_targets,
+    force_option,
+    json_option,
+    put_result,
+)
+from axisid.commands.options.record_options import LOG_ENDINGS, Reading, record_options
+from axisid.presentation.console import ProgressLine
+
+if TYPE_CHECKING:
+    from axisid.modeling.declaration import Axis
+
+
+class _ListedAxes(Command):
+    """A command whose ``--axes`` takes every name up to the next option or record."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Repeat ``--axes`` before each of the names that follow it."""
+        return super().parse_args(ctx, list(_repeated(args, "--axes")))
+
+
+def _repeated(args: list[str], option: str) -> Iterator[str]:
+    listing = False
+    for before, arg in zip(["", *args], args, strict=False):
+        if before == option and arg.startswith("-"):
+            raise click.BadOptionUsage(option, f"{option} names no axis before {arg}.")
+        further = listing and before != option
+        if arg.startswith("-"):
+            listing = arg == option
+        elif further and Path(arg).suffix.lower() in LOG_ENDINGS:
+            listing = False
+        elif further:
+            yield option
+        yield arg
+
+
+@click.command(
+    cls=_ListedAxes,
+    short_help="Fit several models; recommend one.",
+    epilog="Examples: axisid compare --ladder emps2015, or "
+    "axisid compare log.csv --axes a.py b.py c.py",
+)
+@click.argument("record", required=False, shell_complete=complete_file)
+@click.option(
+    "--axes",
+    multiple=True,
+    metavar="AXIS...",
+    shell_complete=complete_axis,
+    help="The candidates, two or more.",
+)
+@click.option(
+    "--ladder",
+    metavar="AXIS",
+    shell_complete=complete_axis,
+    help="One axis under each friction law as candidates.",
+)
+@click.option("--quadratic", is_flag=True, help="One more rung of the ladder: Fq dq |dq|.")
+@click.option(
+    "--stribeck",
+    type=float,
+    metavar="V",
+    help="One more rung: Fs exp(-(dq/V)^2) sign(dq), V in m/s or rad/s.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["idm-ls", "idm-iv"]),
+    default="idm-ls",
+    show_default=True,
+    help="Estimator.",
+)
+@filter_options()
+@record_options
+@leave_out_option
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@json_option("Write the results as JSON; - for stdout.")
+@force_option
+def compare(
+    record: str | None,
+    axes: tuple[str, ...],
+    ladder: str | None,
+    quadratic: bool,
+    stribeck: float | None,
+    method: str,
+    filtering: Filtering,
+    reading: Reading,
+    left_out: tuple[str, ...],
+    no_native: bool,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Fit several models of one axis to RECORD, and recommend one.
+
+    The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
+    Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
+    same rows and judged by the error on rows that are held out. Without RECORD it is the twin of
+    the first axis. What --leave-out names is left out of every candidate that has it.
+    """
+    filtering.prefilter()  # refused before anything is read
+    named = [*([] if ladder is None else [ladder]), *axes]
+    check_targets([Target("--json", json_file, "compare")], (record, *named), force=force)
+    if not named:
+        raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
+    if ladder is None and (quadratic or stribeck is not None):
+        raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
+    first, data = axis_and_record(named[0], record, reading, no_native=no_native)
+
+    from axisid.codegen.artefacts import build
+    from axisid.estimation.studies import compare as run
+    from axisid.modeling.derivation import friction_ladder
+
+    candidates: dict[str, Axis] = {}
+    if ladder is not None:
+        shared = _without(first.declared, left_out)
+        candidates |= friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
+    _add_named(candidates, axes, left_out)
+    _check_left_out(candidates, left_out)
+    with ProgressLine("comparing") as line:
+        built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
+        filtered = filtering.prefilter(data.period)
+        result = run(built, data, filtered, method, progress=line)
+    put_result(result, json_file)
+
+
+@click.command(
+    "compare-results",
+    cls=Command,
+    short_help="Set two results side by side.",
+    epilog="Example: axisid identify emps2015 --json a.json && "
+    "axisid identify emps2015 --cutoff 40 --json b.json && axisid compare-results a.json b.json",
+)
+@click.argument("first", shell_complete=complete_file)
+@click.argument("second", shell_complete=complete_file)
+@json_option("Write the comparison as JSON; - for stdout.")
+@force_option
+def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
+    """Set the results FIRST and SECOND side by side, as identify --json wrote them.
+
+    Parameters with their difference in combined deviations, and the settings and checks that
+    differ.
+    """
+    targets = [Target("--json", json_file, "compare-results")]
+    check_targets(targets, (first, second), force=force)
+
+    from axisid.presentation.documents import compare_results as run
+
+    result = run(first, second)
+    put_result(result, json_file)
+
+
+def _without(axis: "Axis", names: tuple[str, ...]) -> "Axis":
+    """The axis without those of the parameters that it has."""
+    from axisid.modeling.declaration import leave_out
+
+    return leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
+
+
+def _check_left_out(candidates: "dict[str, Axis]", names: tuple[str, ...]) -> None:
+    """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
+    from axisid.support.errors import UsageError
+
+    for name in names:
+        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
+            raise UsageError(
+                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
+            )
+        for label, axis in candidates.items():
+            if name in {p.name for p in axis.parameters}:
+                raise UsageError(
+                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
+                    "friction; leave out what all rungs share, or give the candidates by --axes."
+                )
+
+
+def _add_named(
+    candidates: "dict[str, Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
+) -> None:
+    """Add axes by their own names, or as they were given where two have the same."""
+    from axisid.modeling.text import load_axis
+    from axisid.support.errors import UsageError
+
+    for name in names:
+        axis = _without(load_axis(name), left_out)
+        label = name if axis.name in candidates else axis.name
+        if label in candidates:
+            raise UsageError(f"the axis {name} is given twice; give each one once.")
+        candidates[label] = axis

@@ -1,0 +1,57 @@
+"""``axisid new`` and ``axisid show``: start a declaration, and print what one declares."""
+
+import click
+
+from axisid.commands.options.completion import complete_axis
+from axisid.commands.options.option_checks import Command
+from axisid.presentation.console import ProgressLine, show_text
+
+
+@click.command(
+    cls=Command,
+    short_help="Start a declaration in this folder.",
+    epilog="Example: axisid new my_axis && axisid identify my_axis.toml",
+)
+@click.argument("name")
+@click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
+@click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
+def new(name: str, newton: bool, toml: bool) -> None:
+    """Start a declaration, NAME.toml or NAME.py in this folder, with comments.
+
+    It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
+    experiment whose twin can be identified at once.
+    """
+    from .templates import write_scaffold
+
+    file = write_scaffold(name, newton=newton, toml=toml)
+    click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
+    click.echo(f"  axisid show {file}")
+    click.echo(f"  axisid identify {file}")
+
+
+@click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
+@click.argument("axis", shell_complete=complete_axis)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "markdown"]),
+    default="text",
+    show_default=True,
+    help="A page for the terminal, a LaTeX document, or Markdown with formulas.",
+)
+def show(axis: str, form: str) -> None:
+    """Print what AXIS declares and what follows from it.
+
+    The equation of motion, the inverse and the direct model with their regressors, the map between
+    their parameters, what is identifiable, and the drive, control law and columns.
+    """
+    from axisid.modeling.derivation import derive
+    from axisid.modeling.text import load_axis
+    from axisid.presentation.formulas import shown
+
+    with ProgressLine(f"deriving {axis}"):
+        text = shown(derive(load_axis(axis)), form)
+    if form == "text":
+        show_text(text)
+    else:
+        click.echo(text, nl=False)

@@ -1,0 +1,70 @@
+"""``axisid export``."""
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.inputs import METHODS
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
+
+_TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
+
+
+@click.command(
+    cls=Command,
+    epilog="Example: axisid identify emps2015 --json result.json && "
+    "axisid export result.json --axis emps2015 --to c -o emps2015.c",
+)
+@click.argument("result", shell_complete=complete_file)
+@click.option(
+    "--axis",
+    required=True,
+    help="The axis that was identified: of the library, or its file.",
+    shell_complete=complete_axis,
+)
+@click.option(
+    "--to",
+    type=click.Choice(_TARGETS),
+    required=True,
+    help="Feed-forward functions in C99, Structured Text or Python; or the parameters.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    help="Estimator.  [default: idm-iv if there is one]",
+)
+@click.option(
+    "--dead-zone",
+    type=float,
+    default=0.0,
+    metavar="SPEED",
+    help="Speed up to which the friction direction is 0, in m/s or rad/s.  [default: 0]",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    help="In place of standard output.",
+    shell_complete=complete_file,
+)
+@force_option
+def export(
+    result: str,
+    axis: str,
+    to: str,
+    method: str | None,
+    dead_zone: float,
+    output: str | None,
+    force: bool,
+) -> None:
+    """Write an identified axis for use elsewhere.
+
+    RESULT is what `axisid identify --json` wrote. The functions NAME_feedforward and NAME_control
+    take position, velocity and acceleration of the reference and give force and control; they need
+    nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
+    """
+    check_targets([Target("--output", output, "export")], (result, axis), force=force)
+    from axisid.exports import export as exported
+
+    text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone)
+    write_output(output, text)

@@ -1,0 +1,113 @@
+"""``axisid generate``."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from axisid.commands.options.completion import complete_axis
+from axisid.commands.options.earlier_output import is_earlier
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import check_replaced, force_option
+from axisid.presentation.console import ProgressLine
+
+if TYPE_CHECKING:
+    from axisid.modeling.declaration import Axis
+
+
+@click.command(
+    cls=Command,
+    short_help="Rewrite the generated code of axes.",
+    epilog="Example: axisid generate --check",
+)
+@click.argument("axes", nargs=-1, shell_complete=complete_axis)
+@click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
+@click.option("-v", "--verbose", is_flag=True, help="Say how long each stage takes.")
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default="generated",
+    show_default=True,
+    help="Folder of the generated code.",
+)
+@force_option
+def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, force: bool) -> None:
+    """Rewrite the generated code of AXES, by default of the whole library.
+
+    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
+    of the library or TOML or Python files that declare an axis.
+    """
+    from axisid.codegen.artefacts import check_files, expected_files, stage_times, write_files
+    from axisid.support.errors import UsageError
+
+    declared = _declared(axes)
+    if verbose:
+        for axis in declared:
+            with ProgressLine(f"timing {axis.name}"):
+                times = stage_times(axis)
+            stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in times)
+            click.echo(f"{axis.name}: {stages}")
+    with ProgressLine("generating") as line:
+        files = expected_files(declared, line)
+    if not check:
+        _check_replaced([output / path for path in files], axes, force=force)
+        written = write_files(output, files)
+        for path in written:
+            click.echo(f"wrote {output / path}")
+        click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
+        return
+    findings = check_files(output, files, orphans=not axes)
+    for finding in findings:
+        click.echo(f"{finding.state}: {output / finding.path}")
+        if finding.state == "stale":
+            click.echo(finding.diff)
+    if not axes and findings and all(f.state == "missing" for f in findings):
+        raise UsageError(
+            f"nothing of the library is generated in {output}; name the axes that are meant, as in "
+            "axisid generate --check my_axis.toml."
+        )
+    if findings:
+        orphan = any(finding.state == "orphan" for finding in findings)
+        command = " ".join(["axisid generate", *axes, *_output_option(output)])
+        remove = "; remove the orphans, or name the axes that are meant" if orphan else ""
+        click.echo(
+            f"not as generated: {len(findings)} of {len(files)}; run: {command}{remove}", err=True
+        )
+        sys.exit(1)
+    click.echo(f"{len(files)} files are current.")
+
+
+def _declared(axes: tuple[str, ...]) -> "list[Axis]":
+    """The axes to generate; the library's folders belong to the library's axes."""
+    from axisid.modeling.library import LIBRARY
+    from axisid.modeling.text import load_axis
+    from axisid.support.errors import UsageError
+
+    declared = [load_axis(name) for name in axes or LIBRARY]
+    for name, axis in zip(axes, declared, strict=False):
+        if axis.name in LIBRARY and name not in LIBRARY:
+            raise UsageError(
+                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
+                "library; rename the axis."
+            )
+    return declared
+
+
+def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool) -> None:
+    """Refuse to write over what was not generated, or declares an axis.
+
+    A folder with a manifest was generated, whatever has become of its other files.
+    """
+    from axisid.codegen.artefacts import MANIFEST
+
+    manifests = [file for file in files if file.name == MANIFEST and file.is_file()]
+    generated = {file.parent for file in manifests if is_earlier(file, "generate")}
+    for known in (True, False):
+        chosen = {file: "generate" for file in files if (file.parent in generated) == known}
+        check_replaced(chosen, "--output", axes, force=force or known)
+
+
+def _output_option(output: Path) -> list[str]:
+    return [] if output == Path("generated") else [f"--output {output}"]

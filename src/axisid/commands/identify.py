@@ -1,0 +1,213 @@
+"""``axisid identify``."""
+
+import math
+import shlex
+import sys
+from typing import Literal
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.inputs import METHODS, axis_and_record, leave_out_option
+from axisid.commands.options.option_checks import Command, check_idle, check_needed
+from axisid.commands.options.outputs import (
+    Target,
+    check_folder,
+    check_targets,
+    force_option,
+    json_option,
+)
+from axisid.commands.options.record_options import Reading, record_options
+from axisid.presentation.console import ProgressLine
+
+from .identify_in_blocks import identify_streamed
+from .identify_outputs import put_identification
+
+
+def _check_idle(covariance: str, json_file: str | None) -> None:
+    """Refuse options that the others leave without effect."""
+    check_needed(("--figure-format", "--figure-width"), ("--figures",))
+    check_needed(("--no-sweep",), ("--report", "--figures"))
+    if covariance != "hac":
+        check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
+    if json_file == "-":
+        check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
+
+
+def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
+    """No range that click knows leaves out what is no number."""
+    if not math.isfinite(value):
+        raise click.BadParameter("give a number of millimetres", param=parameter)
+    return value
+
+
+@click.command(
+    cls=Command,
+    short_help="Identify an axis from a record.",
+    epilog="Example: axisid identify emps2015, or "
+    "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
+    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
+@click.option(
+    "--method",
+    type=click.Choice([*METHODS, "all"]),
+    default="all",
+    show_default=True,
+    help="Estimator; all runs what axis and record allow and says what it left out.",
+)
+@filter_options(
+    cutoff="Butterworth low-pass.  [default: 60]",
+    order="Its order.  [default: 4]",
+    decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
+    decimation="Rows aligned to the record's end or start.  [default: matlab]",
+    drop="Samples left out at both ends.  [default: the filter's transient]",
+    hold="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
+    "after it.  [default: zoh for a control that a drive holds, else raw]",
+    reversals="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
+    "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
+)
+@record_options
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE[+-SD]",
+    help="A parameter that is known apart from the record, SI, with its standard deviation; again "
+    "for each.",
+)
+@leave_out_option
+@click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
+@click.option(
+    "--validate",
+    "second",
+    metavar="RECORD",
+    shell_complete=complete_file,
+    help="Hold the estimates, frozen, against a second record.",
+)
+@click.option(
+    "--covariance",
+    type=click.Choice(["hac", "robust", "iid"]),
+    default="hac",
+    show_default=True,
+    help="What intervals, draws and tests assume of the residuals: hac autocorrelated, robust of "
+    "any variance, iid alike and independent.",
+)
+@click.option(
+    "--lags",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
+)
+@click.option(
+    "--draws",
+    type=click.IntRange(2, 1_000_000),
+    metavar="N",
+    help="Add intervals from N draws of each estimate, which do without the delta method.",
+)
+@click.option(
+    "--full", is_flag=True, help="Print intervals, correlations and every diagnostic's figures too."
+)
+@click.option(
+    "--stream", is_flag=True, help="Read a log larger than memory in blocks; IDM-LS alone."
+)
+@json_option("Write the result as JSON; - for standard output.")
+@click.option(
+    "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
+)
+@click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
+@click.option(
+    "--figure-format",
+    type=click.Choice(["pdf", "svg", "png"]),
+    default="pdf",
+    show_default=True,
+    help="Of --figures.",
+)
+@click.option(
+    "--figure-width",
+    type=click.FloatRange(60, 400),
+    default=160,
+    show_default=True,
+    metavar="MM",
+    help="Of --figures; a column of a journal has 88.",
+    callback=_finite,
+)
+@click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
+@force_option
+def identify(
+    axis: str,
+    record: str | None,
+    method: str,
+    second: str | None,
+    filtering: Filtering,
+    reading: Reading,
+    covariance: Literal["hac", "robust", "iid"],
+    lags: int | None,
+    draws: int | None,
+    full: bool,
+    stream: bool,
+    json_file: str | None,
+    fix: tuple[str, ...],
+    left_out: tuple[str, ...],
+    no_native: bool,
+    report: str | None,
+    figures: str | None,
+    figure_format: str,
+    figure_width: float,
+    no_sweep: bool,
+    force: bool,
+) -> None:
+    """Identify AXIS from RECORD, or from its built-in twin if no record is given.
+
+    AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
+    rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
+    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS or a
+    ROS bag. Values are SI unless the file or --columns says otherwise.
+    """
+    filtering.prefilter()  # refused before anything is read
+    targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
+    check_targets(targets, (record, axis, second), force=force)
+    if stream:
+        identify_streamed(axis, record, method, filtering, reading, json_file, left_out)
+        return
+    _check_idle(covariance, json_file)
+    if figures is not None:
+        from axisid.presentation.plots import NAMES
+
+        drawn = {f"{name}.{figure_format}": "figure" for name in NAMES}
+        check_folder(figures, "--figures", drawn, force=force)
+
+    generated, data = axis_and_record(
+        axis, record, reading, second, fixed=fix, left_out=left_out, no_native=no_native
+    )
+
+    from axisid.estimation.identification import identify as run
+    from axisid.estimation.signals import measured_signals
+
+    prefilter = filtering.prefilter(data.period)
+    other = None
+    if second is not None:
+        other = reading.record(second, generated)
+        measured_signals(generated, other, prefilter)  # refused before the long part
+    with ProgressLine(f"identifying {generated.axis.name}"):
+        result = run(
+            generated,
+            data,
+            prefilter,
+            None if method == "all" else [method],
+            lags=lags,
+            covariance=covariance,
+        )
+    from axisid.presentation.report import Outputs
+
+    outputs = Outputs(
+        report=report,
+        figures=figures,
+        form=figure_format,
+        width=figure_width,
+        swept=not no_sweep,
+        draws=draws or 0,
+        command=shlex.join(["axisid", *sys.argv[1:]]),
+    )
+    put_identification(result, json_file, other, draws or 0, outputs, full=full)

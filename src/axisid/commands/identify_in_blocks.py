@@ -1,0 +1,44 @@
+"""``axisid identify --stream``: a log that is read in blocks."""
+
+import click
+
+from axisid.commands.options.filter_options import FILTER_OPTIONS, Filtering
+from axisid.commands.options.option_checks import check_allowed
+from axisid.commands.options.outputs import put_result
+from axisid.commands.options.record_options import RECORD_OPTIONS, Reading
+from axisid.presentation.console import ProgressLine
+
+_KNOWN = ("--stream", "--json", "--force", "--leave-out")
+
+
+def identify_streamed(
+    axis: str,
+    record: str | None,
+    method: str,
+    filtering: Filtering,
+    reading: Reading,
+    json_file: str | None,
+    left_out: tuple[str, ...] = (),
+) -> None:
+    """Identify from a log that is read in blocks; some options ask for more than that can give."""
+    own = "--stream identifies a RECORD by idm-ls alone"
+    if record is None:
+        raise click.UsageError(f"{own}; name its file.")
+    known = ("--method",) if method in ("all", "idm-ls") else ()
+    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *known), own)
+    from axisid.codegen.artefacts import build
+    from axisid.estimation.studies import identify_stream
+    from axisid.modeling.declaration import leave_out
+    from axisid.modeling.text import load_axis
+
+    with ProgressLine(f"reading {record} in blocks"):
+        generated = build(leave_out(load_axis(axis), *left_out), native=False)
+        blocks = reading.blocks(record, generated)
+        result = identify_stream(
+            generated,
+            blocks,
+            filtering.prefilter,
+            sample_period=reading.sample_period,
+            provenance=blocks.provenance(),
+        )
+    put_result(result, json_file)

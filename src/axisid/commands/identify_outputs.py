@@ -1,0 +1,57 @@
+"""What ``axisid identify`` prints and writes once the estimates are there."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+from axisid.commands.options.outputs import put_json
+from axisid.presentation.console import ProgressLine, show_text
+
+if TYPE_CHECKING:
+    from axisid.estimation.identification import Identification
+    from axisid.estimation.records import Record
+    from axisid.presentation.report import Outputs
+
+
+def put_identification(
+    result: "Identification",
+    json_file: str | None,
+    other: "Record | None",
+    draws: int,
+    outputs: "Outputs",
+    *,
+    full: bool,
+) -> None:
+    """Write the result, then print it, and fail if a method came to nothing."""
+    from axisid.estimation.studies import validate
+    from axisid.presentation.text import left_out_notes
+    from axisid.support.errors import EstimationError, UsageError
+
+    with ProgressLine("judging the estimates"):
+        validation = None if other is None else validate(result, other)
+        written = None if json_file is None else result.to_dict(draws)
+        text = "" if json_file == "-" else result.summary(draws, full=full)
+    refused: UsageError | None = None
+    if json_file is not None and written is not None:
+        added = {} if validation is None else {"validation": validation.to_dict()}
+        try:
+            put_json(json_file, {**written, **added})
+        except UsageError as error:
+            refused = error  # told after the result, which it must not cost
+    if json_file == "-":
+        for method, reason in result.skipped.items():
+            click.echo(f"axisid: without {method}: {reason}", err=True)
+    else:
+        show_text(text)
+        if validation is not None:
+            show_text(f"\n{validation.summary()}")
+
+    def say(line: str) -> None:
+        click.echo(f"axisid: {line}", err=True)
+
+    for path in outputs.write(result, validation, say):
+        click.echo(f"wrote {path}", err=json_file == "-")
+    if refused is not None:
+        raise refused
+    if result.failed:
+        raise EstimationError("; ".join(left_out_notes(result.failed)))

@@ -1,0 +1,163 @@
+"""The command line: the commands together, and what becomes of their failures.
+
+Stages are imported by the commands that need them, when they run, so that help is instant.
+
+Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 data, 4 model,
+6 estimation.
+"""
+
+import contextlib
+import io
+import os
+import sys
+import warnings
+from collections.abc import Iterable
+from textwrap import indent
+from typing import Any, NoReturn, TextIO
+
+import click
+
+from axisid.commands.options.completion import completion
+from axisid.support.version import __version__
+
+from .compare import compare, compare_results
+from .declare import new, show
+from .export import export
+from .generate import generate
+from .identify import identify
+from .paper import paper
+from .sweep import sweep
+
+_USAGE, _DATA, _INTERRUPTED = 2, 3, 130
+
+
+_NO_MEMORY = (
+    "there is not enough memory for this record and these options. Take a piece of the record, "
+    "decimate more, ask for fewer draws, or read delimited text or Parquet in blocks (--stream)."
+)
+
+
+@click.group(
+    commands=[
+        identify,
+        sweep,
+        compare,
+        compare_results,
+        new,
+        show,
+        generate,
+        export,
+        paper,
+        completion,
+    ],
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Example: axisid identify emps2015. Exit codes: 0 done, 1 stale code or internal fault, "
+    "2 usage, 3 data, 4 model, 6 estimation.",
+)
+@click.version_option(__version__, prog_name="axisid", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Identify one-degree-of-freedom electromechanical axes, from Newton to trustworthy numbers."""
+
+
+def main() -> NoReturn:
+    """Run the command line: every failure is one sentence on stderr and an exit code."""
+    _fill_closed()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    try:
+        code = _run()
+    except click.ClickException as error:
+        code = _refused(error)
+    except (click.Abort, KeyboardInterrupt):
+        code = _fail("interrupted", _INTERRUPTED)
+    except Exception as error:
+        code = _failed(error)
+    for stream in (sys.stdout, sys.stderr):
+        _let_go(stream)
+    sys.exit(code)
+
+
+def _run() -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", RuntimeWarning)
+        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        code = cli.main(prog_name="axisid", standalone_mode=False)
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    return code
+
+
+def _failed(error: Exception) -> int:
+    """The exit code of an error, which is told unless nobody is left to be told."""
+    if isinstance(error, BrokenPipeError):
+        return 1  # whoever read the output has left
+    if isinstance(error, MemoryError):
+        return _fail(_NO_MEMORY, _DATA)
+    if isinstance(error, OSError):
+        return _fail(_unusable(error), _USAGE)
+    # Only an error that speaks to the user carries an exit code.
+    known: int | None = getattr(error, "exit_code", None)
+    if known is not None:
+        headline = getattr(error, "headline", str(error))
+        return _fail(headline, known, getattr(error, "mistakes", ()))
+    if os.environ.get("AXISID_DEBUG"):
+        raise error
+    return _fail(_fault(error), 1)
+
+
+def _fill_closed() -> None:
+    """Open what was closed of the three standard streams on nothing.
+
+    The next file that is opened, a result for instance, would take its number, and what a library
+    prints would go into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+
+
+def _let_go(stream: TextIO | None) -> None:
+    """Write what is left of a stream, or drop it: the interpreter would complain at its end."""
+    if stream is None:
+        return
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _show_warning(message: Warning | str, *_: Any) -> None:
+    """One line on stderr in place of Python's two, which name a source line."""
+    click.echo(f"axisid: {message}", err=True)
+
+
+def _refused(error: click.ClickException) -> int:
+    """What click says in one sentence; the help, which it gives for want of a command, whole."""
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    return _fail(error.format_message(), error.exit_code)
+
+
+def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
+    """One sentence on stderr; the mistakes of a declaration, one under the other."""
+    with contextlib.suppress(OSError):  # the exit code is left to say it
+        click.echo(f"axisid: {' '.join(message.split())}", err=True)
+        for mistake in listed:
+            click.echo(indent(mistake, "  "), err=True)
+    return code
+
+
+def _unusable(error: OSError) -> str:
+    place = error.filename or "standard output, or a file that is written to,"
+    return f"{place} cannot be used: {error.strerror or error}."
+
+
+def _fault(error: Exception) -> str:
+    return (
+        f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
+        "and report it."
+    )

@@ -1,0 +1,244 @@
+"""Where commands write: places are checked before anything is computed, then written to."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn, Protocol
+
+import click
+
+from axisid.presentation.console import show_text
+from axisid.support.json_text import json_text
+
+from .earlier_output import is_earlier
+from .inputs import file_of
+
+
+class Result(Protocol):
+    """What a command found."""
+
+    def summary(self) -> str:
+        """Say it in words and tables."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Say it as JSON does."""
+
+
+def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add ``--json``, which the command takes as `json_file`."""
+    return click.option("--json", "json_file", metavar="FILE", help=said)
+
+
+def force_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Add ``--force``, which the command takes as `force`."""
+    said = "Write over a file that this command did not write."
+    return click.option("--force", is_flag=True, help=said)(command)
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Where a command is asked to write.
+
+    Attributes
+    ----------
+    option : str
+        That names the place.
+    file : str or None
+        None where it is not given.
+    kind : str
+        What the command writes there, as `is_earlier` knows it.
+    """
+
+    option: str
+    file: str | None
+    kind: str
+
+
+def check_targets(
+    targets: Sequence[Target], inputs: Sequence[str | None], *, force: bool = False
+) -> None:
+    """Refuse places that cannot or must not be written to, before anything is computed.
+
+    Parameters
+    ----------
+    targets : sequence of Target
+    inputs : sequence of str or None
+        Arguments that name files to read, which are never written to.
+    force : bool
+        Whether files may go that the command did not write.
+    """
+    taken = _read_by(inputs)
+    for target in targets:
+        if target.file is None:
+            continue
+        problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
+        if problem:
+            _refuse(target.file, problem, target.option)
+        if not _is_special(target.file):
+            said = f"{target.option} is written there; name another file"
+            taken[_real(Path(target.file))] = said
+
+
+def check_replaced(
+    files: Mapping[Path, str], option: str, inputs: Sequence[str], *, force: bool
+) -> None:
+    """Refuse to lose what is there: inputs of the run, and what the command did not write.
+
+    Parameters
+    ----------
+    files : mapping of Path to str
+        What is to be written, with its kind as `is_earlier` knows it.
+    option : str
+        That names the place.
+    inputs, force
+        As in `check_targets`.
+    """
+    taken = _read_by(inputs)
+    for file, kind in files.items():
+        problem = taken.get(_real(file), "") or _foreign(str(file), kind, force=force)
+        if problem:
+            _refuse(str(file), problem, option)
+
+
+def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
+    """What is said of the files that a run reads, by their real paths."""
+    said = "it is an input of this run; name another file"
+    return {_real(file_of(given)): said for given in inputs if given}
+
+
+def _refuse(file: str, problem: str, option: str) -> NoReturn:
+    raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
+
+
+def _real(path: Path) -> str:
+    """A path that two names of one file share; links that lead to themselves stay."""
+    return os.path.realpath(path)
+
+
+def _unfit(target: Target, taken: Mapping[str, str]) -> str:
+    """Why a place cannot be written to; empty if it can."""
+    file = str(target.file)
+    if file == "-" and target.option == "--json":
+        return "standard output is closed" if sys.stdout is None else ""
+    if file in ("", "-") or os.path.isdir(file):
+        return "it is no file; name one"
+    if _is_special(file):
+        return ""
+    real = _real(Path(file))
+    if real in taken:
+        return taken[real]
+    if not os.path.isdir(os.path.dirname(real)):
+        return "the folder does not exist; make it first"
+    if os.path.islink(real):
+        return "the link leads to itself; name another file"
+    if os.path.isfile(real) and not os.access(real, os.W_OK):
+        return "the file is read-only; name another file"
+    return _unwritable(real)
+
+
+def _is_special(file: str) -> bool:
+    """Whether it is there and is written to, not replaced: a device or a pipe."""
+    return os.path.exists(file) and not os.path.isfile(file)
+
+
+def _unwritable(path: str) -> str:
+    """Why nothing can be made at a path; only making a file beside it tells that everywhere.
+
+    The file has a name as long as the one through which the path is written to.
+    """
+    folder, name = os.path.split(path)
+    try:
+        with tempfile.NamedTemporaryFile(prefix=f".{name}.", dir=folder):
+            return ""
+    except OSError as error:
+        return f"no file can be made there ({error.strerror}); name another place"
+
+
+def _foreign(file: str, kind: str, *, force: bool) -> str:
+    """Why what is there must stay: the command did not write it; empty if it may go."""
+    if force or file == "-" or not os.path.isfile(file):
+        return ""
+    try:
+        if is_earlier(Path(file), kind):
+            return ""
+    except OSError as error:
+        return f"what is there cannot be read ({error.strerror}); name another file"
+    return (
+        "it is there and this command did not write it; name another file, or add --force to lose "
+        "what it holds"
+    )
+
+
+def check_folder(
+    folder: str | Path | None,
+    option: str,
+    files: Mapping[str, str],
+    *,
+    deep: bool = False,
+    force: bool = False,
+) -> None:
+    """Refuse a folder that can neither be used nor made, or that holds files of others.
+
+    Parameters
+    ----------
+    folder : str, Path or None
+        It may be new, in a folder that is there.
+    option : str
+        That names it.
+    files : mapping of str to str
+        What may be written into it, by name, with its kind as `is_earlier` knows it.
+    deep : bool
+        Whether the folder that it is in may be new too.
+    force : bool
+        Whether files may go that the command did not write.
+    """
+    if folder is None:
+        return
+    place = os.path.abspath(folder) if str(folder) else ""
+    known = place
+    while deep and known and not os.path.lexists(known) and known != os.path.dirname(known):
+        known = os.path.dirname(known)
+    fits = os.path.isdir(known) or (
+        not os.path.lexists(known) and os.path.isdir(os.path.dirname(known))
+    )
+    if not fits:
+        _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
+    probe = os.path.join(known, next(iter(files))) if os.path.isdir(known) else known
+    if problem := _unwritable(probe):
+        _refuse(str(folder), problem, option)
+    inside = {Path(folder, name): kind for name, kind in files.items()}
+    check_replaced(inside, option, (), force=force)
+
+
+def write_output(file: str | None, text: str) -> None:
+    """Write a text into a file, or to standard output for ``-`` or None."""
+    if file is None or file == "-":
+        click.echo(text, nl=False)
+    else:
+        _write(Path(file), text)
+
+
+def _write(path: Path, text: str) -> None:
+    from axisid.codegen.artefacts import replace_file
+    from axisid.support.errors import UsageError
+
+    try:
+        replace_file(path, text)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def put_result(result: Result, json_file: str | None) -> None:
+    """Write a result where ``--json`` says, and print it unless that is standard output."""
+    if json_file is not None:
+        put_json(json_file, result.to_dict())
+    if json_file != "-":
+        show_text(result.summary())
+
+
+def put_json(file: str, result: dict[str, Any]) -> None:
+    """Write a result as JSON into a file, or to standard output for ``-``."""
+    write_output(file, json_text(result))

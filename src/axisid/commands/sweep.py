@@ -1,0 +1,97 @@
+"""``axisid sweep``."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+from axisid.commands.options.completion import complete_axis, complete_file
+from axisid.commands.options.filter_options import Filtering, filter_options
+from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.option_checks import Command
+from axisid.commands.options.outputs import (
+    Target,
+    check_targets,
+    force_option,
+    json_option,
+    put_json,
+)
+from axisid.commands.options.record_options import Reading, record_options
+from axisid.presentation.console import ProgressLine, show_text
+
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+@click.command(
+    cls=Command,
+    short_help="Identify at many cut-offs; recommend one.",
+    epilog="Examples: axisid sweep emps2015 --points 3, or "
+    "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
+@click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
+@click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
+@click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
+@filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
+@record_options
+@leave_out_option
+@click.option("--no-native", is_flag=True, help="As in identify.")
+@json_option("Write the results as JSON; - for stdout.")
+@click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+@force_option
+def sweep(
+    axis: str,
+    record: str | None,
+    lowest: float | None,
+    highest: float | None,
+    points: int,
+    filtering: Filtering,
+    reading: Reading,
+    left_out: tuple[str, ...],
+    no_native: bool,
+    json_file: str | None,
+    figure: str | None,
+    force: bool,
+) -> None:
+    """Identify AXIS from RECORD (or its twin) at many cut-offs, and recommend one.
+
+    Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
+    cut-off.
+    """
+    targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
+    check_targets(targets, (record, axis), force=force)
+    if figure is not None and Path(figure).suffix not in _FIGURES:
+        raise click.BadParameter(
+            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
+        )
+    if figure is not None:
+        import axisid.presentation.plots.files  # noqa: F401 - refused before anything is computed
+    generated, data = axis_and_record(axis, record, reading, left_out=left_out, no_native=no_native)
+
+    from axisid.estimation.studies import default_cutoffs
+    from axisid.estimation.studies import sweep as run
+
+    cutoffs = default_cutoffs(1 / data.period, lowest, highest, points)
+    with ProgressLine(f"sweeping {generated.axis.name}") as line:
+        result = run(generated, data, cutoffs, filtering.prefilter(), progress=line)
+    if json_file != "-":
+        show_text(result.summary())
+    if json_file is not None:
+        put_json(json_file, result.to_dict())
+    if figure is not None:
+        from axisid.presentation.plots import sweep_figure
+
+        _drawn(lambda: sweep_figure(result, Path(figure)), figure)
+        click.echo(f"wrote {figure}", err=json_file == "-")
+
+
+def _drawn(draw: Callable[[], None], figure: str) -> None:
+    """Draw a figure; a place or format that does not serve is the user's to mend."""
+    from axisid.support.errors import UsageError
+
+    try:
+        with ProgressLine(f"drawing {figure}"):
+            draw()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{figure} cannot be drawn: {error}.") from error

@@ -1,0 +1,98 @@
+"""Results for use elsewhere: feed-forward functions and parameter tables."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from axisid.codegen.lowering import FeedForward, feed_forward
+from axisid.codegen.printers import print_c99, print_python, print_st
+from axisid.estimation.estimates import COVARIANCE_LABELS, Value
+from axisid.estimation.identification import Identification
+from axisid.modeling.quantities import Parameter
+from axisid.presentation.documents import FittedAxis, fitted_axis
+from axisid.support.errors import UsageError
+
+from .parameter_tables import parameters_csv, parameters_json, parameters_latex, parameters_toml
+
+_FUNCTIONS: Mapping[str, Callable[[FeedForward], str]] = {
+    "c": print_c99,
+    "st": print_st,
+    "python": print_python,
+}
+_TABLES: Mapping[str, Callable[[FittedAxis, Sequence[str]], str]] = {
+    "json": parameters_json,
+    "toml": parameters_toml,
+    "csv": parameters_csv,
+    "latex": parameters_latex,
+}
+_OF_ONE = ("toml",)
+
+
+def export(
+    result: Identification | str | Path,
+    to: str = "c",
+    *,
+    axis: str | Path | None = None,
+    method: str | None = None,
+    dead_zone: float = 0.0,
+) -> str:
+    """Write an identified axis as a feed-forward function, or its parameters as a table.
+
+    Parameters
+    ----------
+    result : Identification, str or Path
+        Or the file that ``axisid identify --json`` wrote.
+    to : {"c", "st", "python", "json", "toml", "csv", "latex"}
+        The first three are functions from the motion to force and to control: C99 with <math.h>
+        only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
+    axis : str or Path, optional
+        The axis that was identified, as `load_axis` takes it; needed for a file.
+    method : str, optional
+        By default the one that the verdict judges (``idm-iv`` if there is one); JSON, CSV and LaTeX
+        then hold all.
+    dead_zone : float
+        Speed up to which the functions take the friction direction for 0, in the coordinate's
+        unit per second. At 0 it is 0 at rest only.
+
+    Raises
+    ------
+    UsageError
+        There is no such target or method, or the axis is not the one that was identified.
+    DataError
+        The file is not the result of an identification.
+    """
+    if to not in _FUNCTIONS and to not in _TABLES:
+        raise UsageError(
+            f"there is no target {to!r}; choose from {', '.join([*_FUNCTIONS, *_TABLES])}."
+        )
+    if dead_zone and to not in _FUNCTIONS:
+        raise UsageError(f"a dead zone is part of {', '.join(_FUNCTIONS)}, not of {to}.")
+    fitted = fitted_axis(result, axis)
+    chosen = fitted.chosen(method)
+    if to in _FUNCTIONS:
+        return _FUNCTIONS[to](_feed_forward(fitted, chosen, dead_zone))
+    several = method is None and to not in _OF_ONE
+    return _TABLES[to](fitted, list(fitted.estimates) if several else [chosen])
+
+
+def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
+    axis, estimate = fitted.model.axis, fitted.values(method)
+    label = COVARIANCE_LABELS[next(iter(estimate.values())).chosen]
+    origin = f" (sha256 {fitted.sha256})" if fitted.sha256 else ""
+    about = (
+        f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
+        f"Parameters by {method.upper()} from {fitted.source}{origin}.",
+        f"Generated code {fitted.signature}.",
+        f"Standard deviations and 95 % intervals: {label}. Values contain the prefilter's own "
+        "bias; it is subtracted in the intervals.",
+        "Give it the motion of the reference, whose velocity at rest is 0.",
+    )
+    comments = {
+        p.name: (estimate[p.name].value, _comment(p, estimate[p.name])) for p in axis.parameters
+    }
+    return feed_forward(fitted.model, comments, about, dead_zone)
+
+
+def _comment(parameter: Parameter, value: Value) -> str:
+    low, high = value.interval
+    said = f"{parameter.unit}, +- {value.deviation:.3g}, {low:.6g} to {high:.6g} (95 %)"
+    return f"{said}, {parameter.description}" if parameter.description else said

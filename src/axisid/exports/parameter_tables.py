@@ -1,0 +1,164 @@
+"""Identified parameters as a table for other programs: JSON, TOML, CSV, LaTeX.
+
+``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent ones;
+intervals are of the covariance that was chosen, ``interval_covariance``.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
+
+from axisid.estimation.estimates import COVARIANCE_LABELS, Value
+from axisid.modeling.quantities import Parameter
+from axisid.presentation.documents import FittedAxis
+from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
+from axisid.support.json_text import json_text
+
+_HEADER = (
+    "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
+    "interval_covariance"
+).split()
+_PLAIN = (1e-4, 1e6)  # values outside get a power of ten
+_LEAST_POWER = -300
+_SCHEMA = "axisid.parameters/1"
+
+
+def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The parameters by method and name, and where they come from."""
+    document = {
+        "schema": _SCHEMA,
+        "axis": fitted.model.axis.name,
+        "signature": fitted.signature,
+        "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
+        "parameters": {
+            method: {
+                name: {
+                    "value": v.value,
+                    "unit": v.unit,
+                    "sd_hac": v.sd_hac,
+                    "interval_95": list(v.interval),
+                    "sd_iid": v.sd,
+                    "sd_gain": v.sd_gain,
+                    "filter_bias": v.filter_bias,
+                    "interval_covariance": v.chosen,
+                }
+                for name, v in fitted.values(method).items()
+            }
+            for method in methods
+        },
+    }
+    return json_text(document)
+
+
+def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """One row for each method and parameter."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_HEADER)
+    for method in methods:
+        for name, v in fitted.values(method).items():
+            others = ["" if x is None else repr(x) for x in (v.sd_gain, v.filter_bias)]
+            numbers = [repr(x) for x in (v.value, v.sd_hac, *v.interval, v.sd)]
+            row = [fitted.model.axis.name, method, name, v.unit, *numbers, *others, v.chosen]
+            writer.writerow(row)
+    return text.getvalue()
+
+
+def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
+    (method,) = methods
+    estimate = fitted.values(method)
+    if fitted.model.base.changed:
+        lines = ["# Base parameters: the axis is declared in others, so its table stays as it is."]
+    else:
+        lines = [
+            "# For the axis's declaration, in place of its table: the nominal values are "
+            "identified.",
+            "[parameters]",
+        ]
+        lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
+    lines += [
+        "",
+        "# No part of a declaration.",
+        "[identified]",
+        f"axis = {_text(fitted.model.axis.name)}",
+        f"method = {_text(method)}",
+        f"record = {_text(fitted.source)}",
+        f"sha256 = {_text(fitted.sha256)}",
+        f"signature = {_text(fitted.signature)}",
+        "",
+        "[identified.parameters]",
+    ]
+    for name, v in fitted.values(method).items():
+        low, high = v.interval
+        lines.append(
+            f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
+            f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _declared(parameter: Parameter, v: Value) -> str:
+    """A parameter of a declaration; a bound that the estimate breaks would be refused."""
+    fields = {"unit": _text(parameter.unit), "nominal": repr(v.value)}
+    broken = []
+    for bound, limit, kept in (
+        ("lower", parameter.lower, parameter.lower <= v.value),
+        ("upper", parameter.upper, v.value <= parameter.upper),
+    ):
+        if math.isfinite(limit) and kept:
+            fields[bound] = repr(limit)
+        elif not kept:
+            broken.append(f"{bound} = {limit!r}")
+    if parameter.description:
+        fields["description"] = _text(parameter.description)
+    listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
+    said = f"  # outside its bound {broken[0]}" if broken else ""
+    return f"{parameter.name} = {{ {listed} }}{said}"
+
+
+def _text(text: str) -> str:
+    """A basic string of TOML: JSON's, with DEL escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """A ``tabular`` of value and deviation, which needs no package."""
+    estimates = [fitted.values(method) for method in methods]
+    header = ["", "unit", *(method.upper() for method in methods)]
+    values = [value for estimate in estimates for value in estimate.values()]
+    chosen = dict.fromkeys(COVARIANCE_LABELS[value.chosen] for value in values)
+    lines = [
+        f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
+        rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
+        r"\hline",
+        " & ".join(header).strip() + r" \\",
+        r"\hline",
+    ]
+    for name, value in estimates[0].items():
+        cells = [f"${symbol_latex(name)}$", f"${unit_latex(value.unit)}$"]
+        cells += [
+            f"${with_deviation(estimate[name])}$" if name in estimate else "--"
+            for estimate in estimates
+        ]
+        lines.append(" & ".join(cells) + r" \\")
+    return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
+
+
+def with_deviation(value: Value) -> str:
+    r"""``95.17 \pm 0.24``: two digits of the deviation, a power of ten for the very large or small.
+
+    Parameters
+    ----------
+    value : Value
+    """
+    size = max(abs(value.value), value.deviation)
+    power = 0
+    if size and not _PLAIN[0] <= size < _PLAIN[1]:
+        power = max(math.floor(math.log10(size)), _LEAST_POWER)
+    scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
+    places = decimals(sd) if sd > 0 else 6
+    figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
+    return rf"({figures}) \cdot 10^{{{power}}}" if power else figures

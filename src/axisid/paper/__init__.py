@@ -1,0 +1,10 @@
+"""The paper's study made again.
+
+In: nothing, or its record. Out: its tables beside ours.
+"""
+
+from .study import STUDY_FILES as STUDY_FILES
+from .study import run_study as run_study
+from .study import study_tables as study_tables
+from .study import table_text as table_text
+from .study import write_study as write_study

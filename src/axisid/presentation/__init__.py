@@ -1,0 +1,1 @@
+"""How results look: text, page, figures, JSON. Nothing below imports it; see `views`."""

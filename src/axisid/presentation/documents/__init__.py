@@ -1,0 +1,15 @@
+"""Results as plain data, and read back.
+
+In: a result, a file. Out: what JSON holds. Computes no statistics.
+"""
+
+from .comparison import comparison_dict as comparison_dict
+from .fitted import FittedAxis as FittedAxis
+from .fitted import fitted_axis as fitted_axis
+from .identification import estimate_dict as estimate_dict
+from .identification import identification_dict as identification_dict
+from .identification import record_dict as record_dict
+from .stream import stream_dict as stream_dict
+from .sweep import sweep_dict as sweep_dict
+from .two_results import compare_results as compare_results
+from .validation import validation_dict as validation_dict

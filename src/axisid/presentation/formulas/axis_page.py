@@ -1,0 +1,194 @@
+"""An axis on one page: what was declared and what was derived, as text, LaTeX or Markdown."""
+
+import math
+import textwrap
+from collections.abc import Iterable
+from itertools import groupby
+
+from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
+from axisid.modeling.wording import Section, derived_sections, describe_settled, describe_unsettled
+
+from .latex import aligned_latex, escaped_latex
+
+FORMATS = ("text", "latex", "markdown")
+
+_WIDTH = 96
+_MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
+
+
+def shown(model: AxisModel, form: str = "text") -> str:
+    """Return the page of an axis in one of `FORMATS`."""
+    title = f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
+    sections = [
+        *_equation(model),
+        *derived_sections(model),
+        *_physical(model),
+        *_around(model.base.declared),
+    ]
+    write = {"text": _text, "latex": _latex, "markdown": _markdown}[form]
+    return write(title, sections, model.axis.coordinate)
+
+
+def _equation(model: AxisModel) -> list[Section]:
+    q, declared = model.axis.coordinate, model.base.declared
+    combined = {p.symbol: value for p, value in model.base.combined}
+    inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
+    return [
+        Section(
+            title="Equation of motion",
+            lines=(equation_of_motion(declared), inertia),
+            note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
+            f"{q.acceleration}; {FORCE} is the drive's force on the load side",
+        ),
+        Section(title="Parameters", lines=tuple(_parameters(declared))),
+    ]
+
+
+def _physical(model: AxisModel) -> list[Section]:
+    """Which declared parameters follow from base parameters and known values, and which do not."""
+    base = model.base
+    if not (base.changed or base.known):
+        return []
+    settled = describe_settled(base)
+    lines = (*((settled,) if settled else ()), *describe_unsettled(base))
+    return [Section(title="Physical parameters", lines=lines)]
+
+
+def _parameters(axis: Axis) -> Iterable[str]:
+    names = max(len(p.name) for p in axis.parameters)
+    units = max(len(p.unit) for p in axis.parameters) + 2
+    for p in axis.parameters:
+        facts = [f"nominal {p.nominal:g}"]
+        facts += [f"at least {p.lower:g}"] if p.lower > -math.inf else []
+        facts += [f"at most {p.upper:g}"] if p.upper < math.inf else []
+        facts += [] if p.known is None else [f"known to be {known_text(p)}"]
+        facts += [p.description] if p.description else []
+        yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(facts)}"
+
+
+def _around(axis: Axis) -> list[Section]:
+    """What turns the equation into a closed loop with a record."""
+    drive, unit = axis.drive, axis.drive.unit
+    over = unit if unit.isalpha() else f"({unit})"
+    facts = [f"{FORCE} = {drive.gain:.10g} {axis.coordinate.force_unit}/{over} times the control"]
+    facts += [f"the control is clipped at {drive.limit:g} {unit}"] if drive.limit < math.inf else []
+    facts += [f"the gain is known to {100 * drive.relative_sd:g} %"] if drive.relative_sd else []
+    columns = tuple(f"{role} = {name}" for role, name in axis.columns.items())
+    return [
+        Section(title="Drive", lines=tuple(facts)),
+        _law(axis.control, unit),
+        Section(title="Columns of a record", lines=columns or ("named after their roles",)),
+        *([] if axis.experiment is None else [_experiment(axis, axis.experiment)]),
+    ]
+
+
+def _law(law: ControlLaw | None, unit: str) -> Section:
+    if law is None:
+        return Section(title="Control law", lines=("none: least squares only, no instruments",))
+    lines: list[Formula | str] = [Formula(name="control", value=law.output, unit=unit)]
+    for memory in law.memory:
+        lines += [
+            Formula(name=f"{memory.name} next", value=memory.following),
+            Formula(name=f"{memory.name} first", value=memory.start),
+        ]
+    lines += [f"{name} = {value:.10g}" for name, value in law.gains.items()]
+    held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
+    late = f"; applied {law.delay} samples late" if law.delay else ""
+    return Section(title="Control law", lines=tuple(lines), note=f"{law.name}; {held}{late}")
+
+
+def _experiment(axis: Axis, experiment: Experiment) -> Section:
+    seconds = sum(move.duration for move in experiment.moves)
+    truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
+    noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
+    return Section(
+        title="Experiment of the twin",
+        lines=(
+            f"{len(experiment.moves)} moves in {seconds:.4g} s; position noise {noise}, seed "
+            f"{experiment.seed}",
+            f"truth {', '.join(truth)}",
+        ),
+    )
+
+
+def _text(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
+    lines = [title]
+    for section in sections:
+        lines += ["", section.title]
+        lines += _wrapped(f"({section.note})") if section.note else []
+        formulas = [line for line in section.lines if isinstance(line, Formula)]
+        heads = [formula.head(coordinate) for formula in formulas]
+        listed = any(f.column is not None for f in formulas)
+        head = max(map(len, heads), default=0) if listed else 0
+        unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
+        for line in section.lines:
+            text = line if isinstance(line, str) else _row(line, coordinate, head, unit)
+            lines += _wrapped(text)
+    return "\n".join(lines) + "\n"
+
+
+def _row(line: Formula, coordinate: Coordinate, head: int, unit: int) -> str:
+    label = f"{line.head(coordinate):<{head}}"
+    label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
+    return label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
+
+
+def _wrapped(line: str) -> list[str]:
+    return textwrap.wrap(
+        line,
+        _WIDTH,
+        initial_indent="  ",
+        subsequent_indent="      ",
+        break_long_words=False,
+        break_on_hyphens=False,
+        replace_whitespace=False,
+    )
+
+
+def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
+    lines = [
+        r"\documentclass{article}",
+        r"\usepackage{amsmath}",
+        r"\begin{document}",
+        rf"\section*{{{escaped_latex(title)}}}",
+    ]
+    for section in sections:
+        lines += ["", rf"\subsection*{{{escaped_latex(section.title)}}}"]
+        lines += [f"{escaped_latex(_sentence(section.note))}"] if section.note else []
+        for sentences, formulas in _blocks(section):
+            lines += [" \\\\\n".join(map(escaped_latex, sentences))] if sentences else []
+            if formulas:
+                body = aligned_latex(formulas, coordinate)
+                lines += [r"\begin{align*}", body, r"\end{align*}"]
+    return "\n".join([*lines, "", r"\end{document}"]) + "\n"
+
+
+def _markdown(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
+    lines = [f"# {title.translate(_MARKDOWN)}"]
+    for section in sections:
+        lines += ["", f"## {section.title.translate(_MARKDOWN)}", ""]
+        lines += [_sentence(section.note).translate(_MARKDOWN), ""] if section.note else []
+        for sentences, formulas in _blocks(section):
+            lines += [f"- {' '.join(s.split()).translate(_MARKDOWN)}" for s in sentences]
+            if formulas:
+                body = aligned_latex(formulas, coordinate)
+                lines += ["$$", r"\begin{aligned}", body, r"\end{aligned}", "$$"]
+    return "\n".join(lines) + "\n"
+
+
+def _blocks(section: Section) -> list[tuple[list[str], list[Formula]]]:
+    """Neighbouring sentences together, and neighbouring formulas."""
+    return [
+        (
+            [line for line in group if isinstance(line, str)],
+            [line for line in group if isinstance(line, Formula)],
+        )
+        for _, lines in groupby(section.lines, lambda line: isinstance(line, str))
+        for group in [list(lines)]
+    ]
+
+
+def _sentence(note: str) -> str:
+    return f"{note[:1].upper()}{note[1:]}."

@@ -1,0 +1,96 @@
+"""Plain text as it is printed: powers raised, true minus signs, numbers without an ``e``."""
+
+import math
+import re
+
+from axisid.estimation.estimates import Value
+
+_MINUS, _TIMES, _THIN = "\u2212", "\u00d7", "\u202f"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
+_PLAIN = (1e-3, 1e6)  # between them numbers have no power of ten
+_GROUPED = 1e4  # from which thousands stand apart
+# A sign or a figure that is part of a word, a name or a formula stays as it is.
+_NUMBER = re.compile(r"(?<![\w.^*/)+-])([+-]?)(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w^*]|\.\w)")
+
+
+def readable_unit(unit: str) -> str:
+    """A unit with its powers raised: ``m/s²``."""
+    return re.sub(r"(?:\^|\*\*)(-?\d+)", lambda m: raised(m[1]), unit)
+
+
+def readable_text(text: str) -> str:
+    """A sentence as it is printed: ``1.2e-06 kg m^2`` gets a true power of ten."""
+    numbered = _NUMBER.sub(_number, text.replace(" +-", " ±"))
+    return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: raised(m[1]), numbered)
+
+
+def power_of_ten(exponent: int, factor: str = "") -> str:
+    """``10³``, or that many of them."""
+    power = f"10{raised(str(exponent))}"
+    return f"{factor} {_TIMES} {power}" if factor else power
+
+
+def raised(digits: str) -> str:
+    """An exponent."""
+    return digits.translate(_RAISED)
+
+
+def true_minus(number: str) -> str:
+    """A number with the sign that is as wide as a plus."""
+    return number.replace("-", _MINUS)
+
+
+def significant(value: float, digits: int = 2) -> str:
+    """A number to so many digits, none of them lost: ``0.0014``, ``12``, ``3.0``."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else "-"
+    if not value:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")
+    exponent = math.floor(math.log10(abs(rounded)) + 1e-12)
+    if not -5 <= exponent < 6:
+        factor = f"{rounded / 10.0**exponent:.{digits - 1}f}"
+        return power_of_ten(exponent, true_minus(factor))
+    return true_minus(f"{rounded:.{max(digits - 1 - exponent, 0)}f}")
+
+
+def decimals(deviation: float) -> int:
+    """Decimal places of a value that show two digits of its deviation."""
+    if not 0 < deviation < math.inf:
+        return 4
+    return min(max(0, 1 - math.floor(math.log10(deviation))), 12)
+
+
+def _number(found: re.Match[str]) -> str:
+    sign, figures, exponent = found.groups()
+    sign = sign.replace("-", _MINUS)
+    if exponent is None:
+        return sign + figures
+    value = float(f"{figures}e{exponent}")
+    if value and not _PLAIN[0] <= value < _PLAIN[1]:
+        return sign + power_of_ten(int(exponent), figures)
+    places = max(len(figures.partition(".")[2]) - int(exponent), 0)
+    plain = f"{value:,.{places}f}" if value >= _GROUPED else f"{value:.{places}f}"
+    return sign + plain.replace(",", _THIN)
+
+
+def number_with_sd(value: Value) -> tuple[str, str, str, str]:
+    """Value, deviation, relative deviation and i.i.d. deviation, digits as they warrant."""
+    digits = places(value)
+    relative = value.relative_deviation_percent
+    percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
+    percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
+    return (
+        f"{value.value:.{digits}f}",
+        f"{value.deviation:.{digits}f}",
+        percent,
+        f"{value.sd:.{digits}f}",
+    )
+
+
+def places(value: Value) -> int:
+    """Decimal places that show four digits of the deviation, four at least."""
+    if not 0 < value.sd < math.inf:
+        return 4
+    return min(max(4, 3 - math.floor(math.log10(value.sd))), 12)

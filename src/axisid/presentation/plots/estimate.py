@@ -1,0 +1,184 @@
+"""Figures of one estimate: force, residuals and convergence."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from axisid.estimation.estimates import STILL, Estimate
+from axisid.support.arrays import Array
+
+from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line, paired, squared
+
+_GAP = 1.5  # rows
+_SEGMENT = 256  # rows of a periodogram of Welch's mean
+
+
+def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
+    """Measured and reconstructed left side and their difference, as the paper's figures 3 and 4.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    beside : sequence of Estimate
+        Others of the same form and rows, shown on request.
+    """
+    left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
+    name = estimate.method.upper()
+    measured = line("measured", time, estimate.y, "measured")
+    error = line(f"error, {name}", time, estimate.residuals, "error")
+    fitted = Series(
+        label=f"reconstructed, {name}", x=time, y=estimate.y - estimate.residuals, broad=True
+    )
+    upper = [measured, fitted, error]
+    lower = [error]
+    for other in beside:
+        label, other_fitted = other.method.upper(), other.y - other.residuals
+        upper.append(
+            Series(
+                label=f"reconstructed, {label}", x=time, y=other_fitted, tone="other", aside=True
+            )
+        )
+        lower.append(
+            Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
+        )
+    if estimate.simulated is not None:
+        loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
+        upper.append(loop)
+    steps = np.diff(time)
+    between = time[:-1][steps > _GAP * row_period(estimate)]
+    plot = Plot(
+        name=left,
+        title=f"Measured and reconstructed {left}",
+        caption=f"{name} on the rows it was fitted to: the equation error is "
+        f"{estimate.equation_error_percent:.3g} % of the {left}. Above, the error has the "
+        f"{left}'s scale; below, its own.",
+        x_label="time [s]",
+        panels=(
+            Panel(label=labelled(left, unit), series=tuple(upper), weight=2.0),
+            Panel(label=labelled("error", unit), series=tuple(lower)),
+        ),
+    )
+    return broken(plot, list(between + row_period(estimate) / 2))
+
+
+def autocorrelation_plot(estimate: Estimate) -> Plot:
+    """Autocorrelation of the residuals over the lag."""
+    tests = estimate.residual_tests
+    values = tests.autocorrelation[1:]
+    lags = row_period(estimate) * np.arange(1, len(values) + 1, dtype=np.float64)
+    return Plot(
+        name="autocorrelation",
+        title="Autocorrelation of the residuals",
+        caption=f"{estimate.method.upper()}. 95 % of the values of independent residuals lie "
+        f"within the dashed lines. Durbin-Watson {tests.durbin_watson:.2f}, where 2 is "
+        f"independent.{_glued(estimate)}",
+        x_label="lag [s]",
+        panels=(
+            Panel(
+                label="autocorrelation",
+                series=(Series(label="", x=lags, y=values, kind="stems"),),
+                levels=(-tests.bound, tests.bound),
+            ),
+        ),
+    )
+
+
+def spectrum_plot(estimate: Estimate) -> Plot:
+    """Power density of the left side and of the residuals, by Welch's method."""
+    from scipy.signal import welch
+
+    left, unit = estimate.form.left, left_unit(estimate)
+
+    rate = 1 / row_period(estimate)
+
+    def density(label: str, values: Array, tone: Tone) -> Series:
+        frequency, power = welch(values, rate, nperseg=min(_SEGMENT, len(values)))
+        # The mean was removed, and what is nothing has no logarithm.
+        positive = np.where(power > 0, power, np.nan)
+        broad = tone == "measured"
+        return Series(label=label, x=frequency[1:], y=positive[1:], tone=tone, broad=broad)
+
+    both = density(left, estimate.y, "measured"), density("residuals", estimate.residuals, "error")
+    return Plot(
+        name="spectrum",
+        title="Spectrum of the residuals",
+        caption=f"{estimate.method.upper()}. Welch's estimate of the power density. Where the "
+        f"residuals come near the {left} the model explains nothing; a line is a vibration or "
+        f"a ripple that it does not have.{_glued(estimate)}",
+        x_label="frequency [Hz]",
+        panels=(
+            Panel(
+                label=labelled("power density", squared(unit, per="Hz")),
+                series=both,
+                log=True,
+            ),
+        ),
+    )
+
+
+def convergence_plot(estimate: Estimate) -> Plot | NoPlot:
+    """How far every parameter is from its last value, and the simulation error, by iteration."""
+    title = "Convergence of the instruments"
+    if not estimate.iterates:
+        reason = f"{estimate.method} is no iteration; instruments were not used"
+        return NoPlot(name="convergence", title=title, reason=reason)
+    steps = np.arange(len(estimate.iterates), dtype=float)
+    values = np.array([i.physical for i in estimate.iterates])
+    deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
+    distances = np.abs(values - values[-1]) / np.where(deviations > 0, deviations, np.nan)
+    distances[distances == 0] = np.nan  # the last from itself, which has no logarithm
+    errors = [i.simulation_error_percent for i in estimate.iterates]
+    return Plot(
+        name="convergence",
+        title=title,
+        caption=f"{estimate.method.upper()} from the nominal values (0) in "
+        f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
+        "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
+        f"more than {STILL:g} of them, the dashed line.",
+        x_label="iteration",
+        panels=(
+            Panel(
+                label="distance from last value [sd]",
+                series=tuple(
+                    line(name, steps, column, tone)
+                    for (name, tone), column in zip(
+                        paired([q.name for q in estimate.quantities]),
+                        distances.T,
+                        strict=True,
+                    )
+                ),
+                levels=(STILL,),
+                log=True,
+                weight=1.5,
+            ),
+            Panel(label="simulation error [%]", series=(line("", steps, errors, "error"),)),
+        ),
+        whole=True,
+    )
+
+
+def _glued(estimate: Estimate) -> str:
+    """What a caption says of rows that are no neighbours and are taken for them."""
+    steps = np.diff(estimate.rows)
+    breaks = int(np.sum(steps > steps.min()))
+    if not breaks:
+        return ""
+    places = "place" if breaks == 1 else "places"
+    return f" Rows are missing in {breaks} {places}; those on both sides are taken for neighbours."
+
+
+def row_times(estimate: Estimate) -> Array:
+    """Time of each row since the record's first sample, (n,), s."""
+    return estimate.rows * estimate.period if estimate.times is None else estimate.times
+
+
+def row_period(estimate: Estimate) -> float:
+    """Time from one row to the next, s."""
+    return float(np.diff(estimate.rows).min()) * estimate.period
+
+
+def left_unit(estimate: Estimate) -> str:
+    """Unit of the regression's left side."""
+    coordinate = estimate.form.axis.axis.coordinate
+    force = estimate.form.left == "force"
+    return str(coordinate.force_unit if force else coordinate.acceleration_unit)

@@ -1,0 +1,201 @@
+"""A figure as data: what is drawn and what it is called, before anything draws it.
+
+One description serves matplotlib (`axisid.presentation.plots.matplotlib`) and the report's page.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from axisid.presentation.formulas import readable_unit
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import UsageError
+
+Kind: TypeAlias = Literal["line", "points", "stems"]
+#: What a series stands for; each way of drawing has a colour for it.
+Tone: TypeAlias = Literal["measured", "model", "error", "other", "warm", "violet"]
+TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measured")
+
+#: What a legend calls the stretches that are shaded.
+SHADED = "left out"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """One curve, or one set of points or stems.
+
+    Attributes
+    ----------
+    label : str
+        For the legend; empty for none.
+    x, y : (n,) array
+        Ascending in x, unless points; a y of NaN breaks a line.
+    kind : {"line", "points", "stems"}
+    tone : Tone
+    low, high : (n,) array or None
+        A band about a line, only its bounds about a dashed one, or whiskers of points.
+    broad : bool
+        Beneath the others, so that both are seen where they agree.
+    dashed : bool
+    aside : bool
+        Only on request: left out on paper, hidden at first on the page.
+    """
+
+    label: str
+    x: Array
+    y: Array
+    kind: Kind = "line"
+    tone: Tone = "model"
+    low: Array | None = None
+    high: Array | None = None
+    broad: bool = False
+    dashed: bool = False
+    aside: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "low", "high"):
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, frozen(values))
+        lengths = {len(v) for v in (self.x, self.y, self.low, self.high) if v is not None}
+        if len(lengths) != 1:
+            raise UsageError(f"the series {self.label!r} has columns of the lengths {lengths}.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Panel:
+    """One pair of axes.
+
+    Attributes
+    ----------
+    label : str
+        Quantity and unit of y: ``force [N]``.
+    series : tuple of Series
+        As the legend lists them; the first lies lowest, under it the broad ones.
+    levels : tuple of float
+        Values of y with a dashed line, such as bounds.
+    log : bool
+        Whether y is logarithmic.
+    weight : float
+        Height, against the other panels'.
+    span : (float, float) or None
+        What of y is shown at first; None for everything.
+    """
+
+    label: str
+    series: tuple[Series, ...]
+    levels: tuple[float, ...] = ()
+    log: bool = False
+    weight: float = 1.0
+    span: tuple[float, float] | None = None
+
+    @property
+    def layers(self) -> tuple[Series, ...]:
+        """The series from the lowest."""
+        return tuple(sorted(self.series, key=lambda series: not series.broad))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plot:
+    """One figure: panels above one another with x in common.
+
+    Attributes
+    ----------
+    name : str
+        Of its file.
+    title, caption : str
+        What it shows; what to see in it.
+    x_label : str
+        Quantity and unit.
+    panels : tuple of Panel
+    log : bool
+        Whether x is logarithmic.
+    shaded : tuple of (float, float)
+        Stretches of x that were left out, as the legend says.
+    marks : tuple of (float, str)
+        Values of x with a name.
+    whole : bool
+        Whether x counts, so that its ticks are whole numbers.
+    """
+
+    name: str
+    title: str
+    caption: str
+    x_label: str
+    panels: tuple[Panel, ...]
+    log: bool = False
+    shaded: tuple[tuple[float, float], ...] = ()
+    marks: tuple[tuple[float, str], ...] = ()
+    whole: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoPlot:
+    """A figure that cannot be drawn, and why."""
+
+    name: str
+    title: str
+    reason: str
+
+
+def labelled(quantity: str, unit: str) -> str:
+    """An axis's label: quantity and unit."""
+    return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
+
+
+def squared(unit: str, *, per: str) -> str:
+    """Unit of a power density."""
+    return f"({unit})^2/{per}" if set(unit) & set(" /^*") else f"{unit}^2/{per}"
+
+
+def broken(plot: Plot, places: Sequence[float]) -> Plot:
+    """The plot with its lines broken at places along x, where there is no sample."""
+    panels = tuple(
+        replace(panel, series=tuple(_broken_line(s, places) for s in panel.series))
+        for panel in plot.panels
+    )
+    return replace(plot, panels=panels) if places else plot
+
+
+def _broken_line(series: Series, places: Sequence[float]) -> Series:
+    if series.kind != "line":
+        return series
+    inside = [p for p in places if series.x[0] < p < series.x[-1]]
+    at = np.searchsorted(series.x, inside)
+
+    def parted(values: Array | None) -> Array | None:
+        return None if values is None else np.insert(values, at, np.nan)
+
+    return replace(
+        series,
+        x=np.insert(series.x, at, inside),
+        y=np.insert(series.y, at, np.nan),
+        low=parted(series.low),
+        high=parted(series.high),
+    )
+
+
+def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> Series:
+    """Make a plain line."""
+    return Series(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
+
+
+def drawable(plot: Plot | NoPlot) -> Plot:
+    """Return the plot.
+
+    Raises
+    ------
+    UsageError
+        There is none, and why.
+    """
+    if isinstance(plot, NoPlot):
+        raise UsageError(f"there is no figure of the {plot.name}: {plot.reason}.")
+    return plot
+
+
+def paired(names: Sequence[str]) -> list[tuple[str, Tone]]:
+    """Names with a tone each, repeated after the last."""
+    return [(name, TONES[i % len(TONES)]) for i, name in enumerate(names)]

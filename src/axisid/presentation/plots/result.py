@@ -1,0 +1,237 @@
+"""Figures of a whole result: its record, its tracking, and everything in one list."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Identification
+from axisid.estimation.records import Record
+from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
+from axisid.estimation.signals import drive_force
+from axisid.estimation.studies import Sweep
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, EstimationError, ModelError
+
+from .estimate import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
+from .friction import friction_plot
+from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line
+
+_ROOM = 1.0  # about the instruments' range, against it
+
+
+def result_plots(result: Identification, sweep: "Sweep | None" = None) -> tuple[Plot | NoPlot, ...]:
+    """Every figure of a result, in the order of a report.
+
+    Parameters
+    ----------
+    result : Identification
+    sweep : Sweep, optional
+        Of the same record over the cut-off.
+    """
+    estimate = result.judged
+    beside = [
+        other
+        for other in result.estimates.values()
+        if other is not estimate and other.form.left == estimate.form.left
+    ]
+    return (
+        force_plot(estimate, beside),
+        friction_plot(result, estimate),
+        convergence_plot(estimate),
+        tracking_plot(result, estimate),
+        autocorrelation_plot(estimate),
+        spectrum_plot(estimate),
+        *(() if sweep is None else (sweep_plot(sweep, result.prefilter.cutoff),)),
+        record_plot(result),
+    )
+
+
+def tracking_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
+    """Recorded and simulated position, and what each leaves of the reference."""
+    record, title = result.record, "Tracking, recorded and simulated"
+    try:
+        reference = loop_reference(result.axis, record)
+        position = simulated_position(simulated_loops(result.axis, record, estimate.physical))
+    except (ModelError, DataError, EstimationError) as error:
+        return NoPlot(name="tracking", title=title, reason=str(error).removesuffix("."))
+    time, unit = _times(record), result.axis.axis.coordinate.unit
+    recorded, simulated = reference - record.position, reference - position
+    positions = (
+        Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
+        line("recorded", time, record.position, "measured"),
+        Series(label="simulated", x=time, y=position, broad=True),
+    )
+    errors = (
+        line("recorded", time, recorded, "measured"),
+        Series(label="simulated", x=time, y=simulated, broad=True),
+    )
+    kept = result.prefilter.kept(len(record), record.period)
+    off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
+    plot = Plot(
+        name="tracking",
+        title=title,
+        caption=f"The closed loop simulated with {estimate.method.upper()} from the reference "
+        f"alone. The tracking error is reference less position; the simulated position is "
+        f"{off:.3g} {unit} (rms) from the recorded one.",
+        x_label="time [s]",
+        panels=(
+            Panel(label=labelled("position", unit), series=positions),
+            Panel(label=labelled("tracking error", unit), series=errors, weight=1.5),
+            Panel(
+                label=labelled("difference", unit),
+                series=(line("", time, simulated - recorded, "error"),),
+            ),
+        ),
+        shaded=_dropped(result),
+        marks=tuple((place, "gap") for place in _gaps(record)),
+    )
+    return broken(plot, _gaps(record))
+
+
+def record_plot(result: Identification) -> Plot:
+    """The record as it was read, with what was dropped."""
+    record, drive = result.record, result.axis.axis.drive
+    time, q = _times(record), result.axis.axis.coordinate
+    position = [line("position", time, record.position, "measured")]
+    if record.reference is not None:
+        reference = Series(label="reference", x=time, y=record.reference, broad=True)
+        position.append(reference)
+    panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
+    columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
+        ("control", drive.unit, record.control, "warm"),
+        ("force", str(q.force_unit), drive_force(result.axis, record), "model"),
+    )
+    panels += [
+        Panel(label=labelled(name, unit), series=(line("", time, values, tone),))
+        for name, unit, values, tone in columns
+        if values is not None
+    ]
+    left_out = len(record) - int(_used(result).sum())
+    dropped = (
+        f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
+        "keep the weight of the others."
+        if left_out
+        else ""
+    )
+    source = "as recorded" if record.force is not None else "the drive's gain times the control"
+    plot = Plot(
+        name="record",
+        title="The record",
+        caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
+        f"force is {source}.{dropped}",
+        x_label="time [s]",
+        panels=tuple(panels),
+        shaded=_dropped(result),
+        marks=tuple((place, "gap") for place in _gaps(record)),
+    )
+    return broken(plot, _gaps(record))
+
+
+def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
+    """Every parameter over the cut-off: least squares and instruments, with 95 % bands.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    used : float, optional
+        Cut-off of the result beside it, Hz.
+    """
+    styles: dict[str, Tone] = {"ddm-ls": "measured", "idm-ls": "error", "idm-iv": "model"}
+    if all("idm-iv" not in result.estimates for result in sweep.results):
+        styles["ddm-iv"] = "model"  # else it is the same estimate
+    panels = []
+    for quantity in sweep.results[0].axis.parameters:
+        curves = []
+        for method, tone in styles.items():
+            found = [
+                (result.prefilter.cutoff, result.estimates[method].parameters[quantity.name])
+                for result in sweep.results
+                if method in result.estimates
+            ]
+            if not found:
+                continue
+            low, high = np.array([value.interval for _, value in found]).T
+            curves.append(
+                Series(
+                    label=method.upper(),
+                    x=np.array([cutoff for cutoff, _ in found]),
+                    y=np.array([value.corrected for _, value in found]),
+                    low=low,
+                    high=high,
+                    tone=tone,
+                    dashed=method.endswith("ls"),
+                )
+            )
+        label = labelled(quantity.name, quantity.unit)
+        panels.append(Panel(label=label, series=tuple(curves), span=_span(curves)))
+    marks = [(sweep.recommended, "recommended")]
+    if used is not None and used != sweep.recommended:
+        marks.append((used, "used"))
+    return Plot(
+        name="sweep",
+        title="Estimates over the cut-off",
+        caption=_swept(sweep, cut=any(panel.span for panel in panels)),
+        x_label="cut-off [Hz]",
+        panels=tuple(panels),
+        log=True,
+        marks=tuple(marks),
+    )
+
+
+def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
+    """A scale on which the instruments are seen, where least squares would take all of it."""
+    bounds = {c.label: (c.low, c.high) for c in curves if c.low is not None and c.high is not None}
+    lows, highs = zip(*bounds.values(), strict=True)
+    low, high = np.nanmin(np.concatenate(lows)), np.nanmax(np.concatenate(highs))
+    for label, (least, largest) in bounds.items():
+        if label.endswith("IV"):
+            first, last = np.nanmin(least), np.nanmax(largest)
+            room = _ROOM * (last - first)
+            seen = max(low, first - room), min(high, last + room)
+            return None if seen == (low, high) else (float(seen[0]), float(seen[1]))
+    return None
+
+
+def _swept(sweep: Sweep, *, cut: bool) -> str:
+    """What to see in a figure of a sweep."""
+    told = [
+        "Less the filter's own bias, with 95 % intervals.",
+        "Least squares drifts where noise begins to bias it, instruments stay.",
+    ]
+    if cut:
+        told.append("The scale is the instruments', so that least squares may leave a panel.")
+    if any({"idm-iv", "ddm-iv"} <= set(result.estimates) for result in sweep.results):
+        told.append("DDM-IV is the same estimate as IDM-IV.")
+    return " ".join([*told, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
+
+
+def _times(record: Record) -> Array:
+    """Since the first sample, (N,), s; even but for gaps."""
+    if record.segments:
+        return np.asarray(record.time - record.time[0], dtype=float)
+    return record.period * np.arange(len(record), dtype=float)
+
+
+def _used(result: Identification) -> NDArray[np.bool_]:
+    """Which samples are neither dropped nor masked nor silent, (N,)."""
+    used = result.prefilter.kept(len(result.record), result.record.period)
+    for start, stop in result.prefilter.silent:
+        used[start:stop] = False
+    return used
+
+
+def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
+    """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
+    time, count = _times(result.record), len(result.record)
+    kept = np.concatenate([[True], _used(result), [True]])
+    edges = np.flatnonzero(np.diff(kept.astype(int)))
+    before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
+    return tuple((float(time[a]), float(time[b])) for a, b in zip(before, after, strict=True))
+
+
+def _gaps(record: Record) -> list[float]:
+    """Times within the gaps between segments."""
+    time = _times(record)
+    return [float(time[start - 1] + time[start]) / 2 for start, _ in record.segments[1:]]

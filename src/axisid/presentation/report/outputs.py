@@ -1,0 +1,107 @@
+"""What `axisid identify` writes for people: the page and the figures."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from axisid.codegen.artefacts import replace_file
+from axisid.estimation.identification import Identification
+from axisid.estimation.studies import Sweep, Validation
+from axisid.presentation.plots import Plot, result_plots
+from axisid.support.errors import EstimationError, UsageError
+
+from .page import report_html, report_sweep
+
+_PATIENCE = 1.0  # s
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """What is asked for.
+
+    Attributes
+    ----------
+    report : str or None
+        File of the page.
+    figures : str or None
+        Folder of the figures.
+    form : {"pdf", "svg", "png"}
+        Of the figures.
+    width : float
+        Of the figures, mm.
+    swept : bool
+        Whether a sweep over the cut-off belongs to both.
+    draws : int
+        Of the page's intervals without the delta method; 0 for none.
+    command : str
+        What reproduces the result.
+    """
+
+    report: str | None = None
+    figures: str | None = None
+    form: str = "pdf"
+    width: float = 160.0
+    swept: bool = True
+    draws: int = 0
+    command: str = ""
+
+    def write(self, result: Identification, validation: Validation | None, say: Say) -> list[Path]:
+        """Write what is asked for and return the files.
+
+        Parameters
+        ----------
+        result : Identification
+        validation : Validation or None
+            On a second record.
+        say : callable
+            Takes a line for the user.
+
+        Raises
+        ------
+        UsageError
+            A place cannot be written to.
+        """
+        if self.report is None and self.figures is None:
+            return []
+        cutoffs = _swept(result, say) if self.swept else None
+        written = []
+        try:
+            if self.report is not None:
+                page = report_html(
+                    result,
+                    cutoffs,
+                    validation=validation,
+                    draws=self.draws,
+                    command=self.command,
+                    made=datetime.now().astimezone(),
+                )
+                replace_file(Path(self.report), page)
+                written.append(Path(self.report))
+            if self.figures is not None:
+                from axisid.presentation.plots import write_figures
+
+                plots = [p for p in result_plots(result, cutoffs) if isinstance(p, Plot)]
+                written += write_figures(plots, Path(self.figures), self.form, self.width)
+        except OSError as error:
+            place = error.filename or self.report or self.figures
+            raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
+        return written
+
+
+def _swept(result: Identification, say: Say) -> Sweep | None:
+    """The report's sweep, or none where no cut-off gives an estimate."""
+    begin = time.monotonic()
+
+    def progress(done: int, count: int, _: str) -> None:
+        if time.monotonic() - begin > _PATIENCE:
+            say(f"sweep for the report: {done} of {count} cut-offs (--no-sweep leaves it out)")
+
+    try:
+        return report_sweep(result, progress)
+    except EstimationError as error:
+        say(f"without the sweep: {error}")
+        return None

@@ -1,0 +1,185 @@
+"""The page: every part in its place, and nothing from outside."""
+
+import base64
+import hashlib
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from html import escape
+from importlib.resources import files
+from string import Template
+
+import sympy
+
+from axisid.estimation.identification import Identification
+from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
+from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_motion
+from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
+from axisid.presentation.formulas import formula_mathml
+from axisid.presentation.plots import NoPlot, Plot, result_plots
+from axisid.support.version import __version__
+
+from .embedding import figures_data, script_json
+from .parameters import parameters_html
+from .prose import prose_html
+from .provenance import provenance_html, truth_text
+from .verdict import verdict_html
+
+_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
+_SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
+_CUTOFFS = 8
+_SWEPT = ("idm-ls", "idm-iv")
+
+
+def report_html(
+    result: Identification,
+    cutoffs: Sweep | None = None,
+    *,
+    validation: Validation | None = None,
+    draws: int = 0,
+    command: str = "",
+    made: datetime | None = None,
+) -> str:
+    """One page about a result, self-contained: it asks the network for nothing.
+
+    Parameters
+    ----------
+    result : Identification
+    cutoffs : Sweep, optional
+        Of the same record; see `report_sweep`.
+    validation : Validation, optional
+        On a second record.
+    draws : int
+        As in `Identification.summary`.
+    command : str, optional
+        What reproduces it.
+    made : datetime, optional
+        When it was made.
+    """
+    axis, record = result.axis.axis, result.record
+    diagnosis = result.diagnosis
+    plots = result_plots(result, cutoffs)
+    style, script = _asset("page.css"), "".join(map(_asset, _SCRIPTS))
+    heading = axis.title or axis.name
+    about = f"{axis.name}, identified from {record.provenance.source}"
+    size = f"{len(record)} samples of {1e3 * record.period:.6g} ms"
+    return Template(_asset("page.html")).substitute(
+        version=__version__,
+        title=escape(f"{heading}: axisid report"),
+        heading=escape(heading),
+        subheading=escape(f"{about}, {size}"),
+        verdict=verdict_html(diagnosis.verdict, diagnosis.judged),
+        parameters=parameters_html(result, validation, draws),
+        figures=_figures(plots),
+        model=_model(axis),
+        provenance=provenance_html(result, command, made),
+        simulated=_simulated(result),
+        data=script_json(figures_data(p for p in plots if isinstance(p, Plot))),
+        style=style,
+        script=script,
+        style_hash=_hash(style),
+        script_hash=_hash(script),
+    )
+
+
+def report_sweep(
+    result: Identification, progress: Callable[[int, int, str], None] | None = None
+) -> Sweep:
+    """The modest sweep of a report: least squares and instruments at a few cut-offs.
+
+    Parameters
+    ----------
+    result : Identification
+    progress : callable, optional
+        As in `sweep`.
+
+    Raises
+    ------
+    EstimationError
+        No cut-off gave an estimate.
+    """
+    methods = [method for method in _SWEPT if method in result.estimates]
+    swept = sweep(
+        result.axis,
+        result.record,
+        default_cutoffs(1 / result.record.period, points=_CUTOFFS),
+        result.prefilter,
+        methods or list(result.estimates),
+        progress=progress,
+    )
+    return swept.beside(result)
+
+
+def _simulated(result: Identification) -> str:
+    """What nobody may overlook of a record that was not measured."""
+    if not result.record.provenance.truth:
+        return ""
+    truth = escape(truth_text(result))
+    return (
+        '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
+        f"with {truth}.</p>"
+    )
+
+
+def _figures(plots: Sequence[Plot | NoPlot]) -> str:
+    kinds = {plot.name: type(plot) for plot in plots}
+    # Where one of a pair cannot be drawn, the other takes the whole width.
+    halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
+    return "".join(_figure(plot, half=plot.name in halves) for plot in plots)
+
+
+def _figure(plot: Plot | NoPlot, *, half: bool) -> str:
+    wide = ' class="half"' if half else ""
+    title = f'<div class="figure-head"><h3>{escape(plot.title)}</h3></div>'
+    if isinstance(plot, NoPlot):
+        return (
+            f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot.reason}")}</p>'
+            "</figure>"
+        )
+    return (
+        f'<figure{wide} id="figure-{plot.name}">{title}'
+        f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
+        f"<figcaption>{prose_html(plot.caption)}</figcaption></figure>"
+    )
+
+
+def _model(axis: Axis) -> str:
+    """The equation of motion, the drive and the control law."""
+    q, drive, law = axis.coordinate, axis.drive, axis.control
+    unit = str(q.force_unit)
+    motion = formula_mathml(equation_of_motion(axis), q)
+    over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
+    said = (
+        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {drive.gain:.6g} "
+        f"{unit}/{over} times the control."
+    )
+    equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
+    return equation if law is None else equation + _law(law, q)
+
+
+def _law(law: ControlLaw, q: Coordinate) -> str:
+    """What the drive computes once a period, and what it remembers until the next."""
+    formulas = [Formula(name="control", value=law.output)]
+    formulas += [Formula(name=_next(memory), value=memory.following) for memory in law.memory]
+    typeset = "".join(formula_mathml(formula, q) for formula in formulas)
+    how = "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
+    late = f", applied {law.delay} samples late" if law.delay else ""
+    gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
+    facts = f"{law.name}, {how}{late}" + (f"; {gains}." if gains else ".")
+    if law.memory:
+        starts = ", ".join(f"{m.name} = {written(m.start, q)}" for m in law.memory)
+        facts += f" Kept from sample to sample; at the first: {starts.replace('_', ' ')}."
+    return f'<h3>Control law</h3><div class="equation">{typeset}<p>{escape(facts)}</p></div>'
+
+
+def _next(memory: Memory) -> sympy.Symbol:
+    return sympy.Symbol(f"{memory.name}_next")
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """What the page's security policy knows its own script or style by."""
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"sha256-{base64.b64encode(digest).decode()}"

@@ -1,0 +1,253 @@
+"""A comparison of models as tables of plain text, and as plain numbers."""
+
+import math
+from collections.abc import Sequence
+from types import MappingProxyType
+
+from axisid.estimation.diagnostics import within_bounds
+from axisid.estimation.studies import LEVEL, Candidate, Comparison, NestedTest, ParameterCheck
+from axisid.modeling.declaration import left_out_text
+from axisid.presentation.formulas import number_with_sd
+
+from .record import record_lines, rows_text
+from .tables import heading_text, text_table, wrapped
+
+_ABREAST = 4  # candidates in one table
+_SMALLEST_P = 1e-16
+#: What the notes, by number, add where a candidate is partially linear.
+_OF_NONLINEAR = MappingProxyType(
+    {
+        2: "Of a partially linear model, a block's estimate is one linearised step from the whole "
+        "record's, so that its held-out error is a little too small; nonlinear parameters are kept "
+        "within their bounds before the loop is simulated with them.",
+        4: "No test where the larger model estimates a nonlinear parameter that means nothing "
+        "where the smaller one holds: there it is fitted to noise, and neither statistic is F "
+        "distributed. The criteria count it as any other, and overrate it. Go by the held-out "
+        "error.",
+        5: "Nonlinear parameters are not judged. Where one would mean nothing with another at "
+        "zero, that other one carries information if the held-out error is larger without both by "
+        "more than one standard error.",
+    }
+)
+
+
+def comparison_text(comparison: Comparison) -> str:
+    """Heading, estimates, errors, tests, the recommendation and notes."""
+    c = comparison
+    blocks = [_heading(c)]
+    blocks += [
+        _estimates(c.candidates[i : i + _ABREAST]) for i in range(0, len(c.candidates), _ABREAST)
+    ]
+    blocks.append(_errors(c.candidates))
+    if c.tests:
+        blocks.append(_tests(c))
+    said = [*_uninformed(c.candidates), *_untested(c), *_unneeded(c.tests), *_remarks(c)]
+    blocks.append("\n".join(said))
+    blocks.append(wrapped("recommended: ", f"{c.recommended or 'none'}; {c.reason}.", 4))
+    blocks.append("\n".join(wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _heading(c: Comparison) -> str:
+    method = (
+        f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
+        f"{c.gap} rows on both sides"
+    )
+    lines = {"left out": _left_out(c.candidates), **record_lines(c.record)}
+    return heading_text({**lines, "columns": "", "method": method})
+
+
+def _left_out(candidates: Sequence[Candidate]) -> str:
+    """What stands for the parameters that were left out, and of which candidates if not all."""
+    texts = {c.name: left_out_text(c.axis.declared) for c in candidates}
+    if len({*texts.values()}) == 1:
+        return texts[candidates[0].name]
+    return "; ".join(f"{text} of {name}" for name, text in texts.items() if text)
+
+
+def _estimates(candidates: Sequence[Candidate]) -> str:
+    """Parameters by candidate, value +- deviation."""
+    units = {q.name: q.unit for c in candidates for q in c.estimate.quantities}
+    header = ["estimate +- sd [1]", "unit", *(c.name for c in candidates)]
+    rows = []
+    for name, unit in units.items():
+        values = [c.estimate.parameters.get(name) for c in candidates]
+        cells = ["-" if v is None else " +- ".join(_short(*number_with_sd(v)[:2])) for v in values]
+        rows.append([name, unit, *cells])
+    return text_table(header, rows)
+
+
+def _short(value: str, sd: str) -> tuple[str, str]:
+    """The digits that two digits of the deviation warrant."""
+    spread = float(sd)
+    places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
+    return f"{float(value):.{places}f}", f"{spread:.{places}f}"
+
+
+def _errors(candidates: Sequence[Candidate]) -> str:
+    header = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
+    header += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
+    best = {
+        name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
+    }
+    rows = []
+    for c in candidates:
+        simulated = c.estimate.simulation_error_percent
+        rows.append(
+            [
+                c.name,
+                str(c.size),
+                f"{c.estimate.equation_error_percent:.4f}",
+                f"{c.equation.error_percent:.4f}",
+                "-" if simulated is None else f"{simulated:.4f}",
+                "-" if c.simulation is None else f"{c.simulation.error_percent:.4f}",
+                *(_above(getattr(c.criteria, name), least) for name, least in best.items()),
+            ]
+        )
+    return text_table(header, rows)
+
+
+def _above(value: float, least: float) -> str:
+    return f"{value - least:.1f}" if math.isfinite(value - least) else "-"
+
+
+def _tests(c: Comparison) -> str:
+    """Every nested pair, classical and robust."""
+    rows = [
+        [
+            f"{t.smaller} in {t.larger}",
+            str(t.restrictions),
+            _statistic(t.f),
+            _p(t.f_p),
+            _statistic(t.wald),
+            _p(t.wald_p),
+        ]
+        for t in c.tests
+    ]
+    return text_table(["nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"], rows)
+
+
+def _statistic(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _p(value: float | None) -> str:
+    if value is None or math.isnan(value):
+        return "-"
+    return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
+
+
+def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
+    """A line for each parameter that the record does not need."""
+    lines = [
+        wrapped("", f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
+        for c in candidates
+        for check in c.checks
+        if check.informed is False
+    ]
+    judged = "linear " if any(not c.axis.is_linear for c in candidates) else ""
+    return lines or [f"Every {judged}parameter of every candidate carries information [5]."]
+
+
+def _untested(c: Comparison) -> list[str]:
+    """A line for each pair and each parameter that no test judges."""
+    lines = [
+        f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4]."
+        for t in c.tests
+        if t.not_tested
+    ]
+    lines += [
+        f"{check.name} of {each.name} is not judged: {check.not_tested} [5]."
+        for each in c.candidates
+        for check in each.checks
+        if check.informed is None
+    ]
+    return [wrapped("", line) for line in lines]
+
+
+def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
+    """A line for each model that says no more than one it contains."""
+    return [
+        f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)})."
+        for t in tests
+        if t.wald_p is not None and t.wald_p >= LEVEL
+    ]
+
+
+def _why(check: ParameterCheck, candidate: Candidate) -> str:
+    zero = f"it may be zero (HAC p = {_p(check.p_value)})"
+    if check.without_percent is None:
+        return zero
+    errors = (
+        f"the held-out error is {check.without_percent:.5g} % without it, "
+        f"{candidate.equation.error_percent:.5g} % with it"
+    )
+    if check.p_value is None:
+        return errors
+    if check.p_value >= LEVEL:
+        return f"{zero}; {errors}"
+    return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
+
+
+def _remarks(c: Comparison) -> list[str]:
+    """What kept a candidate or a figure out, and what disagrees."""
+    faults = [
+        wrapped("", f"{each.name}: {check.meaning}.")
+        for each in c.candidates
+        if (check := within_bounds(each.estimate)).status == "fail"
+    ]
+    if not isinstance(c.law, str) and not c.law.passed:
+        faults.append(wrapped("", f"Believe nothing before this is mended: {c.law.meaning}."))
+    lines = [wrapped("", f"{name} is left out: {why}") for name, why in c.failures.items()]
+    lines += [
+        f"{a} and {b} are the same model in different parameters, on these rows." for a, b in c.same
+    ]
+    shared: dict[str, list[str]] = {}
+    for each in c.candidates:
+        if each.reason:
+            shared.setdefault(each.reason, []).append(each.name)
+    lines += [wrapped("", f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()]
+    first, *others = c.candidates
+    lines += [
+        f"{e.name} and {first.name} have different control laws, so their simulation errors "
+        "compare these too."
+        for e in others
+        if e.axis.axis.control != first.axis.axis.control
+    ]
+    simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
+    if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
+        lines.append(
+            wrapped("", f"The held-out simulation error is smallest for {min(simulated)[1]}.")
+        )
+    return [*faults, *lines]
+
+
+def _notes(c: Comparison) -> list[str]:
+    instruments = (
+        " Instruments are those of the loop simulated with all rows' estimate."
+        if c.method == "idm-iv"
+        else ""
+    )
+    notes = [
+        "sd: HAC, for autocorrelated residuals, as in identify.",
+        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error: of "
+        "the simulated loop. Held out: each block by the estimate from the others, without the "
+        f"rows next to it, which share samples with it through the filters.{instruments}",
+        "AIC, BIC and F: classical, of least squares, for independent rows. Rows of filtered data "
+        "are not independent, so these overrate every further parameter: shown for comparison with "
+        "publications.",
+        "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
+        "restrictions, F distributed), and Takeuchi's criterion TIC, AIC with the penalty "
+        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest. Where residuals stay alike "
+        "for long, the Wald test still rejects too often: a true model in 1 of 5 at the worst.",
+        "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
+        "where the held-out error is no larger without it.",
+        "Recommended: of the candidates whose held-out equation error is within one standard error "
+        "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
+        "smallest whatever the blocks say, the one with the fewest parameters.",
+        rows_text(c.record, c.prefilter, len(c.candidates[0].estimate.y)),
+    ]
+    if any(not each.axis.is_linear for each in c.candidates):
+        for i, addition in _OF_NONLINEAR.items():
+            notes[i - 1] += f" {addition}"
+    return notes

@@ -1,0 +1,42 @@
+"""Physical parameters in the summary's notes: what they rest on, and which do not follow."""
+
+from collections.abc import Mapping
+
+from axisid.estimation.estimates import Physical
+from axisid.modeling.declaration import known_text
+
+
+def physical_notes(found: Mapping[str, Physical]) -> list[str]:
+    """Notes of a table; none where the estimates are of the physical parameters already."""
+    if not found:
+        return []
+    notes = []
+    if any(physical.shows_more for physical in found.values()):
+        notes.append(_how(next(iter(found.values()))))
+    said: dict[str, list[str]] = {}
+    for method, physical in found.items():
+        for sentence in (*map(_fixable, physical.unsettled), *physical.remarks):
+            said.setdefault(sentence, []).append(method)
+    return notes + [
+        f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
+        for sentence, methods in said.items()
+    ]
+
+
+def _fixable(sentence: str) -> str:
+    return f"{sentence} (--fix NAME=VALUE+-SD)" if sentence.endswith(" known") else sentence
+
+
+def _how(physical: Physical) -> str:
+    known = ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in physical.base.known)
+    fixed = f", and to {known}, declared as known" if known else ""
+    more = (
+        " Where the record shows a known parameter too, the two are weighed, and the others change "
+        "through their correlation with it."
+        if known
+        else ""
+    )
+    return (
+        "Physical parameters: the nearest to the estimates above, less the filter's own bias, by "
+        f"their covariance{fixed} (minimum distance).{more}"
+    )

@@ -1,0 +1,56 @@
+"""A record in words: its size, columns, repairs, and how it became rows."""
+
+import numpy as np
+
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter
+
+from .tables import heading_text, text_table
+
+
+def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
+    """How a record became the rows of a regression, for the notes of a table."""
+    f = prefilter
+    start, end = f.dropped(record.period)
+    kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
+    force = "drive gain x control" if record.force is None else "force column"
+    masked = f.masked_rows(len(record), record.period) if f.masked else 0
+    lost = f", {masked} left out that masked samples reach" if masked else ""
+    each = " of each" if record.segments else ""
+    quiet = f", {f.silenced} samples near reversals and rests left out before" if f.silenced else ""
+    return (
+        f"{used} rows of {len(record)} samples{_of_segments(record, f)}: {start} dropped at the "
+        f"start, {end} at the end{each}, then {kept}{lost}{quiet}. Position low-passed by "
+        f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold "
+        f"{f.hold}."
+    )
+
+
+def _of_segments(record: Record, prefilter: Prefilter) -> str:
+    if not record.segments:
+        return ""
+    used, there = len(prefilter.spans(len(record), record.period)), len(record.segments)
+    if used == there:
+        return f" in {there} segments"
+    return f" in {used} of {there} segments (the others are too short)"
+
+
+def record_lines(record: Record) -> dict[str, str]:
+    """What a heading says of a record: its size, columns, what was assumed and repaired."""
+    source = record.provenance
+    return {
+        "record": f"{source.source}, {record.size}",
+        "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
+        "assumed": "; ".join(source.assumed),
+        "repaired": "; ".join(repair.text for repair in source.repairs),
+    }
+
+
+def record_text(record: Record) -> str:
+    """Where it comes from, what was assumed and repaired, and how far its columns reach."""
+    rows = [
+        [role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values)))]
+        for role, values in record.channels().items()
+    ]
+    table = text_table(["", "least", "most", "range"], rows)
+    return f"{heading_text(record_lines(record))}\n\n{table}\nValues are SI.\n"

@@ -1,0 +1,134 @@
+"""How each result looks: as text, as plain data, as HTML, in figures. One row for each type."""
+
+from collections.abc import Iterable
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Identification
+from axisid.estimation.records import Record
+from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.presentation.documents import (
+    comparison_dict,
+    estimate_dict,
+    identification_dict,
+    record_dict,
+    stream_dict,
+    sweep_dict,
+    validation_dict,
+)
+from axisid.presentation.plots import (
+    autocorrelation_plot,
+    convergence_plot,
+    drawable,
+    drawn,
+    force_plot,
+    friction_plot,
+    record_plot,
+    spectrum_plot,
+    sweep_plot,
+    tracking_plot,
+)
+from axisid.presentation.text import (
+    comparison_text,
+    estimate_html,
+    identification_text,
+    record_text,
+    result_html,
+    stream_text,
+    sweep_text,
+    validation_text,
+)
+from axisid.support.errors import UsageError
+from axisid.support.shown import Shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_OF_ESTIMATE = {
+    "force": force_plot,
+    "autocorrelation": autocorrelation_plot,
+    "spectrum": spectrum_plot,
+    "convergence": convergence_plot,
+}
+_OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot}
+
+
+@singledispatch
+def as_text(result: Shown) -> str:
+    """A result as plain text."""
+    return repr(result)
+
+
+as_text.register(Record, record_text)
+as_text.register(Identification, identification_text)
+as_text.register(Sweep, sweep_text)
+as_text.register(Comparison, comparison_text)
+as_text.register(Validation, validation_text)
+as_text.register(StreamedEstimate, stream_text)
+
+
+@singledispatch
+def as_document(result: Shown) -> dict[str, Any]:
+    """A result as plain numbers, texts and lists."""
+    raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
+
+
+as_document.register(Record, record_dict)
+as_document.register(Estimate, estimate_dict)
+as_document.register(Identification, identification_dict)
+as_document.register(Sweep, sweep_dict)
+as_document.register(Comparison, comparison_dict)
+as_document.register(Validation, validation_dict)
+as_document.register(StreamedEstimate, stream_dict)
+
+
+@singledispatch
+def as_html(result: Shown) -> str | None:
+    """A result for notebooks; None where plain text serves."""
+    del result
+    return None
+
+
+as_html.register(Estimate, estimate_html)
+as_html.register(Identification, result_html)
+
+
+@singledispatch
+def figure_of(result: Shown, what: str) -> "Figure":
+    """One of a result's figures, by its name."""
+    raise _no_figure(result, what, ())
+
+
+def _of_estimate(result: Estimate, what: str) -> "Figure":
+    if what not in _OF_ESTIMATE:
+        raise _no_figure(result, what, _OF_ESTIMATE)
+    return drawn(drawable(_OF_ESTIMATE[what](result)))
+
+
+def _of_identification(result: Identification, what: str, method: str | None = None) -> "Figure":
+    if what == "record":
+        return drawn(record_plot(result))
+    estimate = result.judged if method is None else result[method]
+    if what in _OF_METHOD:
+        return drawn(drawable(_OF_METHOD[what](result, estimate)))
+    if what not in _OF_ESTIMATE:
+        raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
+    return figure_of(estimate, what)
+
+
+def _of_sweep(result: Sweep, what: str) -> "Figure":
+    if what not in ("", "sweep"):
+        raise _no_figure(result, what, ("sweep",))
+    return drawn(sweep_plot(result))
+
+
+figure_of.register(Estimate, _of_estimate)
+figure_of.register(Identification, _of_identification)
+figure_of.register(Sweep, _of_sweep)
+
+
+def _no_figure(result: Shown, what: str, there: Iterable[str]) -> UsageError:
+    listed = ", ".join(there)
+    choose = f"; choose from {listed}" if listed else ""
+    return UsageError(f"a {type(result).__name__} has no figure {what!r}{choose}.")

@@ -1,0 +1,53 @@
+"""Numbers that a caller gives: real ones, or a sentence that says what they are."""
+
+from typing import TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import AxisidError, UsageError
+
+Array = NDArray[np.float64]
+
+_KINDS = {"c": "complex", "U": "text", "S": "text"}
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Whether a value is one real number, and no truth value."""
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether a value is one whole number of a type for those, and no truth value."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def real_array(values: ArrayLike, what: str, error: type[AxisidError] = UsageError) -> Array:
+    """Return an array of floats; one that is none yet is made.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        They are, for messages.
+    error : type of AxisidError
+
+    Raises
+    ------
+    AxisidError
+        They are masked, complex, ragged or no numbers.
+    """
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
+        raise error(f"{what}: {masked} of the values are masked; leave them out, or repair them.")
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind == "O":  # None would become not a number without a word
+            array = np.array([float(each) for each in array.ravel()]).reshape(array.shape)
+    except (TypeError, ValueError, OverflowError) as reason:
+        raise error(f"{what}: the values are not numeric: {reason}.") from reason
+    if array.dtype.kind not in "biuf":
+        kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
+        raise error(f"{what}: the values are {kind}; give real numbers.")
+    return np.asarray(array, dtype=float)

@@ -1,0 +1,287 @@
+"""What is generated gives the declared force, in every target, also where its terms cancel."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import strategies as st
+
+from axisid import (
+    Axis,
+    Constant,
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    build,
+    coulomb,
+    cubic_spring,
+    derive,
+    newton,
+    stribeck,
+    viscous,
+)
+from axisid.codegen.accuracy.declared_check import check_programs
+from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
+from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.lowering.axis_functions import axis_programs
+from axisid.codegen.printers.python import print_python
+from axisid.codegen.printers.structured_text import print_st
+from axisid.modeling.library import LIBRARY
+from axisid.modeling.quantities.constants import with_numbers
+from axisid.modeling.quantities.symbols import FORCE
+from tests.codegen.lowering.test_feed_forward import TRIED, exported, in_python, in_st
+from tests.strategies.expressions import expressions
+
+q = Coordinate("q", unit="rad")
+M, b = Parameter("M", "kg m^2", nominal=1.0), Parameter("b", "N m/(rad/s)", nominal=0.5)
+F, k3 = Parameter("F", "N m", nominal=3.0), Parameter("k3", "N m", nominal=2.0)
+mu = Parameter("mu", "1", nominal=0.5)
+Q, DQ = q.symbol, q.velocity
+
+
+def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...], profile: float = 1) -> Axis:
+    return newton(
+        "stage",
+        coordinate=q,
+        parameters=(M, b, *parameters),
+        inertia=M,
+        resistance=(viscous(b, q), *resistance),
+        drive=Drive(gain=1.0, profile=profile),
+    )
+
+
+#: Where terms cancel if a power or an exponential is multiplied out, and motions to see it.
+AWKWARD = {
+    "power of a difference": (stage(F * ((Q - 2) / 0.1) ** 12, parameters=(F,)), 2.05),
+    "cubic spring at 1 m": (stage(cubic_spring(k3, q, rest=1), parameters=(k3,)), 1.001),
+    "cubic spring at 10 m": (stage(cubic_spring(k3, q, rest=10), parameters=(k3,)), 10.0001),
+    "root of a difference": (
+        stage(F * sympy.sqrt((Q - 100) ** 2 + 1e-14), parameters=(F,)),
+        100.0000003,
+    ),
+    "exponential over a profile": (
+        stage(
+            stribeck(F, q, velocity=0.01),
+            parameters=(F,),
+            profile=1 + 0.05 * sympy.cos(2 * sympy.pi * q / 0.03),
+        ),
+        0.015,
+    ),
+    "power with a direction": (
+        stage(F * (Q - 2) ** 9 * (1 + sympy.sign(DQ)) ** 2, parameters=(F,)),
+        2.01,
+    ),
+    "known power": (stage(coulomb(F, q), 3.1 * (Q - 5) ** 9, parameters=(F,)), 5.001),
+    "product of parameters": (stage(F * mu * (Q - 3) ** 7, parameters=(F, mu)), 3.01),
+    "one for each direction": (
+        stage(
+            sympy.Piecewise((F * (Q - 4) ** 9, DQ < 0), (k3 * (Q - 4) ** 9, True)),
+            parameters=(F, k3),
+        ),
+        4.01,
+    ),
+}
+Motion = tuple[float, float, float]  # position, velocity, acceleration
+Targets = dict[str, Callable[[float, float, float], float]]
+
+
+def targets(axis: Axis, values: np.ndarray, *, native: bool = True) -> Targets:
+    """The inverse dynamics in every language, with declared parameters."""
+    model = derive(axis)
+    made = build(axis, native=native)
+    own = np.array(model.base.at(list(values)))
+    export = exported(model.axis, own)
+    name = export.functions[0]
+    machine = made.functions["inverse_dynamics"]
+    row = made.functions["idm_regressor"]
+    theta = (own,) if "parameters" in row.name_in() else ()
+
+    def by_columns(x: float, v: float, a: float) -> float:
+        columns, known = row(x, v, a, np.sign(v), *theta)
+        return float(columns @ own + known)
+
+    found: Targets = {
+        "virtual machine": lambda x, v, a: float(machine(x, v, a, np.sign(v), own)),
+        "columns": by_columns,
+        "Python": in_python(print_python(export), *export.functions)[name],
+        "Structured Text": in_st(print_st(export), *export.functions)[name],
+    }
+    if native:
+        made.native.library()
+        found["C"] = lambda x, v, a: float(
+            made.rows("inverse_dynamics", x, v, a, np.sign(v), own)[0][0, 0]
+        )
+    return found
+
+
+def check(axis: Axis, values: np.ndarray, motion: Motion, what: Targets) -> bool:
+    """Compare targets with the declared force in sixty digits; whether it has a value there."""
+    c = axis.coordinate
+    point = dict(zip((c.symbol, c.velocity, c.acceleration), motion, strict=True))
+    point |= {p.symbol: x for p, x in zip(axis.parameters, values, strict=True)}
+    try:
+        declared = Oracle(point)(with_numbers(axis.force / axis.drive.profile))
+    except UndecidedError:
+        return False
+    wanted, error = float(declared.exact), float(declared.error)
+    for name, function in what.items():
+        assert abs(function(*motion) - wanted) <= 1e3 * error, (name, motion, wanted)
+    return True
+
+
+@pytest.mark.parametrize("name", AWKWARD)
+def test_every_target_has_the_declared_force_where_terms_cancel(name: str) -> None:
+    axis, place = AWKWARD[name]
+    values = np.array([p.nominal for p in axis.parameters])
+    what = targets(axis, values)
+    assert "C" in what
+    for x in (place, place + 0.3, -place):
+        for v in (0.27, -0.4, 1e-3):
+            assert check(axis, values, (x, v, 0.7), what)
+
+
+@pytest.mark.parametrize("name", [*LIBRARY, "stribeck"])
+def test_every_target_of_the_library_has_the_declared_force(
+    name: str, rng: np.random.Generator
+) -> None:
+    axis = TRIED[name]
+    values = rng.uniform(0.5, 2.0, len(axis.parameters))
+    what = targets(axis, values)
+    places = [*rng.normal(size=5), 0.0, 0.0100001, -0.0099999, np.pi, 1e-3]
+    motions = [(x, v, a) for x, v, a in zip(places, *rng.normal(size=(2, 10)), strict=True)]
+    checked = [check(axis, values, tuple(map(float, motion)), what) for motion in motions]
+    assert np.mean(checked) > 0.8
+
+
+X, V = sympy.symbols("x v", real=True)
+J = Parameter("J", "kg m^2", nominal=2.0)
+P = [Parameter(name, "N m", nominal=value) for name, value in (("p", 1.3), ("r", -0.7))]
+TURN, SPEED = Coordinate("x", unit="rad"), Constant(1.0, "rad/s")
+SIGN = sympy.sign(TURN.velocity)
+PLACES = st.one_of(st.floats(-5, 5), st.sampled_from([2.05, 1.001, 1e-7, -3.0001, 7.01]))
+TERMS = st.one_of(
+    expressions((X, V), leaves=4),
+    st.builds(
+        lambda c, n, w: ((X - c) / w) ** n,
+        st.integers(-8, 8),
+        st.integers(2, 12),
+        st.sampled_from([0.1, 0.5, 1, 2]),
+    ),
+    st.builds(
+        lambda c, w: sympy.exp(-(((X - c) / w) ** 2)),
+        st.integers(-3, 3),
+        st.sampled_from([0.01, 0.3]),
+    ),
+    st.builds(lambda c, d: sympy.sqrt((X - c) ** 2 + d), st.integers(-9, 9), st.just(1e-14)),
+)
+
+
+@st.composite
+def declarations(draw: st.DrawFn) -> Axis:
+    """Axes of two parameters and a known load, some terms with the direction, some with a profile.
+
+    They may jump with the velocity, which is refused.
+    """
+    made = [
+        draw(TERMS).subs({V: TURN.velocity / SPEED, X: TURN.symbol}) * draw(st.sampled_from(signs))
+        for signs in ([1, SIGN], [1, SIGN, (1 + SIGN) ** 2, SIGN**3], [1])
+    ]
+    profile = draw(st.sampled_from([1, 1 + 0.05 * sympy.cos(8 * TURN.symbol)]))
+    both = P[0] * TURN.velocity / SPEED + P[1].symbol  # lest a factor of 0 leaves one out
+    return newton(
+        "drawn",
+        coordinate=TURN,
+        parameters=(J, *P),
+        inertia=J,
+        resistance=(P[0] * made[0], P[1] * made[1], Constant(1.5, "N m") * made[2], both),
+        drive=Drive(gain=1.0, profile=profile),
+    )
+
+
+def derivable(axis: Axis) -> bool:
+    try:
+        derive(axis)
+    except ModelError as error:
+        assume("jumps with" in str(error) or "not linear in direction" in str(error))
+        return False
+    return True
+
+
+@settings(
+    max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
+)
+@given(declared=declarations(), motion=st.tuples(PLACES, st.floats(-3, 3), st.floats(-2, 2)))
+def test_any_declaration_has_its_force_in_every_target(declared: Axis, motion: Motion) -> None:
+    assume(motion[1])
+    if derivable(declared):
+        values = np.array([p.nominal for p in declared.parameters])
+        check(declared, values, motion, targets(declared, values, native=False))
+
+
+@settings(max_examples=5, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+@given(declared=declarations(), motions=st.lists(st.tuples(PLACES, st.floats(0.1, 3)), min_size=9))
+def test_any_declaration_has_its_force_in_compiled_c(
+    declared: Axis, motions: list[tuple[float, float]]
+) -> None:
+    if derivable(declared):
+        values = np.array([p.nominal for p in declared.parameters])
+        what = targets(declared, values)
+        for x, v in motions:
+            check(declared, values, (x, v, 0.7), {"C": what["C"]})
+
+
+SPEEDS = Q + DQ * Constant(1.0, "s").symbol * mu
+offset = Parameter("offset", "rad", nominal=-0.7)
+SIZES = tuple(Parameter(f"c{i}", "N m", nominal=1.0 + i) for i in range(20))
+#: Of which a linear model has columns, and base parameters, that cancel where the force is small.
+CANCELLING = {
+    "power of a sum of parameters": lambda: stage(
+        F * (SPEEDS + offset) ** 8, parameters=(F, mu, offset)
+    ),
+    "power of a parameter's distance": lambda: stage(
+        F * (Q + offset) ** 12, parameters=(F, offset)
+    ),
+    "powers that are not independent": lambda: stage(
+        *(size * (0.1 * i + 0.3 * Q + 0.7 * DQ) ** 5 for i, size in enumerate(SIZES)),
+        parameters=SIZES,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CANCELLING)
+def test_columns_that_cancel_are_no_fault_of_the_program(name: str) -> None:
+    model = derive(CANCELLING[name]())
+    programs = axis_programs(model)
+    check_programs(model, programs)
+    off = replace(model, acceleration=model.acceleration + sympy.Float(1e-6))
+    with pytest.raises(ModelError, match="the generated direct_dynamics gives"):
+        check_programs(off, axis_programs(off))
+
+
+@pytest.mark.parametrize("name", AWKWARD)
+def test_a_model_that_was_multiplied_out_is_refused(name: str) -> None:
+    model = derive(AWKWARD[name][0])
+    programs = axis_programs(model)
+    check_programs(model, programs)
+    expanded = sympy.expand(model.force)
+    if expanded == model.force:
+        pytest.skip("there is nothing to multiply out")
+    row = replace(
+        model.idm,
+        columns=tuple(sympy.expand(column) for column in model.idm.columns),
+        known=sympy.expand(model.idm.known),
+    )
+    still = expanded.xreplace({q.acceleration: sympy.S.Zero})
+    acceleration = (FORCE - still) / expanded.diff(q.acceleration)
+    spoiled = (
+        ("inverse_dynamics", replace(model, force=expanded)),
+        ("idm_regressor", replace(model, idm=row)),
+        ("direct_dynamics", replace(model, acceleration=acceleration)),
+    )
+    for function, wrong in spoiled:
+        with pytest.raises(ModelError, match=f"^axis 'stage': the generated {function} gives"):
+            axis_artefacts(wrong)

@@ -1,0 +1,183 @@
+"""Generated functions compute what the symbolic model says."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import LIBRARY, build, derive, load_axis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.modeling.declaration.drive import Drive
+from axisid.modeling.quantities.names import RESERVED
+from axisid.modeling.quantities.symbols import DIRECTION, FORCE
+
+NUMBERS = st.one_of(st.just(0.0), st.floats(-1e3, 1e3, allow_nan=False))
+POSITIVE = st.floats(1e-3, 1e3)
+MOTION = st.tuples(st.floats(-10, 10), NUMBERS, NUMBERS, st.floats(-1, 1))
+AXES = {name: (derive(load_axis(name)), build(load_axis(name))) for name in LIBRARY}
+MAPPED = [name for name, (model, _) in AXES.items() if model.parameter_map is not None]
+
+
+# What cancels in a column or a force, as a share of what is added up; nothing does in the EMPS.
+CANCELLED = {"emps2015": 0.0, "emps": 0.0}
+
+
+@cache
+def evaluator(name: str, what: str) -> Callable[..., list[float]]:
+    """SymPy's own evaluation in floating point, apart from our lowering."""
+    model = AXES[name][0]
+    q, parameters = model.axis.coordinate, [p.symbol for p in model.axis.parameters]
+    third = q.acceleration if what in ("force", "idm") else FORCE
+    expressions = {
+        "force": [model.force],
+        "idm": list(model.idm.columns),
+        "acceleration": [model.acceleration],
+        "ddm": [] if model.ddm is None else list(model.ddm.regressor.columns),
+    }[what]
+    arguments = [q.symbol, q.velocity, third, DIRECTION, *parameters]
+    return sympy.lambdify(arguments, expressions, "math")  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+@given(motion=MOTION, data=st.data())
+def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
+    name: str, motion: tuple[float, ...], data: st.DataObject
+) -> None:
+    model, axis = AXES[name]
+    theta = [data.draw(POSITIVE if i == 0 else NUMBERS) for i in range(len(axis.parameters))]
+
+    row, known = axis.rows("idm_regressor", *motion)
+    lost = CANCELLED.get(name, 1e-10) * (1 + np.abs(motion).max() ** 2)
+    assert row.ravel() == pytest.approx(
+        evaluator(name, "idm")(*motion, *theta), rel=1e-12, abs=lost
+    )
+    (force,) = axis.rows("inverse_dynamics", *motion, theta)
+    added = np.abs(row.ravel() * theta).sum() + np.abs(known).sum()
+    lost = CANCELLED.get(name, 1e-10) * (1 + added)
+    expected = evaluator(name, "force")(*motion, *theta)
+    assert force.ravel() == pytest.approx(expected, rel=1e-12, abs=lost)
+    assert row.ravel() @ theta + known.ravel() == pytest.approx(
+        force.ravel(), rel=1e-9, abs=1e-9 + 1e-12 * added
+    )
+    (acceleration,) = axis.rows("direct_dynamics", *motion, theta)
+    push, rest = (axis.rows("direct_dynamics", *motion[:2], f, 0.0, theta)[0] for f in (1.0, 0.0))
+    lost = 1e-9 + 1e-10 * added * np.abs(push - rest).max()
+    expected = evaluator(name, "acceleration")(*motion, *theta)
+    assert acceleration.ravel() == pytest.approx(expected, rel=1e-9, abs=lost)
+    if model.ddm is None:
+        return
+    row, known = axis.rows("ddm_regressor", *motion)
+    lost = CANCELLED.get(name, 1e-10) * (1 + np.abs(motion).max() ** 2)
+    assert row.ravel() == pytest.approx(
+        evaluator(name, "ddm")(*motion, *theta), rel=1e-12, abs=lost
+    )
+    theta_ddm, _ = axis.mapped("ddm_from_physical", theta)
+    assert row.ravel() @ theta_ddm + known.ravel() == pytest.approx(
+        acceleration.ravel(), rel=1e-9, abs=1e-9 * np.abs(row.ravel() * theta_ddm).sum() + 1e-300
+    )
+
+
+@pytest.mark.parametrize("name", MAPPED)
+@given(data=st.data())
+def test_parameter_maps_are_inverse_to_each_other_and_so_are_their_jacobians(
+    name: str, data: st.DataObject
+) -> None:
+    axis = AXES[name][1]
+    values = st.floats(-300, 300)
+    theta = [data.draw(POSITIVE if i == 0 else values) for i in range(len(axis.parameters))]
+    theta_ddm, forward = axis.mapped("ddm_from_physical", theta)
+    back, backward = axis.mapped("physical_from_ddm", theta_ddm)
+    assert back == pytest.approx(theta, rel=1e-12)
+    size = np.abs(backward) @ np.abs(forward)
+    assert np.abs(backward @ forward - np.eye(len(theta))).max() <= 1e-12 * size.max()
+
+
+def test_inverse_undoes_direct_dynamics(
+    library_axis: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    theta = rng.uniform(1, 100, len(library_axis.parameters))
+    q, dq, tau, s = rng.normal(size=(4, 50))
+    (ddq,) = library_axis.rows("direct_dynamics", q, dq, tau, s, theta)
+    (back,) = library_axis.rows("inverse_dynamics", q, dq, ddq, s, theta)
+    (rest,) = library_axis.rows("inverse_dynamics", q, dq, 0 * ddq, s, theta)
+    assert np.all(np.abs(back[:, 0] - tau) <= 1e-9 + 1e-12 * np.abs(rest[:, 0]))
+
+
+def test_many_samples_give_the_rows_of_single_samples(
+    library_axis: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    motion = rng.normal(size=(4, 7))
+    rows, _ = library_axis.rows("idm_regressor", *motion)
+    assert rows.shape == (7, len(library_axis.parameters))
+    for k in range(7):
+        single, _ = library_axis.rows("idm_regressor", *motion[:, k])
+        assert np.array_equal(single[0], rows[k])
+
+
+def test_plant_step_has_order_four(emps2015: GeneratedAxis) -> None:
+    """Against the closed form of ``M ddq = tau - Fv dq - Fc``."""
+    M, Fv, Fc, dq, tau = 2.0, 8.0, 1.0, 0.7, 3.0
+
+    def error(step: float) -> float:
+        dq_next = emps2015.rows("plant_step", 0.0, dq, [tau], 1.0, [M, Fv, Fc], step)[1]
+        steady = (tau - Fc) / Fv
+        return abs(dq_next[0, 0] - (steady + (dq - steady) * np.exp(-Fv / M * step)))
+
+    # A single step of a method of order 4 has an error of order 5.
+    assert error(0.1) / error(0.05) == pytest.approx(2**5, rel=0.15)
+
+
+def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.Generator) -> None:
+    theta = [95.0, 200.0, 20.0, -3.0]
+    functions = emps.functions
+    for q, dq, q1, q2, noise in 1e-3 * rng.normal(size=(20, 5)):
+        step = functions["closed_loop_step"](q, dq, [q1, q2], 2e-3, 0.0, noise, 1.0, theta, 1e-3)
+        control, state = functions["control_law"](2e-3, q + noise, dq, [q1, q2])
+        tau = emps.axis.drive.gain * float(control)
+        q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)[:2]
+        ddq = functions["direct_dynamics"](q, dq, tau, 1.0, theta)
+        expected = [q_next, dq_next, state[0], state[1], ddq, tau, control]
+        got = [step[0], step[1], step[2][0], step[2][1], *step[3:6]]
+        assert [float(x) for x in got] == [float(x) for x in expected]
+
+
+def test_control_is_clipped_at_the_drive_limit(emps: GeneratedAxis) -> None:
+    law = emps.functions["control_law"]
+    assert float(law(1.0, 0.0, 0.0, [0.0, 0.0])[0]) == emps.axis.drive.limit
+    assert float(law(-1.0, 0.0, 0.0, [0.0, 0.0])[0]) == -emps.axis.drive.limit
+
+
+def test_rows_of_column_results_are_sample_by_sample(rng: np.random.Generator) -> None:
+    law_inputs = [*rng.normal(size=(3, 4)), np.array([5.0, 7.0])]
+    for native in (True, False):
+        axis = build(load_axis("emps"), native=native)
+        axis.native.library()
+        control, state = axis.rows("control_law", *law_inputs)
+        assert control.shape == (4, 1)
+        assert np.array_equal(state, np.column_stack([law_inputs[1], np.full(4, 5.0)]))
+
+
+def test_signature_follows_the_declaration_not_the_number_type() -> None:
+    axis = load_axis("emps")
+    marks = {
+        build(replace(axis, drive=Drive(gain=gain, limit=10.0))).signature
+        for gain in (35, 35.0, np.float64(35), sympy.Integer(35))
+    }
+    assert len(marks) == 1
+    assert build(axis).signature == build(axis).signature
+    assert build(replace(axis, title="other")).signature != build(axis).signature
+
+
+def test_every_argument_and_result_of_a_function_is_a_reserved_name() -> None:
+    """So that no coordinate can bear it."""
+    for _, axis in AXES.values():
+        motion = {str(s) for s in (axis.axis.coordinate.symbol, axis.axis.coordinate.velocity)}
+        motion.add(str(axis.axis.coordinate.acceleration))
+        motion |= {f"{name}_next" for name in motion}
+        for function in axis.functions.values():
+            assert {*function.name_in(), *function.name_out()} - motion <= RESERVED

@@ -1,0 +1,294 @@
+"""Exported feed-forward functions compute what the virtual machine computes, in every language."""
+
+import ctypes
+import math
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+
+from axisid import (
+    Axis,
+    Coordinate,
+    Drive,
+    Parameter,
+    UsageError,
+    build,
+    coulomb,
+    derive,
+    load_axis,
+    newton,
+    viscous,
+)
+from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
+from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
+from axisid.codegen.lowering.program import Builder, Program
+from axisid.codegen.printers.c99 import print_c99
+from axisid.codegen.printers.python import print_python
+from axisid.codegen.printers.shared import comment
+from axisid.codegen.printers.structured_text import print_st
+from axisid.codegen.runtime.compiler import find_compiler
+from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.modeling.library import LIBRARY
+from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
+from tests.codegen.structured_text import StructuredText, StructuredTextError
+from tests.estimation.axes import AXES
+from tests.estimation.estimates.test_partially_linear import stribeck_axis
+from tests.strategies.expressions import expressions, operations
+
+Functions = dict[str, Callable[..., float]]
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-Wmissing-prototypes"]
+TRIED = {
+    **{name: load_axis(name) for name in LIBRARY},
+    **AXES,
+    "stribeck": stribeck_axis(),
+}
+
+
+def awkward() -> Axis:
+    """Names that a language may take for something else."""
+    q = Coordinate("LREAL", unit="rad")
+    R, sel, math_, tmp0 = (Parameter(n, "N m", nominal=1.0) for n in ("R", "SEL", "math", "tmp0"))
+    J = Parameter("a__b_", "kg m^2", nominal=1.0)
+    under, NAN = (Parameter(n, "N m", nominal=1.0) for n in ("a_b", "NAN"))
+    return newton(
+        "odd__",
+        title='ends a comment: */ *) """ \\',
+        coordinate=q,
+        parameters=(J, under, NAN, R, sel, math_, tmp0),
+        inertia=J,
+        resistance=(
+            coulomb(R, q),
+            under * sympy.cos(q.symbol) ** 2 + NAN * sympy.sin(q.symbol) ** 4,
+            sel.symbol,
+            math_ * q.symbol**3,
+            tmp0 * sympy.tanh(q.velocity / 3) / (2 + sympy.sin(q.symbol)),
+        ),
+        drive=Drive(gain=-1e-7, unit="A", limit=1e9),
+    )
+
+
+def exported(axis: Axis, values: np.ndarray, dead_zone: float = 0.0) -> FeedForward:
+    numbers = {
+        p.name: (float(x), "unit, */ *) (* /* \\ ??/ \u00e9\nnext line")
+        for p, x in zip(axis.parameters, values, strict=True)
+    }
+    about = ("of the axis */ *)", axis.title, '"""')
+    return feed_forward(derive(axis), numbers, about, dead_zone)
+
+
+def in_c(text: str, folder: Path, *names: str, arguments: int = 3) -> Functions:
+    try:
+        compiler = find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+    source, library = folder / "export.c", folder / "export.so"
+    source.write_text(text)
+    command = [*compiler.command, *STRICT, "-O2", "-shared", "-fPIC", str(source)]
+    command += ["-o", str(library), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    loaded = ctypes.CDLL(str(library))
+    functions: Functions = {}
+    for name in names:
+        function = loaded[name]
+        function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double] * arguments
+        functions[name] = function
+    return functions
+
+
+def in_python(text: str, *names: str) -> Functions:
+    namespace: dict[str, Callable[..., float]] = {}
+    exec(compile(text, "export.py", "exec"), namespace)
+    return {name: namespace[name] for name in names}
+
+
+def in_st(text: str, *names: str) -> Functions:
+    read = StructuredText(text)
+    assert [f.name.lower() for f in read.functions.values()] == [n.lower() for n in names]
+    return {name: lambda *motion, name=name: read(name, *motion) for name in names}  # type: ignore[misc]
+
+
+def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float = 0.0) -> None:
+    """Compare both functions with the virtual machine, at rest too."""
+    force, control = functions.values()
+    machine = build(axis, native=False).functions["inverse_dynamics"]
+    drive, rng = axis.drive, np.random.default_rng(3)
+    motion = rng.normal(size=(40, 3))
+    motion[:4, 1] = (0.0, -0.0, 0.25, -0.25)
+    motion[-2:, 2] = (-1e9, 1e9)
+    reached = 0
+    for q, dq, ddq in motion.tolist():
+        direction = float(dq > dead_zone) - float(dq < -dead_zone)
+        tau = float(machine(q, dq, ddq, direction, values))
+        assert force(q, dq, ddq) == pytest.approx(tau, rel=1e-12, abs=1e-12)
+        wanted = min(max(tau / drive.gain, -drive.limit), drive.limit)
+        reached += abs(wanted) == drive.limit
+        assert control(q, dq, ddq) == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+    assert math.isinf(drive.limit) or reached >= 2
+
+
+@pytest.mark.parametrize("name", [*TRIED, "awkward"])
+@pytest.mark.parametrize(
+    ("language", "dead_zone"),
+    [("c", 0.0), ("python", 0.0), ("python", 0.25), ("st", 0.0), ("st", 0.25)],
+)
+def test_force_and_control_are_those_of_the_virtual_machine(
+    name: str, language: str, dead_zone: float, tmp_path: Path
+) -> None:
+    axis = awkward() if name == "awkward" else TRIED[name]
+    values = np.random.default_rng(5).uniform(0.5, 2.0, len(axis.parameters))
+    export = exported(axis, values, dead_zone)
+    names = export.functions
+    if language == "c":
+        functions = in_c(print_c99(export), tmp_path, *names)
+    elif language == "python":
+        functions = in_python(print_python(export), *names)
+    else:
+        legal = ("odd_feedforward", "odd_control") if name == "awkward" else names
+        functions = in_st(print_st(export), *legal)
+    check(axis, functions, values, dead_zone)
+
+
+def test_a_dead_zone_in_c(tmp_path: Path) -> None:
+    axis, values = load_axis("emps"), np.array([95.0, 203.0, 20.0, -3.0])
+    export = exported(axis, values, dead_zone=0.25)
+    check(axis, in_c(print_c99(export), tmp_path, *export.functions), values, 0.25)
+
+
+def as_export(force: Program) -> FeedForward:
+    """A function of x and y as if it were a feed-forward."""
+    builder = Builder()
+    builder.output("control", [[builder.scalar("tau")]])
+    return FeedForward(
+        name="f",
+        about=("A test.",),
+        constants=(),
+        motion={"x": "m", "y": "m/s"},
+        force=force,
+        force_about="",
+        control=builder.program("control", ""),
+        control_about="",
+    )
+
+
+@settings(max_examples=150)
+@given(expression=expressions((X, Y)), x=VALUES, y=VALUES)
+def test_python_and_structured_text_have_the_value_of_any_expression(
+    expression: sympy.Expr, x: float, y: float
+) -> None:
+    program = program_of(expression)
+    (wanted,) = run_program(program, x, y)
+    try:
+        Oracle({X: x, Y: y})(expression)
+    except UndecidedError:
+        return  # at a jump the last bit decides
+    export = as_export(program)
+    for functions in (
+        in_python(print_python(export), *export.functions),
+        in_st(print_st(export), *export.functions),
+    ):
+        got = functions["f_control"](x, y)
+        assert got == pytest.approx(wanted, rel=1e-11, abs=1e-11)
+
+
+OPERATIONS = operations(X, Y)
+
+
+def check_operation(program: Program, functions: Functions) -> None:
+    function = functions.popitem()[1]
+    for x, y in ((0.3, -0.7), (-0.0, 0.5), (0.9, 0.9), (-3.0, 2.0)):
+        (wanted,) = run_program(program, x, y)
+        assert function(x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize("expression", OPERATIONS, ids=str)
+def test_every_operation_has_its_value_in_python_and_structured_text(
+    expression: sympy.Expr,
+) -> None:
+    program = program_of(expression)
+    export = as_export(program)
+    check_operation(program, in_python(print_python(export), *export.functions))
+    check_operation(program, in_st(print_st(export), *export.functions))
+
+
+def test_every_operation_compiles_as_c99_and_has_its_value(tmp_path: Path) -> None:
+    programs = [program_of(expression) for expression in OPERATIONS]
+    exports = [replace(as_export(p), name=f"f{i}") for i, p in enumerate(programs)]
+    # One file for all: every helper once.
+    lines = "\n".join(map(print_c99, exports)).splitlines()
+    once = dict.fromkeys(line for line in lines if line.startswith(("#", "static inline")))
+    rest = [line for line in lines if line not in once]
+    names = [export.functions[1] for export in exports]
+    functions = in_c("\n".join([*once, *rest, ""]), tmp_path, *names, arguments=2)
+    for name, program in zip(names, programs, strict=True):
+        check_operation(program, {name: functions[name]})
+
+
+def test_nothing_is_needed_but_the_language() -> None:
+    export = exported(awkward(), np.ones(7))
+    c, python, st = print_c99(export), print_python(export), print_st(export)
+    assert [line for line in c.splitlines() if line.startswith("#")] == ["#include <math.h>"]
+    needed = [line for line in python.splitlines() if line.startswith(("import", "from"))]
+    assert needed == ["import math"]
+    assert "\nimport" not in print_python(exported(load_axis("emps"), np.ones(4)))
+    assert all(text.isascii() for text in (c, python, st))
+
+
+def test_what_is_no_number_or_no_speed_is_refused() -> None:
+    model = derive(load_axis("emps"))
+    numbers = {p.name: (1.0, "") for p in model.axis.parameters}
+    with pytest.raises(UsageError, match="dead zone is -1"):
+        feed_forward(model, numbers, dead_zone=-1.0)
+    with pytest.raises(UsageError, match="dead zone is nan"):
+        feed_forward(model, numbers, dead_zone=math.nan)
+    with pytest.raises(UsageError, match="Fv is inf"):
+        feed_forward(model, {**numbers, "Fv": (math.inf, "")})
+
+
+def test_a_comment_never_ends_early() -> None:
+    for text in ("*/*", "(*)*)", "/*/", "**/", "??/", "a\\"):
+        made = comment(text)
+        assert not any(mark in made for mark in ("*/", "/*", "(*", "*)", "??", "\\"))
+        assert made.replace(" ", "") == text.replace("\\", "/")
+
+
+def test_letters_of_a_comment_keep_what_ascii_has_of_them() -> None:
+    assert comment("Pendelprüfstand, façade, 5 Ω") == "Pendelprufstand, facade, 5 ?"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("FUNCTION f : LREAL VAR_INPUT x_ : LREAL; END_VAR f := x_; END_FUNCTION", "no identifier"),
+        ("FUNCTION f : LREAL VAR_INPUT R : LREAL; END_VAR f := R; END_FUNCTION", "no identifier"),
+        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := x < x; END_FUNCTION", "no LREAL"),
+        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := x + 1.0; END_FUNCTION", "no token"),
+        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := y; END_FUNCTION", "no value"),
+        ("FUNCTION f : LREAL VAR_INPUT x, X : LREAL; END_VAR f := x; END_FUNCTION", "in place of"),
+    ],
+)
+def test_the_evaluator_of_structured_text_is_strict(text: str, reason: str) -> None:
+    with pytest.raises(StructuredTextError, match=reason):
+        StructuredText(text)("f", 1.0)
+
+
+def test_viscous_axis_without_limit_needs_no_helper() -> None:
+    q = Coordinate("q")
+    M, Fv = Parameter("M", "kg", nominal=1.0), Parameter("Fv", "N/(m/s)")
+    axis = newton(
+        "bare",
+        coordinate=q,
+        parameters=(M, Fv),
+        inertia=M,
+        resistance=(viscous(Fv, q),),
+        drive=Drive(gain=2.0),
+    )
+    text = print_c99(exported(axis, np.ones(2)))
+    assert "inline" not in text
+    assert "SEL" not in print_st(exported(axis, np.ones(2)))

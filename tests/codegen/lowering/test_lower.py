@@ -1,0 +1,108 @@
+"""SymPy expressions mean the same after lowering, printing and running."""
+
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
+from axisid.codegen.lowering.lower import Lowering
+from axisid.codegen.lowering.program import Builder, Program
+from axisid.codegen.printers.casadi import print_function
+from axisid.codegen.runtime.execute import execute
+from axisid.support.errors import ModelError
+from tests.strategies.expressions import FLOATS, expressions, operations
+
+X, Y = sympy.symbols("x y", real=True)
+VALUES = st.one_of(
+    st.sampled_from([0.0, -0.0, 1.0, -1.0, 1e-12, 30.0]), st.floats(-5, 5, allow_nan=False)
+)
+
+
+def program_of(*results: sympy.Basic) -> Program:
+    builder = Builder()
+    values = {X: builder.scalar("x"), Y: builder.scalar("y")}
+    lowering = Lowering(builder, values)
+    builder.output("result", [[lowering(e) for e in results]])
+    return builder.program("f", "A test.")
+
+
+def run_program(program: Program, x: float, y: float) -> list[float]:
+    text = f'import casadi\n\n\n{print_function(program)}\n\nFUNCTIONS = {{"f": f}}\n'
+    return [float(v) for v in execute(text, "test")["f"](x, y).full().ravel()]
+
+
+@settings(max_examples=300)
+@given(expression=expressions((X, Y)), x=FLOATS, y=FLOATS)
+def test_generated_text_has_the_value_of_the_expression(
+    expression: sympy.Expr, x: float, y: float
+) -> None:
+    (value,) = run_program(program_of(expression), x, y)
+    try:
+        exact = Oracle({X: x, Y: y})(expression)
+    except UndecidedError:
+        return
+    assert abs(value - exact.exact) <= exact.error
+
+
+@pytest.mark.parametrize("expression", operations(X, Y), ids=str)
+def test_the_oracle_has_the_value_of_sympy(expression: sympy.Expr) -> None:
+    for x, y in ((0.3, -2.7), (-1.25, 0.0), (0.0, 0.5), (2.0, 2.0)):
+        point = {X: sympy.Rational(x), Y: sympy.Rational(y)}
+        found = Oracle({X: x, Y: y})(expression).exact
+        expected = expression.subs(point, simultaneous=True).evalf(40)
+        assert sympy.Abs(sympy.Float(found, 50) - expected) <= 1e-35 * (1 + sympy.Abs(expected))
+
+
+@pytest.mark.parametrize("number", [2 * sympy.sqrt(2), 3 * sympy.sqrt(6) / 2, sympy.root(4, 3)])
+def test_numbers_that_sympy_writes_as_products_of_powers_are_lowered(number: sympy.Expr) -> None:
+    """Their powers joined are the same product again."""
+    (alone, scaled) = run_program(program_of(number, number * X), 3.0, 0.0)
+    assert alone == pytest.approx(float(number), rel=1e-15)
+    assert scaled == pytest.approx(3.0 * float(number), rel=1e-15)
+
+
+def test_common_subexpressions_are_computed_once() -> None:
+    shared = sympy.sin(X * Y)
+    assert program_of(shared, shared + 1).operation_count == 3
+
+
+def test_operations_that_no_output_needs_are_left_out() -> None:
+    builder = Builder()
+    x = builder.scalar("x")
+    builder.apply("sin", x)
+    builder.output("result", [[x]])
+    assert builder.program("f", "").operation_count == 0
+
+
+@pytest.mark.parametrize("expression", [X - Y, -X, X / Y, -X / Y, X - (Y - X), X**-2, X * 2 / 3])
+def test_signs_and_quotients_survive_printing(expression: sympy.Expr) -> None:
+    (value,) = run_program(program_of(expression), 1.75, -0.3)
+    assert value == pytest.approx(float(expression.subs({X: 1.75, Y: -0.3})), rel=1e-15)
+
+
+@pytest.mark.parametrize("x", [-1.0, 0.0, 2.0])
+def test_the_derivative_of_a_power_is_finite_where_its_base_is_zero(x: float) -> None:
+    hinge = sympy.Max(0, X)
+    (value,) = run_program(program_of(3 * hinge**Y / hinge), x, 2.5)
+    assert value == pytest.approx(3 * max(x, 0.0) ** 1.5, rel=1e-15)
+
+
+def test_unknown_node_is_named() -> None:
+    with pytest.raises(ModelError, match="node gamma"):
+        program_of(sympy.gamma(X))
+
+
+def test_partial_piecewise_is_refused() -> None:
+    with pytest.raises(ModelError, match="undefined in places"):
+        program_of(sympy.Piecewise((X, X < 1)))
+
+
+def test_unbound_symbol_is_named() -> None:
+    with pytest.raises(ModelError, match="symbol z has no value"):
+        program_of(sympy.Symbol("z", real=True))
+
+
+def test_wrong_operand_count_is_an_internal_fault() -> None:
+    with pytest.raises(TypeError, match="takes 2 operands"):
+        Builder().apply("add", 0)

@@ -1,0 +1,133 @@
+"""Random expressions mean the same compiled, in the virtual machine, in Python and in mathematics.
+
+One compilation serves many expressions at many points, random ones and 0, -0, large and tiny ones.
+"""
+
+import contextlib
+import ctypes
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from sympy.functions.elementary.miscellaneous import Max, Min
+
+from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
+from axisid.codegen.lowering.program import Program
+from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
+from axisid.codegen.printers.casadi import print_function
+from axisid.codegen.printers.python import print_python
+from axisid.codegen.runtime.compiler import find_compiler
+from axisid.codegen.runtime.execute import execute
+from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.codegen.runtime.workshop import Workshop
+from tests.codegen.lowering.test_feed_forward import as_export, in_python
+from tests.codegen.lowering.test_lower import X, Y, program_of
+from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
+
+GRID = [(x, y) for x in SPECIAL for y in SPECIAL]
+Points = list[tuple[float, float]]
+Array = NDArray[np.float64]
+
+
+def compiled(program: Program, points: Points, folder: Path) -> Array:
+    """Values of the compiled C, (points, expressions)."""
+    body = f"{print_c_function(program)}\n{print_c_rows(program)}"
+    source, library = folder / "chosen.c", folder / "chosen.so"
+    source.write_text(f"{print_c_prelude(body)}\n{body}")
+    with Workshop(folder, 120.0) as workshop:
+        find_compiler().compile(source, library, workshop)
+        built = ctypes.CDLL(str(library))
+    x, y = np.array(points).T.copy()
+    out = np.empty((len(points), sum(len(row) for row in program.outputs[0].rows)))
+    pointer = ctypes.POINTER(ctypes.c_double)
+    built.f_rows(ctypes.c_ssize_t(len(points)), *(a.ctypes.data_as(pointer) for a in (x, y, out)))
+    return out
+
+
+def by_machine(program: Program, points: Points) -> Array:
+    """Values of the emitted text in the CasADi virtual machine."""
+    text = f'import casadi\n\n\n{print_function(program)}\n\nFUNCTIONS = {{"f": f}}\n'
+    function = execute(text, "test")["f"]
+    return np.array([function(*point).full().ravel() for point in points])
+
+
+def by_python(chosen: list[sympy.Expr], points: Points) -> Array:
+    """Values of the exported Python text."""
+    out = np.empty((len(points), len(chosen)))
+    for j, expression in enumerate(chosen):
+        export = as_export(program_of(expression))
+        function = in_python(print_python(export), *export.functions)["f_feedforward"]
+        out[:, j] = [function(*point) for point in points]
+    return out
+
+
+def exact(chosen: list[sympy.Expr], points: Points) -> tuple[Array, Array]:
+    """Values to sixty digits and their bounds; NaN at jumps and beyond what a double holds."""
+    values, errors = np.full((2, len(points), len(chosen)), np.nan)
+    for i, (x, y) in enumerate(points):
+        oracle = Oracle({X: x, Y: y})
+        for j, expression in enumerate(chosen):
+            with contextlib.suppress(UndecidedError):
+                value = oracle(expression)
+                values[i, j], errors[i, j] = float(value.exact), float(value.error)
+    return values, errors
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler() -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+
+
+@settings(
+    max_examples=4,
+    phases=[Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+@given(
+    chosen=st.lists(expressions((X, Y)), min_size=40, max_size=40),
+    points=st.lists(st.tuples(FLOATS, FLOATS), min_size=60, max_size=60),
+)
+def test_compiled_expressions_are_those_of_the_machine_of_python_and_of_mathematics(
+    tmp_path_factory: pytest.TempPathFactory, chosen: list[sympy.Expr], points: Points
+) -> None:
+    chosen, points = [*operations(X, Y), *chosen], [*GRID, *points]
+    program = program_of(*chosen)
+    native = compiled(program, points, tmp_path_factory.mktemp("chosen"))
+    virtual = by_machine(program, points)
+    same = np.isclose(native, virtual, rtol=1e-12, atol=1e-300, equal_nan=True)
+    assert np.all(same), [chosen[j] for j in np.unique(np.nonzero(~same)[1])]
+    python = by_python(chosen, points)
+    expected, errors = exact(chosen, points)
+    # Half a thousandth of a double's spacing is lost where the exact value is read as a double.
+    allowed = errors + 1e-15 * np.abs(expected)
+    for values in (native, virtual, python):
+        wrong = np.abs(values - expected) > allowed
+        assert not np.any(wrong), [
+            (chosen[j], points[i], values[i, j], expected[i, j]) for i, j in np.argwhere(wrong)
+        ]
+    decided = np.isfinite(expected)
+    assert np.all(np.isfinite(native[decided]))
+    assert np.all(np.isfinite(python[decided]))
+    assert np.mean(decided) > 0.8
+
+
+def test_a_zero_has_the_same_sign_in_every_target_but_where_it_is_chosen(tmp_path: Path) -> None:
+    values = (0.0, -0.0, 1.0, -1.0)
+    points = [(x, y) for x in values for y in values]
+    chosen = [*operations(X, Y), -X, -X - Y, -2 * X, X / 3, sympy.sqrt(X)]
+    program = program_of(*chosen)
+    native = compiled(program, points, tmp_path)
+    virtual, python = by_machine(program, points), by_python(chosen, points)
+    zero = native == 0
+    zero &= [not expression.has(Min, Max) for expression in chosen]
+    assert np.array_equal(np.signbit(native[zero]), np.signbit(python[zero]))
+    zero &= [not expression.has(*JUMPS) for expression in chosen]
+    assert np.array_equal(np.signbit(native[zero]), np.signbit(virtual[zero]))
+    assert np.any(np.signbit(native[zero]))

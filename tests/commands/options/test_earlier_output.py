@@ -1,0 +1,116 @@
+"""What a command wrote it may write anew; what it did not write stays, unless it is forced."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from axisid import Record, identify, sweep
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.commands.options.earlier_output import is_earlier
+from axisid.paper.study import STUDY_FILES
+from axisid.presentation.plots.files import FORMATS, NAMES
+from axisid.presentation.plots.result import result_plots
+
+Run = Callable[..., tuple[int, str, str]]
+
+TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
+KINDS = (
+    *("identify", "sweep", "compare", "compare-results", "report", "figure", "export"),
+    *("generate", "paper"),
+)
+QUICK = ("--method", "idm-ls", "--no-sweep")
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def done(run: Run, *arguments: object) -> None:
+    code, _, err = run(*arguments)
+    assert code == 0, err
+
+
+def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path) -> None:
+    commands = {
+        "identify": ("identify", "emps2015", *QUICK[:2], "--json", "identify"),
+        "report": ("identify", "emps2015", *QUICK, "--report", "report"),
+        "sweep": ("sweep", "emps2015", "--points", 2, "--json", "sweep"),
+        "compare": ("compare", "--ladder", "emps2015", "--json", "compare"),
+        "compare-results": ("compare-results", "identify", "identify", "--json", "compare-results"),
+    }
+    for command in commands.values():
+        done(run, *command)
+    for name, kind in itertools.product(commands, KINDS):
+        assert is_earlier(here / name, kind) == (name == kind)
+    for command in commands.values():
+        done(run, *command)
+    code, _, err = run(*commands["sweep"][:-1], "identify")
+    assert code == 2
+    assert "this command did not write it" in err
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
+    done(run, "identify", "emps2015", *QUICK[:2], "--json", "result.json")
+    export = ("export", "result.json", "--axis", "emps2015", "--to", target, "-o", "exported")
+    for _ in range(2):
+        done(run, *export)
+    assert [kind for kind in KINDS if is_earlier(here / "exported", kind)] == ["export"]
+    (here / "exported").write_text("mine\n")
+    assert run(*export)[0] == 2
+    assert (here / "exported").read_text() == "mine\n"
+    done(run, *export, "--force")
+    assert is_earlier(here / "exported", "export")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_figures_are_written_anew(run: Run, here: Path, form: str) -> None:
+    command = ("identify", "emps2015", *QUICK, "--figures", "figures", "--figure-format", form)
+    done(run, *command)
+    for figure in (here / "figures").iterdir():
+        assert [kind for kind in KINDS if is_earlier(figure, kind)] == ["figure"]
+    (here / "figures" / f"tracking.{form}").write_text("mine")
+    code, _, err = run(*command)
+    assert code == 2
+    assert f"tracking.{form}" in err
+
+
+def test_generated_code_is_written_anew(run: Run, here: Path) -> None:
+    done(run, "generate", "emps2015", "--output", "code")
+    for file in (here / "code" / "emps2015").iterdir():
+        assert is_earlier(file, "generate")
+        file.write_bytes(file.read_bytes() + b" ")
+    done(run, "generate", "emps2015", "--output", "code")
+    done(run, "generate", "emps2015", "--output", "code", "--check")
+
+
+def test_tables_of_the_paper_are_written_anew(run: Run, here: Path) -> None:
+    done(run, "paper", "--output", "results")
+    assert all(is_earlier(here / "results" / file, kind) for file, kind in STUDY_FILES.items())
+    (here / "results" / "tables.txt").write_text("mine\n")
+    assert run("paper", "--output", "results")[0] == 2
+
+
+def test_empty_files_and_large_ones(here: Path) -> None:
+    empty, large = here / "empty", here / "large"
+    empty.touch()
+    assert is_earlier(empty, "identify")
+    large.write_bytes(bytes(100_000) + b"/Creator (axisid)" + bytes(4000))
+    assert is_earlier(large, "figure")
+    large.write_bytes(b"mine" + bytes(100_000))
+    assert not is_earlier(large, "figure")
+    assert not is_earlier(large, "identify")
+
+
+def test_every_figure_of_a_result_is_known(emps2015: GeneratedAxis, twin: Record) -> None:
+    swept = sweep(emps2015, twin, (30.0, 60.0))
+    found = {
+        plot.name
+        for method in ("idm-ls", "ddm-ls")
+        for plot in result_plots(identify(emps2015, twin, methods=method), swept)
+    }
+    assert found == {*NAMES}

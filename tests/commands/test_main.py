@@ -1,0 +1,620 @@
+"""The command line: contract, exit codes, one sentence on stderr, nothing half-written."""
+
+import json
+import os
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import __version__, load_axis, twin_record
+from axisid.estimation.records.record import Record
+
+Run = Callable[..., tuple[int, str, str]]
+
+N = 2000
+
+
+@pytest.fixture
+def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
+    """A log of the paper's twin with some columns changed."""
+    assert twin.reference is not None
+    assert twin.control is not None
+    columns = {
+        "time": twin.time[:N],
+        "reference": twin.reference[:N],
+        "position": twin.position[:N],
+        "control": twin.control[:N],
+    }
+
+    def write(name: str = "log.csv", **changes: Any) -> Path:
+        table = {k: v for k, v in {**columns, **changes}.items() if v is not None}
+        file = tmp_path / name
+        np.savetxt(
+            file,
+            np.column_stack(list(table.values())),
+            delimiter=",",
+            header=",".join(table),
+            comments="",
+        )
+        return file
+
+    return write
+
+
+def test_json_keeps_its_contract(run: Run) -> None:
+    code, out, err = run("identify", "emps2015", "--json", "-")
+    assert (code, err) == (0, "")
+    result = json.loads(out)
+    assert {"axis", "record", "prefilter", "estimates"} <= set(result)
+    assert result["axis"] == "emps2015"
+    assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    for estimate in result["estimates"]:
+        assert set(estimate["parameters"]) == {"M", "Fv", "Fc"}
+        for value in estimate["parameters"].values():
+            assert {"value", "unit", "sd", "relative_sd_percent"} <= set(value)
+            low, high = value["interval_95"]
+            assert low < value["value"] - value["filter_bias"] < high
+        assert np.shape(estimate["covariance"]) == (3, 3)
+        deviations = np.sqrt(np.diag(estimate["covariance"]))
+        assert deviations == pytest.approx([v["sd"] for v in estimate["parameters"].values()])
+        direct = estimate["method"].startswith("ddm")
+        assert (estimate["theta_ddm"] is not None) == direct
+        if direct:
+            assert list(estimate["theta_ddm"]) == ["theta1", "theta2", "theta3"]
+        assert estimate["equation_error_percent"] > 0
+        assert estimate["simulation_error_percent"] > 0
+        assert estimate["rows"] > 700
+        assert estimate["condition_number"] > 1
+        iterations = estimate["iterations"]
+        assert all(set(i) == {"M", "Fv", "Fc"} for i in iterations)
+        assert bool(iterations) == estimate["method"].endswith("iv")
+        if iterations:
+            assert iterations[0] == {"M": 100.0, "Fv": 0.0, "Fc": 0.0}
+            assert iterations[-1]["M"] == estimate["parameters"]["M"]["value"]
+
+
+def test_json_file_is_written_beside_the_table(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    code, out, _ = run("identify", "emps2015", "--method", "idm-ls", "--json", file)
+    assert code == 0
+    assert "IDM-LS" in out
+    assert json.loads(file.read_text())["estimates"][0]["method"] == "idm-ls"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> None:
+    options = (
+        "--method idm-ls --cutoff 50 --order 3 --decimate 4 --decimation scipy --drop 20 30 "
+        "--hold zoh --reversals keep --sample-period 1e-3 --json -"
+    )
+    code, out, _ = run("identify", "emps2015", log(), *options.split())
+    assert code == 0
+    assert json.loads(out)["prefilter"] == {
+        "cutoff": 50.0,
+        "order": 3,
+        "decimate": 4,
+        "decimation": "scipy",
+        "drop": [20, 30],
+        "hold": "zoh",
+        "reversals": "keep",
+        "silent": 0,
+    }
+
+
+def test_the_table_names_covariance_filter_rows_and_code(run: Run) -> None:
+    _, out, _ = run("identify", "emps2015")
+    notes = " ".join(out.split())
+    for part in (
+        "i.i.d., residual variance with n - 1",
+        "lags (plug-in rule",
+        "Butterworth 60 Hz, order 4",
+        "samples: 48 dropped at the start, 48 at the end",
+        "hold zoh",
+        "Generated code",
+        "delta method",
+    ):
+        assert part in notes
+    lines = [line.split() for line in out.splitlines()]
+    assert [line[:2] for line in lines if line[:1] == ["Fv"]] == [["Fv", "N/(m/s)"]] * 2
+
+
+def spoiled(values: np.ndarray, row: int, value: float) -> np.ndarray:
+    copy = values.copy()
+    copy[row] = value
+    return copy
+
+
+def bad_logs(twin: Record) -> dict[str, tuple[dict[str, Any], str]]:
+    t, q = twin.time[:N], twin.position[:N]
+    short = slice(0, 60)
+    assert twin.reference is not None
+    assert twin.control is not None
+    return {
+        "nan": ({"position": spoiled(q, 41, np.nan)}, "position is nan in data row 42"),
+        "inf": ({"control": spoiled(twin.control[:N], 6, np.inf)}, "control is inf in data row 7"),
+        "time back": ({"time": spoiled(t, 99, 0.0)}, "time does not increase in data row 100"),
+        "gap": ({"time": t + (t > 1.0)}, "time step before data row"),
+        "constant": ({"position": 0 * q}, "position is 0 in every row"),
+        "no force": ({"control": None}, "neither a force nor a control column"),
+        "no position": ({"position": None, "angle": q}, "found time, reference, control, angle"),
+        "short": (
+            {
+                "time": t[short],
+                "position": q[short],
+                "reference": twin.reference[short],
+                "control": twin.control[short],
+            },
+            "the record has 60 samples; 48 + 48 are dropped and the filters' transients take",
+        ),
+    }
+
+
+@pytest.mark.parametrize(
+    "case", ["nan", "inf", "time back", "gap", "constant", "no force", "no position", "short"]
+)
+def test_bad_data_exits_3_with_one_sentence(
+    run: Run, log: Callable[..., Path], twin: Record, case: str
+) -> None:
+    changes, message = bad_logs(twin)[case]
+    code, out, err = run("identify", "emps2015", log(**changes))
+    assert (code, out) == (3, "")
+    assert message in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["emps2015", "absent.csv"], 3, "absent.csv cannot be read"),
+        (["nosuch"], 4, "there is no axis 'nosuch'"),
+        (["emps2015", "--cutoff", "600"], 2, "not below 500 Hz"),
+        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0 Hz"),
+        (["emps2015", "--decimate", "0"], 2, "the decimation is 0"),
+        (["emps2015", "--order", "0"], 2, "the filter order is 0"),
+        (["emps2015", "--drop", "-1", "0"], 2, "rows to drop"),
+        (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
+        (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),
+        (["emps2015", "--columns", "time"], 2, "not ROLE=NAME"),
+        (["emps2015", "--sample-period", "1"], 2, "describe a record"),
+        (["emps2015", "--json", "no/such/folder/x.json"], 2, "does not exist"),
+        (["emps2015", "--drop", "7000", "0", "--decimate", "700"], 3, "transients take"),
+        ([], 2, "Missing argument"),
+        (["emps2015", "--nonsense"], 2, "No such option"),
+    ],
+)
+def test_bad_arguments_are_explained(
+    run: Run, arguments: list[str], code: int, message: str
+) -> None:
+    got, out, err = run("identify", *arguments)
+    assert (got, out) == (code, "")
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_instruments_without_a_reference_column(run: Run, log: Callable[..., Path]) -> None:
+    file = log(reference=None)
+    code, _, err = run("identify", "emps2015", file, "--method", "idm-iv")
+    assert code == 3
+    assert "no reference column" in err
+    code, out, _ = run("identify", "emps2015", file, "--json", "-")
+    assert code == 0
+    assert set(json.loads(out)["skipped"]) == {"idm-iv", "ddm-iv"}
+
+
+NO_LAW = """
+from axisid import Coordinate, Drive, Parameter, newton, viscous
+q = Coordinate("q")
+M, Fv = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)")
+axis = newton("bare", coordinate=q, parameters=(M, Fv), inertia=M, resistance=(viscous(Fv, q),),
+              drive=Drive(gain=35.15))
+"""
+
+
+def test_instruments_without_a_control_law_exit_4(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "bare.py").write_text(NO_LAW)
+    code, _, err = run("identify", tmp_path / "bare.py", log(), "--method", "ddm-iv")
+    assert code == 4
+    assert "no control law" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nonsense_xyz", "does not import"),
+        (NO_LAW.replace("viscous(Fv, q)", "3.0*Fv*q.acceleration**2"), "not linear in the accel"),
+        (NO_LAW.replace("viscous(Fv, q)", "Fv*q"), "the term Fv*q is in kg m/s"),
+        (NO_LAW.replace('"Fv"', '"double"'), "keyword of C"),
+    ],
+)
+def test_bad_axes_exit_4(run: Run, tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "bad.py").write_text(text)
+    code, _, err = run("identify", tmp_path / "bad.py", "log.csv")
+    assert code == 4
+    assert message in err
+    assert "Traceback" not in err
+
+
+def test_masses_that_only_add_up_are_identified_as_their_sum(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    two = NO_LAW.replace("M, Fv =", "M, Fv, M2 =").replace(
+        'Parameter("Fv", "N/(m/s)")', 'Parameter("Fv", "N/(m/s)"), Parameter("M2", "kg")'
+    )
+    two = two.replace("(M, Fv)", "(M, Fv, M2)").replace("inertia=M,", "inertia=M + 4*M2,")
+    (tmp_path / "two.py").write_text(two)
+    code, out, err = run("identify", tmp_path / "two.py", log(), "--method", "idm-ls")
+    assert (code, err) == (0, "")
+    assert "M_plus_M2 = M + 4*M2" in out
+    assert "no values" not in out
+    assert "M and M2 cannot be told apart" in out
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("M", "'M' fixes nothing; write NAME=VALUE"),
+        ("mass=1", "there is no parameter 'mass' to fix"),
+        ("M=1+-x", "fixes nothing"),
+    ],
+)
+def test_what_cannot_be_fixed_exits_2(run: Run, given: str, message: str) -> None:
+    code, out, err = run("identify", "emps2015", "--fix", given)
+    assert (code, out) == (2, "")
+    assert message in err
+
+
+def test_a_fixed_mass_that_the_record_contradicts_is_told(run: Run) -> None:
+    code, out, _ = run("identify", "emps2015", "--method", "idm-ls", "--fix", "M=110+-0.5")
+    assert code == 0
+    words = " ".join(out.split())
+    assert "FAIL fixed values: no values of the parameters agree" in words
+    assert "M is fixed at 110 +- 0.5 kg, the record alone gives 9" in words
+
+
+def test_record_without_reversal_cannot_tell_friction_from_offset(run: Run, tmp_path: Path) -> None:
+    t = np.arange(3000) * 1e-3
+    q = 0.1 * t + 0.002 * np.sin(8 * t)
+    force = 95 * -0.128 * np.sin(8 * t) + 200 * (0.1 + 0.016 * np.cos(8 * t)) + 20
+    np.savetxt(
+        tmp_path / "log.csv",
+        np.column_stack([t, q, force / 35.15]),
+        delimiter=",",
+        header="t,qm,vir",
+        comments="",
+    )
+    options = ["--columns", "time=t,position=qm,control=vir", "--method", "idm-ls"]
+    (tmp_path / "axis.py").write_text(
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "axis = replace(load_axis('emps'), columns={})\n"
+    )
+    code, _, err = run("identify", tmp_path / "axis.py", tmp_path / "log.csv", *options)
+    assert code == 6
+    assert "Fc" in err
+    assert "tau0" in err
+    assert "reversals" in err
+
+
+def test_diverging_iterate_is_named(run: Run, log: Callable[..., Path], tmp_path: Path) -> None:
+    (tmp_path / "light.py").write_text(
+        "from dataclasses import replace\nfrom axisid import Drive, Parameter, load_axis\n"
+        "a = load_axis('emps2015')\nlight = Parameter('M', 'kg', nominal=0.1)\n"
+        "axis = replace(a, parameters=(light, *a.parameters[1:]), drive=Drive(gain=35.15))\n"
+        "del a\n"
+    )
+    code, _, err = run("identify", tmp_path / "light.py", log(), "--method", "idm-iv")
+    assert code == 6
+    assert "idm-iv, iterate 0: the simulated closed loop" in err
+    assert "M = 0.1 kg" in err
+
+
+def test_inertia_without_nominal_value_is_named(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "empty.py").write_text(
+        "from dataclasses import replace\nfrom axisid import Parameter, load_axis\n"
+        "a = load_axis('emps2015')\n"
+        "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
+    )
+    code, _, err = run("identify", tmp_path / "empty.py", log(), "--method", "ddm-iv")
+    assert code == 6
+    assert "positive nominal value" in err
+
+
+def test_internal_faults_are_told_from_user_faults(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_: str) -> None:
+        raise RuntimeError("boom")
+
+    monkeypatch.setattr("axisid.modeling.text.load_axis", broken)
+    code, _, err = run("identify", "emps")
+    assert code == 1
+    assert "internal fault: RuntimeError: boom" in err
+    monkeypatch.setenv("AXISID_DEBUG", "1")
+    with pytest.raises(RuntimeError, match="boom"):
+        from axisid.commands.main import main
+
+        main()
+
+
+def test_version_and_help(run: Run) -> None:
+    assert run("--version")[:2] == (0, f"axisid {__version__}\n")
+    for command in ("identify", "generate", "paper"):
+        code, out, _ = run(command, "--help")
+        assert code == 0
+        assert f"Example: axisid {command}" in out
+
+
+def test_module_runs_as_a_program() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"axisid {__version__}\n"
+
+
+def test_paper_study_writes_tables_figures_and_results(run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("paper", "--output", tmp_path / "results")
+    assert code == 0
+    assert "Table 8." in out
+    names = {file.name for file in (tmp_path / "results").iterdir()}
+    assert names == {
+        "tables.txt",
+        "appropriate.json",
+        "inappropriate.json",
+        "figure3.png",
+        "figure4.png",
+    }
+    for figure in ("figure3.png", "figure4.png"):
+        assert (tmp_path / "results" / figure).read_bytes().startswith(b"\x89PNG")
+
+
+def test_paper_study_into_a_file_is_refused(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    code, _, err = run("paper", "--output", tmp_path / "taken")
+    assert code == 2
+    assert "taken" in err
+    assert (tmp_path / "taken").read_text() == "mine"
+
+
+def test_json_never_replaces_an_input_or_what_is_no_file(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    record = log()
+    before = record.read_bytes()
+    code, _, err = run("identify", "emps2015", record, "--json", record)
+    assert code == 2
+    assert "it is an input of this run" in err
+    assert record.read_bytes() == before
+    axis = tmp_path / "mine.py"
+    axis.write_text("from axisid import load_axis\naxis = load_axis('emps2015')\n")
+    for named in (axis, f"{axis}:axis"):
+        assert run("identify", named, record, "--json", axis)[0] == 2
+    for place in ("", tmp_path):
+        assert run("identify", "emps2015", "--json", place)[0] == 2
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    code, _, _ = run("identify", "emps2015", "--method", "idm-ls", "--json", pipe)
+    assert code == 0
+    assert json.loads(os.read(reader, 1 << 20))["axis"] == "emps2015"
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_json_goes_through_the_pipe_of_a_shell() -> None:
+    identify = f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json /dev/fd/3"
+    command = f"{identify} 3>&1 >/dev/null | cat"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert json.loads(done.stdout)["axis"] == "emps2015"
+
+
+def test_json_follows_links_and_keeps_modes(run: Run, tmp_path: Path) -> None:
+    target, link = tmp_path / "target.json", tmp_path / "link.json"
+    target.write_text('{"schema": "axisid.identification/1"}')
+    target.chmod(0o600)
+    link.symlink_to(target)
+    assert run("identify", "emps2015", "--method", "idm-ls", "--json", link)[0] == 0
+    assert link.is_symlink()
+    assert json.loads(target.read_text())["axis"] == "emps2015"
+    assert stat.S_IMODE(target.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("redirect", ["| true", "> /dev/full"])
+def test_result_file_is_written_even_if_standard_output_fails(
+    tmp_path: Path, redirect: str
+) -> None:
+    file = tmp_path / "result.json"
+    command = f"{sys.executable} -m axisid identify emps2015 --json {file} {redirect}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert json.loads(file.read_text())["axis"] == "emps2015"
+    assert "Traceback" not in done.stderr
+    assert "internal fault" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments", ["--help", "show emps2015", "identify emps2015 --method idm-ls --json -"]
+)
+def test_full_standard_output_exits_2_with_one_sentence(arguments: str) -> None:
+    command = f"{sys.executable} -m axisid {arguments} > /dev/full"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "No space left on device" in done.stderr
+
+
+def test_full_standard_error_keeps_the_exit_code() -> None:
+    command = f"{sys.executable} -m axisid identify emps2015 absent.csv 2> /dev/full"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stdout, done.stderr) == (3, "", "")
+
+
+def test_nothing_that_is_printed_gets_into_a_file_where_streams_are_closed(tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    command = (
+        f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json {file} <&- >&- 2>&-"
+    )
+    done = subprocess.run(command, shell=True, check=False)  # noqa: S602
+    assert done.returncode == 0
+    assert json.loads(file.read_text())["axis"] == "emps2015"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "identify emps2015 --json r.json --figures figures",
+        "sweep emps2015 --json r.json --figure sweep.pdf",
+        "paper --output results",
+    ],
+)
+def test_matplotlib_that_does_not_start_is_told_before_anything_is_done(
+    tmp_path: Path, arguments: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", *arguments.split()],
+        env={**os.environ, "MPLBACKEND": "bogus"},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "matplotlib does not start" in done.stderr
+    assert "such as the variable MPLBACKEND" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_result_is_read_from_standard_input(tmp_path: Path, run: Run) -> None:
+    file = tmp_path / "a.json"
+    assert run("identify", "emps2015", "--method", "idm-ls", "--json", file)[0] == 0
+    command = f"cat {file} | {sys.executable} -m axisid compare-results /dev/stdin {file}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "the settings are the same" in done.stdout
+    with Path("/dev/zero").open("rb") as endless:
+        code, _, err = run("compare-results", f"/dev/fd/{endless.fileno()}", file)
+    assert code == 3
+    assert "is larger than any result" in err
+
+
+def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "chatty.py"
+    file.write_text("from axisid import load_axis\nprint('hello')\naxis = load_axis('emps2015')\n")
+    code, out, err = run("identify", file, "--method", "idm-ls", "--json", "-")
+    assert code == 0
+    assert json.loads(out)["axis"] == "emps2015"
+    assert err == "hello\n"
+
+
+def test_failed_method_exits_6_after_the_others_were_reported(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "empty.py").write_text(
+        "from dataclasses import replace\nfrom axisid import Parameter, load_axis\n"
+        "a = load_axis('emps2015')\n"
+        "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
+    )
+    code, out, err = run("identify", tmp_path / "empty.py", log(), "--json", "-")
+    assert code == 6
+    result = json.loads(out)
+    assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls"]
+    assert set(result["failed"]) == {"idm-iv", "ddm-iv"}
+    assert len(err.splitlines()) == 1
+
+
+def test_interrupt_exits_130(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("axisid.modeling.text.load_axis", interrupted)
+    code, _, err = run("identify", "emps2015")
+    assert (code, err.strip()) == (130, "axisid: interrupted")
+
+
+def test_every_usage_error_is_one_sentence(run: Run) -> None:
+    for arguments in (["--nonsense"], ["identify"], ["identify", "emps", "--order", "x"]):
+        code, out, err = run(*arguments)
+        assert (code, out) == (2, "")
+        assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("period", ["0", "-1", "nan", "inf"])
+def test_impossible_sample_periods_are_usage_errors(
+    run: Run, log: Callable[..., Path], period: str
+) -> None:
+    code, _, err = run("identify", "emps2015", log(), f"--sample-period={period}")
+    assert code == 2
+    assert "positive number of seconds" in err
+
+
+def test_library_names_are_not_taken_by_user_axes(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("from axisid import load_axis\naxis = load_axis('emps')\n")
+    code, _, err = run("generate", tmp_path / "mine.py", "--output", tmp_path / "generated")
+    assert code == 2
+    assert "belongs to the library" in err
+    assert not (tmp_path / "generated").exists()
+
+
+def test_native_code_can_be_switched_off_and_gives_the_same(run: Run) -> None:
+    options = ["identify", "emps2015", "--method", "idm-iv", "--json", "-"]
+    native = json.loads(run(*options)[1])["estimates"][0]["parameters"]
+    virtual = json.loads(run(*options, "--no-native")[1])["estimates"][0]["parameters"]
+    for name, value in native.items():
+        assert value["value"] == pytest.approx(virtual[name]["value"], rel=1e-9)
+
+
+def test_closed_standard_output_is_no_fault() -> None:
+    command = f"{sys.executable} -m axisid --version >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert (done.returncode, done.stderr) == (0, "")
+    command = f"{sys.executable} -m axisid identify emps2015 --json - >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    assert done.returncode == 2
+    assert "standard output is closed" in done.stderr
+
+
+def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, tmp_path: Path) -> None:
+    axis = load_axis("emps2015")
+    record = twin_record(axis)
+    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
+    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
+    for samples in (140, 180, 250):
+        file = tmp_path / f"short{samples}.csv"
+        file.write_text("\n".join(lines[: samples + 1]))
+        code, out, err = run("identify", "emps2015", file, "--method", "idm-ls", "--json", "-")
+        assert code in (0, 3, 6), err
+        assert "internal fault" not in err
+        if code == 0:
+            json.loads(out, parse_constant=lambda name: pytest.fail(name))
+
+
+def test_help_without_a_command_keeps_its_lines(run: Run) -> None:
+    code, out, err = run()
+    assert (code, out) == (2, "")
+    assert err.startswith("Usage: axisid")
+    assert "\n  identify " in err
+
+
+def test_file_name_that_is_no_text_is_written_in_the_report(run: Run, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    record = twin_record(load_axis("emps2015"))
+    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
+    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
+    log = tmp_path / os.fsdecode(b"log\xff.csv")
+    log.write_text("\n".join(lines[:2000]))
+    code, _, err = run("identify", "emps2015", log, "--no-sweep", "--report", page)
+    assert (code, page.is_file()) == (0, True), err
+
+
+def test_loop_of_links_is_no_place_to_write_to(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    code, _, err = run("identify", "emps2015", "--json", tmp_path / "loop")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "internal fault" not in err

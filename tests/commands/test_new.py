@@ -1,0 +1,98 @@
+"""What `axisid new` writes runs at once and finds its own truth."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from axisid import load_axis
+from axisid.commands.templates import scaffold
+
+Run = Callable[..., tuple[int, str, str]]
+
+OPTIONS = [[], ["--lagrange"], ["--python"], ["--lagrange", "--python"]]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=" ".join)
+def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_intervals_and_rounding(
+    run: Run, here: Path, options: list[str]
+) -> None:
+    code, out, err = run("new", "mine", *options)
+    assert (code, err) == (0, "")
+    (file,) = here.iterdir()
+    assert file.name == ("mine.py" if "--python" in options else "mine.toml")
+    assert f"wrote {file.name}" in out
+    show, identify = [line.split()[1:] for line in out.splitlines()[1:]]
+    code, out, err = run(*show)
+    assert (code, err) == (0, "")
+    assert out.startswith("mine: ")
+    code, out, err = run(*identify, "--method", "idm-iv", "--json", "-")
+    assert (code, err) == (0, "")
+    axis = load_axis(file)
+    assert axis.experiment is not None
+    (estimate,) = json.loads(out)["estimates"]
+    for name, value in estimate["parameters"].items():
+        low, high = value["interval_95"]
+        # At 60 Hz the filter rounds the reversals; with this little noise that shows, at 0.2 %.
+        rounded = 2e-3 * abs(value["value"])
+        assert low - rounded < axis.experiment.truth[name] < high + rounded, name
+    assert run("generate", file.name)[0] == 0
+    assert (here / "generated" / "mine" / "functions.py").is_file()
+
+
+@pytest.mark.parametrize("newton", [True, False])
+def test_both_languages_declare_the_same(here: Path, newton: bool) -> None:
+    for toml, suffix in ((True, "toml"), (False, "py")):
+        Path(f"same.{suffix}").write_text(scaffold("same", newton=newton, toml=toml))
+    assert load_axis("same.toml") == load_axis("same.py")
+
+
+def test_nothing_is_overwritten(run: Run, here: Path) -> None:
+    (here / "mine.toml").write_text("precious")
+    code, _, err = run("new", "mine")
+    assert code == 2
+    assert "is there already" in err
+    assert (here / "mine.toml").read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a b"], "a name is a letter"),
+        (["../mine"], "a name is a letter"),
+        (["mine.toml"], "a name is a letter"),
+        (["double"], "a keyword of C"),
+        (["emps"], "an axis of the library"),
+        (["sympy", "--python"], "would hide the Python module sympy"),
+        ([], "Missing argument"),
+    ],
+)
+def test_bad_names_are_refused(run: Run, here: Path, arguments: list[str], message: str) -> None:
+    code, out, err = run("new", *arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert list(here.iterdir()) == []
+
+
+def test_mistakes_of_a_toml_file_are_listed_under_one_headline(run: Run, here: Path) -> None:
+    text = scaffold("mine", newton=True, toml=True)
+    Path("mine.toml").write_text(text.replace('"b*dx"', '"b*v"').replace("gain = ", "gian = "))
+    code, out, err = run("identify", "mine.toml")
+    assert (code, out) == (4, "")
+    assert err.splitlines() == [
+        "axisid: mine.toml has 3 mistakes:",
+        "  newton.resistance[1]: column 3: there is no name v; there are G, pi, m, b, c, x, dx, "
+        "ddx.",
+        "      b*v",
+        "        ^",
+        "  drive.gian: there is no such key; the keys here are gain, unit, limit, relative_sd, "
+        "profile. Did you mean 'gain'?",
+        "  drive.gain: it is missing; add it.",
+    ]

@@ -1,0 +1,83 @@
+"""One sentence over all checks, the gravest first."""
+
+from dataclasses import replace
+
+import pytest
+
+from axisid import Prefilter, Record, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics import conclusion as conclusion_module
+from axisid.estimation.diagnostics.check import Check, Status, passed
+from axisid.estimation.diagnostics.conclusion import by_weight, conclusion
+
+
+def check(name: str, status: Status) -> Check:
+    return Check(name=name, status=status, meaning="so")
+
+
+@pytest.mark.parametrize(
+    ("checks", "said"),
+    [
+        (
+            (check("control law", "pass"), check("independent residuals", "note")),
+            "Nothing that was checked speaks against these numbers.",
+        ),
+        (
+            (check("runs of one sign", "fail"), check("alignment", "fail")),
+            "Believe these numbers with care; to look at: alignment, runs of one sign.",
+        ),
+        (
+            (check("precision", "fail"), check("bounds", "fail"), check("control law", "fail")),
+            "Do not believe these numbers before this is mended: control law.",
+        ),
+    ],
+)
+def test_the_gravest_failure_decides(checks: tuple[Check, ...], said: str) -> None:
+    assert conclusion(checks) == said
+
+
+def test_checks_of_one_weight_keep_their_order() -> None:
+    names = ["b", "a", "bounds", "precision"]
+    found = by_weight([check(name, "fail") for name in names])
+    assert [c.name for c in found] == ["bounds", "precision", "b", "a"]
+
+
+def test_a_note_is_beyond_its_threshold_but_allowed_for() -> None:
+    assert passed(True, matters=False) == "pass"
+    assert passed(False, matters=False) == "note"
+    assert passed(False) == "fail"
+
+
+def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, Prefilter(cutoff=40.0, decimate=20))
+    assert conclusion(result.verdict).startswith("Nothing")
+    assert "verdict    Nothing that was checked speaks against these numbers." in result.summary()
+    assert conclusion(result.verdict) in result._repr_html_()
+
+
+def test_a_flipped_sign_is_not_believed(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert twin.control is not None
+    result = identify(emps2015, replace(twin, control=-twin.control), methods="idm-ls")
+    assert conclusion(result.verdict) == (
+        "Do not believe these numbers before this is mended: control law."
+    )
+
+
+def test_autocorrelation_matters_where_the_deviations_do_not_allow_for_it(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    for covariance, status in (("hac", "note"), ("iid", "fail")):
+        result = identify(emps2015, twin, methods="idm-ls", covariance=covariance)  # type: ignore[arg-type]
+        (found,) = (c for c in result.verdict if c.name == "independent residuals")
+        assert found.status == status
+
+
+def test_every_name_that_is_weighed_is_one_that_a_check_has(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert twin.control is not None
+    force = replace(twin, force=35.15 * twin.control)
+    names = {check.name for check in identify(emps2015, force).verdict}
+    # These need parameters that are known, or more equations than unknowns.
+    names |= {"fixed values", "physical parameters"}
+    assert {*conclusion_module._GRAVE, *conclusion_module._NEXT} <= names

@@ -1,0 +1,107 @@
+"""Records with a plausible fault: something must say so."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    DataError,
+    Parameter,
+    Record,
+    UsageError,
+    compare,
+    friction_ladder,
+    identify,
+    load_axis,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.check import Check
+from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+
+
+def failing(checks: tuple[Check, ...]) -> set[str]:
+    return {check.name for check in checks if check.status == "fail"}
+
+
+def at_other_speed(record: Record, factor: float) -> Record:
+    return replace(record, time=factor * record.time, sample_period=None)
+
+
+@pytest.mark.parametrize("factor", [2.0, 1000.0, 1.01])
+def test_wrong_time_fails_the_law_check(
+    emps2015: GeneratedAxis, twin: Record, factor: float
+) -> None:
+    check = check_law(emps2015, at_other_speed(twin, factor))
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+    assert "check the time column and its unit" in check.meaning
+
+
+def test_sample_period_must_be_that_of_the_time_column(twin: Record) -> None:
+    with pytest.raises(DataError, match="the time column steps by"):
+        replace(twin, sample_period=1.01e-3)
+
+
+def test_negative_mass_is_out_of_bounds(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert twin.control is not None
+    flipped = replace(twin, control=-twin.control, reference=None)
+    result = identify(emps2015, flipped, methods=["idm-ls"])
+    assert "bounds" in failing(result.verdict)
+    (check,) = (c for c in result.verdict if c.name == "bounds")
+    assert "M = -" in check.meaning
+
+
+def test_axis_without_bounds_says_so(twin: Record) -> None:
+    axis = load_axis("emps2015")
+    free = replace(axis, parameters=tuple(replace(p, lower=-np.inf) for p in axis.parameters))
+    (check,) = (c for c in identify(free, twin, methods="idm-ls").verdict if c.name == "bounds")
+    assert check.status == "not evaluated"
+    assert not Parameter("p", "kg").is_bounded
+
+
+def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert twin.control is not None
+    flipped = replace(twin, control=-twin.control)
+    text = " ".join(compare(friction_ladder(load_axis("emps2015")), flipped).summary().split())
+    assert "Believe nothing before this is mended: the recorded control is not" in text
+    assert "is not within [0, inf]" in text
+    swept = sweep(emps2015, flipped, (40.0, 80.0), methods=["idm-ls"]).summary()
+    assert "believe nothing before this is mended" in swept
+    assert "believe nothing" not in sweep(emps2015, twin, (40.0,), methods=["idm-ls"]).summary()
+
+
+def test_validation_on_another_axis_does_not_hold(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls"])
+    (same,) = validate(result, twin_record(emps2015, seed=3))
+    assert same.holds
+    (other,) = validate(result, twin_record(load_axis("emps")))
+    assert not other.holds
+
+
+def test_validation_that_is_not_finite_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls"])
+    assert twin.control is not None
+    with pytest.raises(DataError, match="is not finite"):
+        validate(result, replace(twin, control=1e300 * twin.control, reference=None))
+
+
+def test_endless_twins_and_sweeps_and_lags_are_refused(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    from axisid import ModelError
+    from axisid.estimation.studies.sweep import default_cutoffs
+
+    law = emps2015.axis.control
+    assert law is not None
+    with pytest.raises(ModelError, match="samples of 1e-09 s; declare at most"):
+        twin_record(replace(emps2015.axis, control=replace(law, period=1e-9)))
+    with pytest.raises(UsageError, match="give 1 to 500"):
+        default_cutoffs(1000.0, points=10**6)
+    with pytest.raises(UsageError, match="no cut-off is given"):
+        sweep(emps2015, twin, [])
+    with pytest.raises(UsageError, match="lags are too many for"):
+        identify(emps2015, twin, methods="idm-ls", lags=500)

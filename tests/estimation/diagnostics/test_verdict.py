@@ -1,0 +1,147 @@
+"""The verdict on the paper's twin, the real record and on results that lack something."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Prefilter, Record, identify, load_axis, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
+
+RESIDUAL_CHECKS = (
+    "independent residuals",
+    "runs of one sign",
+    "residuals against the motion",
+    "normal residuals",
+)
+NAMES = [
+    "control law",
+    "instrument strength",
+    "least squares against instruments",
+    "self-test",
+    "excitation",
+    "precision",
+    "bounds",
+    "delta method",
+    "rests",
+    "simulation",
+    *RESIDUAL_CHECKS,
+    "filter bias",
+    "alignment",
+    "control against limit",
+    "constant force",
+    "ripple",
+]
+
+
+def statuses(result: Identification) -> dict[str, str]:
+    return {check.name: check.status for check in result.verdict}
+
+
+def test_every_check_says_what_it_means_and_where_its_threshold_is_from(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    checks = identify(emps2015, twin).verdict
+    assert [check.name for check in checks] == NAMES
+    for check in checks:
+        assert check.meaning
+        assert check.source
+
+
+def test_bias_of_least_squares_is_found_under_the_inappropriate_filter_only(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    fine, coarse = (identify(emps2015, twin, f) for f in (APPROPRIATE, INAPPROPRIATE))
+    assert statuses(fine)["least squares against instruments"] == "pass"
+    assert statuses(coarse)["least squares against instruments"] == "fail"
+    check = next(c for c in coarse.verdict if c.name == "least squares against instruments")
+    assert check.meaning.startswith("least squares differs from the instruments, M by -46 %:")
+    assert check.figure is not None
+    assert check.figure > 20
+    for result in (fine, coarse):
+        for name in ("control law", "instrument strength", "self-test", "excitation", "simulation"):
+            assert statuses(result)[name] == "pass", name
+
+
+def test_real_record_passes_but_for_its_residuals_and_what_raw_pairing_does(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    raw = statuses(
+        identify(emps, emps_record, Prefilter(drop=(49, 0), hold="raw", reversals="keep"))
+    )
+    assert {name for name, status in raw.items() if status != "pass"} == {
+        *RESIDUAL_CHECKS,
+        "filter bias",
+    }
+    held = statuses(identify(emps, emps_record))
+    assert {name for name, status in held.items() if status != "pass"} == {*RESIDUAL_CHECKS}
+
+
+def test_delay_is_measured_by_instruments_where_noise_biases_least_squares(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    alignment = identify(emps2015, twin, INAPPROPRIATE).diagnosis.alignment
+    assert not isinstance(alignment, str)
+    assert alignment.by_instruments
+    assert alignment.best == pytest.approx(0.5, abs=0.2)
+
+
+def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record) -> None:
+    only = statuses(identify(emps2015, twin, methods="idm-ls"))
+    for name in ("instrument strength", "least squares against instruments", "self-test"):
+        assert only[name] == "not evaluated"
+    without = statuses(identify(emps2015, replace(twin, reference=None)))
+    assert without["control law"] == "not evaluated"
+    assert without["simulation"] == "not evaluated"
+
+
+def test_motion_that_does_not_excite_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    """A slow creep in one direction: hardly any acceleration, one speed."""
+    n = 4000
+    rng = np.random.default_rng(8)
+    t = np.arange(n) * 1e-3
+    position = 0.05 * t + 1e-5 * np.sin(2 * np.pi * t)
+    control = (24.8 + 236.9 * 0.05 + rng.normal(size=n)) / 35.15
+    record = Record(time=t, position=position, control=control)
+    result = identify(emps2015, record)
+    assert statuses(result)["excitation"] == "fail"
+    assert statuses(result)["precision"] == "fail"
+
+
+def test_verdict_is_in_the_summary_and_in_json(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, Prefilter(hold="raw", reversals="keep"))
+    assert "\npass   control law, " in result.summary()
+    assert "\nFAIL   alignment: " in result.summary()
+    listed = result.to_dict()["verdict"]
+    assert [check["name"] for check in listed] == NAMES
+    assert set(listed[0]) == {
+        "name",
+        "status",
+        "meaning",
+        "figure",
+        "threshold",
+        "p_value",
+        "source",
+    }
+
+
+@pytest.mark.parametrize("name", ["emps", "emps2015"])
+def test_lags_stay_a_small_part_of_the_rows(name: str) -> None:
+    """Where neighbours cancel, the plug-in rule alone would take half of them."""
+    axis = load_axis(name)
+    for estimate in identify(axis, twin_record(axis)).estimates.values():
+        lags = int(estimate.covariance_names["hac"].split(" lags")[0].split()[-1])
+        assert lags <= len(estimate.y) ** 0.5
+
+
+def test_weak_instruments_do_not_judge_least_squares(
+    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
+) -> None:
+    """Noise in the position far above what the instruments can explain at this cut-off."""
+    noisy = replace(twin, position=twin.position + rng.normal(0.0, 5e-5, len(twin)))
+    result = identify(emps2015, noisy, Prefilter(cutoff=400.0, decimate=2), ["idm-ls", "idm-iv"])
+    found = statuses(result)
+    assert found["instrument strength"] == "fail"
+    assert found["least squares against instruments"] == "not evaluated"
+    assert found["alignment"] == "not evaluated"

@@ -1,0 +1,59 @@
+"""What intervals, draws and tests assume of the residuals is the user's choice."""
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.special import stdtrit
+
+from axisid import Record, UsageError, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.instruments import endogeneity_of
+
+
+@pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])
+def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
+    emps2015: GeneratedAxis, twin: Record, chosen: str
+) -> None:
+    result = identify(emps2015, twin, covariance=chosen)  # type: ignore[arg-type]
+    for method in ("idm-iv", "ddm-ls"):
+        estimate = result[method]
+        covariance = estimate.covariances[chosen]
+        reach = stdtrit(estimate.dof, 0.975) * np.sqrt(np.diag(covariance))
+        for value, r, sd in zip(
+            estimate.parameters.values(), reach, np.sqrt(np.diag(covariance)), strict=True
+        ):
+            assert value.deviation == pytest.approx(sd)
+            assert value.interval == pytest.approx((value.corrected - r, value.corrected + r))
+        drawn = estimate.propagate("M", draws=20_000)
+        assert drawn.interval == pytest.approx(
+            estimate.parameters["M"].interval, abs=0.06 * estimate.parameters["M"].deviation
+        )
+        assert estimate.derive("M").deviation == pytest.approx(np.sqrt(covariance[0, 0]))
+    assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
+
+
+def test_endogeneity_is_tested_under_it(emps2015: GeneratedAxis, twin: Record) -> None:
+    found = {
+        chosen: endogeneity_of(identify(emps2015, twin, covariance=chosen)["idm-iv"])  # type: ignore[arg-type]
+        for chosen in ("hac", "iid")
+    }
+    assert found["hac"] is not None
+    assert found["iid"] is not None
+    assert found["hac"].statistic != pytest.approx(found["iid"].statistic, rel=0.1)
+
+
+def test_note_and_table_name_it(run: Callable[..., tuple[int, str, str]]) -> None:
+    _, out, _ = run("identify", "emps2015", "--covariance", "iid", "--full")
+    assert "[1] sd and 95 % intervals: i.i.d." in out
+    assert "Correlation, IDM-IV, i.i.d." in out
+    _, text, _ = run("identify", "emps2015", "--covariance", "iid", "--json", "-")
+    value = json.loads(text)["estimates"][0]["parameters"]["M"]
+    low, high = value["interval_95"]
+    assert (high - low) / 2 == pytest.approx(1.963 * value["sd"], rel=2e-3)
+
+
+def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    with pytest.raises(UsageError, match="choose from hac, robust, iid"):
+        identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]

@@ -1,0 +1,173 @@
+"""Functions of the parameters: values, units, uncertainty, and what cannot be read."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import EstimationError, Parameter, UsageError, identify, load_axis, twin_record
+from axisid.estimation.estimates.estimate import Estimate
+
+RESULT = identify(load_axis("emps2015"), twin_record(load_axis("emps2015")))
+
+
+@pytest.fixture(scope="module")
+def estimate() -> Estimate:
+    return RESULT["idm-ls"]
+
+
+def test_time_constant_is_the_closed_form(estimate: Estimate) -> None:
+    M, Fv = estimate.physical[:2]
+    tau = estimate.derive("M/Fv")
+    assert tau.unit == "s"
+    assert tau.value == pytest.approx(M / Fv, rel=1e-14)
+    for name, sd in (("iid", tau.sd), ("robust", tau.sd_robust), ("hac", tau.sd_hac)):
+        C = estimate.covariances[name]
+        variance = (C[0, 0] - 2 * tau.value * C[0, 1] + tau.value**2 * C[1, 1]) / Fv**2
+        assert sd == pytest.approx(np.sqrt(variance), rel=1e-10)
+
+
+def test_interval_is_that_of_draws_from_the_covariance(
+    estimate: Estimate, rng: np.random.Generator
+) -> None:
+    drawn = rng.multivariate_normal(estimate.corrected, estimate.covariances["hac"], 200_000)
+    tau = estimate.derive("sqrt(M/Fv)")
+    assert tau.unit == "s^(1/2)"
+    assert np.std(np.sqrt(drawn[:, 0] / drawn[:, 1])) == pytest.approx(tau.sd_hac, rel=0.01)
+    low, high = np.quantile(np.sqrt(drawn[:, 0] / drawn[:, 1]), [0.025, 0.975])
+    assert tau.interval == pytest.approx((low, high), abs=0.05 * tau.sd_hac)
+
+
+def test_parameter_is_a_function_of_itself(estimate: Estimate) -> None:
+    for name, value in estimate.parameters.items():
+        again = estimate.derive(name)
+        assert again.unit == value.unit
+        assert (again.value, again.sd_hac) == pytest.approx((value.value, value.sd_hac), rel=1e-14)
+
+
+def test_text_sympy_and_declared_parameters_are_the_same(estimate: Estimate) -> None:
+    M, Fv = Parameter("M", "kg"), Parameter("Fv", "N/(m/s)")
+    assert estimate.derive("M/Fv") == estimate.derive(M / Fv)
+    assert estimate.derive("M/Fv") == estimate.derive(sympy.Symbol("M") / sympy.Symbol("Fv"))
+    assert estimate.derive("M") == estimate.derive(M)
+
+
+@pytest.mark.parametrize(
+    ("function", "unit"),
+    [
+        ("2*M", "kg"),
+        ("M + 3*M", "kg"),
+        ("1/Fc", "s^2/(kg m)"),
+        ("abs(-Fc) + Fc", "N"),
+        ("log(M/M**1.5*M**0.5) + exp(Fc/(2*Fc))", "1"),
+        ("pi*M/Fv**2*Fc", "m"),
+        ("(M*Fc)**0.5/Fc**0.5/M**0.5", "1"),
+    ],
+)
+def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        assert estimate.derive(function).unit == unit
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        ("M + Fv", r"adds .* and .*; units must agree"),
+        ("M + 1", "units must agree"),
+        ("exp(M)", "takes a number, not kg"),
+        ("2**M", "the power in 2.*M is in kg"),
+        ("M**(Fc/Fc*2 + M/M - 1)*N", "no parameter N; there are M, Fv, Fc"),
+        ("__import__('os').system('true')", "cannot be used in a function"),
+        ("M.real", "cannot be used"),
+        ("M^2", "cannot be used"),
+        ("[M for M in Fv]", "cannot be used"),
+        ("M if M else Fv", "cannot be used"),
+        ("sqrt(M, Fv)", "cannot be used"),
+        ("True*M", "cannot be used"),
+        ("1j*M", "cannot be used"),
+        ("M +", "cannot be read"),
+        ("", "cannot be read"),
+        ("9**9**9", "too large"),
+        ("M**21", "beyond 20"),
+        ("exp(exp(exp(exp(9))))", "too large"),
+        ("((((((9**20)**20)**20)**20)**20)**20)", "too large"),
+        ("M*sin(exp(exp(15)))", "too large"),
+        ("M**sqrt(-1)", "cannot be read"),
+        ("M**(0/0)", "cannot be read"),
+        ("sin(" * 80 + "M/M" + ")" * 80, "nested deeper"),
+        ("M**1.001", "no fraction"),
+        ("Fc**pi", "no fraction"),
+        ("M**1.001 + M", "no fraction"),
+        ("(" * 400, "cannot be read"),
+        ("M" * 501, "501 characters"),
+        ("\0", "cannot be read"),
+    ],
+)
+def test_what_cannot_be_read_is_explained(estimate: Estimate, function: str, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        estimate.derive(function)
+
+
+def test_absolute_values_have_derivatives(estimate: Estimate) -> None:
+    """SymPy's own leaves these unevaluated."""
+    for inner in ("-M", "sqrt(Fc)", "-(M/Fv)**1.5"):
+        plain, absolute = estimate.derive(inner), estimate.derive(f"abs({inner})")
+        assert absolute.value == abs(plain.value)
+        assert absolute.unit == plain.unit
+        assert absolute.sd_hac == pytest.approx(plain.sd_hac, rel=1e-12)
+    M, Fv = sympy.Symbol("M"), sympy.Symbol("Fv")
+    assert estimate.derive(sympy.Abs(-M / Fv)) == estimate.derive("M/Fv")
+
+
+def test_sympy_that_is_not_arithmetic_is_refused(estimate: Estimate) -> None:
+    M, i = sympy.Symbol("M"), sympy.Symbol("i")
+    for function in (sympy.Integral(M, (M, 0, 1)), sympy.Sum(i * M, (i, 1, 3)), sympy.Heaviside(M)):
+        with pytest.raises(UsageError, match="cannot be used"):
+            estimate.derive(function)
+
+
+def test_deep_exponentials_end_at_once_in_a_sentence(estimate: Estimate) -> None:
+    for function in ("exp(exp(exp(M/Fc)))", "exp(" * 12 + "M/Fc" + ")" * 12):
+        with pytest.raises((EstimationError, UsageError)):
+            estimate.derive(function)
+
+
+def test_covariance_that_is_not_a_number_stays_so(estimate: Estimate) -> None:
+    lost = replace(
+        estimate, covariances={name: np.nan * c for name, c in estimate.covariances.items()}
+    )
+    value = lost.derive("3*M")
+    assert np.isnan([value.sd, value.sd_robust, value.sd_hac, *value.interval]).all()
+
+
+def test_function_without_a_value_is_refused(estimate: Estimate) -> None:
+    for function in ("log(-M/M)", "1/(M - M)", "sqrt(-M/Fv)", "log(0*M/M)"):
+        with pytest.raises((EstimationError, UsageError)):
+            estimate.derive(function)
+
+
+@given(st.text(alphabet="MFvc+-*/()., 0129esqrtabpi_[]'\"", max_size=30))
+def test_any_text_gives_a_value_or_a_sentence(text: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            RESULT["idm-ls"].derive(text)
+        except (UsageError, EstimationError) as error:
+            assert str(error).endswith((".", ")")) or "cannot be read" in str(error)
+
+
+def test_function_that_bends_within_the_uncertainty_warns(estimate: Estimate) -> None:
+    loose = replace(
+        estimate, covariances={name: 1e6 * c for name, c in estimate.covariances.items()}
+    )
+    with pytest.warns(RuntimeWarning, match="second-order part"):
+        loose.derive("1/Fv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        loose.derive("3*Fv")
+        estimate.derive("1/Fv")

@@ -1,0 +1,115 @@
+"""What the drive gain's own uncertainty adds to the estimates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Constant,
+    Coordinate,
+    Drive,
+    Experiment,
+    ModelError,
+    Parameter,
+    Record,
+    back_and_forth,
+    build,
+    cascade_pd,
+    identify,
+    load_axis,
+    newton,
+    twin_record,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates.estimate import Estimate
+
+SD = 0.005
+METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
+
+
+def declared(axis: GeneratedAxis, *, scale: float = 1.0, sd: float = SD) -> GeneratedAxis:
+    drive = replace(axis.axis.drive, gain=scale * axis.axis.drive.gain, relative_sd=sd)
+    return build(replace(axis.axis, drive=drive))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_is_what_another_gain_does_to_the_estimate(emps2015: GeneratedAxis, method: str) -> None:
+    record = twin_record(emps2015)
+    step = 1e-2
+    low, mid, high = (
+        identify(declared(emps2015, scale=scale), record, methods=[method])[method]
+        for scale in (1 - step, 1.0, 1 + step)
+    )
+
+    def slope(of: str) -> float:
+        return (high.derive(of).value - low.derive(of).value) / (2 * step)
+
+    for name, value in mid.parameters.items():
+        assert value.sd_gain == pytest.approx(SD * abs(slope(name)), rel=1e-3)
+        assert value.sd_gain == pytest.approx(SD * value.value, rel=1e-9)
+    assert mid.derive("M/Fv").sd_gain == pytest.approx(0.0, abs=1e-12)
+    assert slope("M/Fv") == pytest.approx(0.0, abs=1e-4)
+    for i, value in enumerate(mid.ddm_parameters.values()):
+        moved = (high.theta_ddm[i] - low.theta_ddm[i]) / (2 * step)
+        assert value.sd_gain == pytest.approx(SD * abs(moved), rel=1e-2, abs=1e-6 * value.value)
+
+
+def test_it_is_in_no_other_figure(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    exact = identify(emps2015, record, methods=["idm-ls"])
+    known = identify(declared(emps2015), record, methods=["idm-ls"])
+    for name, value in known["idm-ls"].parameters.items():
+        assert replace(value, sd_gain=0.0) == exact["idm-ls"].parameters[name]
+    assert "The drive gain is declared" not in exact.summary().partition("[1]")[2]
+    text = " ".join(known.summary().split())
+    assert "the drive gain is declared to 0.5 %" in text.lower()
+    entry = known.to_dict()["estimates"][0]["parameters"]["M"]
+    assert entry["sd_gain"] == pytest.approx(SD * entry["value"])
+
+
+def test_measured_force_needs_no_gain(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    assert record.control is not None
+    force = emps2015.axis.drive.gain * record.control
+    measured: Record = replace(record, force=force)
+    estimate: Estimate = identify(declared(emps2015), measured, methods=["idm-ls"])["idm-ls"]
+    assert estimate.parameters["M"].sd_gain == 0.0
+
+
+@pytest.mark.parametrize("sd", [-0.1, 1.0, np.nan, np.inf])
+def test_impossible_deviations_are_refused(sd: float) -> None:
+    with pytest.raises(ModelError, match="drive gain"):
+        Drive(gain=1.0, relative_sd=sd)
+
+
+def test_generated_code_does_not_depend_on_it() -> None:
+    axis = load_axis("emps2015")
+    assert declared(build(axis)).signature == build(axis).signature
+
+
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-ls"])
+def test_known_terms_keep_their_size_and_the_others_take_what_is_left(method: str) -> None:
+    """With 2 kg known, 1 % of gain moves the unknown 5 kg by 0.07 kg, not by 0.05."""
+    x = Coordinate("x")
+    m, b = Parameter("m", "kg", nominal=5.0), Parameter("b", "N/(m/s)", nominal=20.0)
+    axis = newton(
+        "half_known",
+        coordinate=x,
+        parameters=(m, b),
+        inertia=m + Constant(2.0, "kg"),
+        resistance=(viscous(b, x),),
+        drive=Drive(gain=18.0, relative_sd=0.01),
+        control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
+        experiment=Experiment(
+            moves=back_and_forth(speeds=(0.1, 0.3), acceleration=4.0, seconds=0.5, repeat=2),
+            position_noise=1e-7,
+        ),
+    )
+    record = twin_record(axis)
+    value = identify(axis, record, methods=[method])[method].parameters["m"]
+    assert value.sd_gain == pytest.approx(0.07, rel=0.02)
+    more = replace(axis, drive=replace(axis.drive, gain=18.0 * 1.01))
+    refitted = identify(more, record, methods=["idm-ls"])["idm-ls"].parameters["m"]
+    assert abs(refitted.value - value.value) == pytest.approx(value.sd_gain, rel=0.05)

@@ -1,0 +1,453 @@
+"""Physical parameters by minimum distance: closed forms, another optimiser, coverage, words."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from scipy.optimize import least_squares
+
+from axisid import (
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
+    Axis,
+    Constant,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    Experiment,
+    Identification,
+    Memory,
+    Parameter,
+    Prefilter,
+    Record,
+    back_and_forth,
+    build,
+    fix,
+    gain,
+    identify,
+    lagrange,
+    load_axis,
+    newton,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.fixed_values import fixed_check
+from axisid.estimation.estimates.base_distance import BaseMap, Distance
+from axisid.estimation.estimates.estimate import Estimate
+from axisid.estimation.estimates.physical import Physical, physical_parameters
+from axisid.modeling.derivation.base_model import base_model
+
+q = Coordinate("q", unit="rad")
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=1.5, lower=0.0)
+l = Parameter("l", "m", nominal=0.4, lower=0.0)  # noqa: E741
+J = Parameter("J", "kg m^2", nominal=0.02, lower=0.0)
+fv = Parameter("fv", "N m/(rad/s)")
+TRUTH = {"m": 1.2, "l": 0.45, "J": 0.03, "fv": 0.4}
+FILTER = Prefilter(cutoff=60.0, decimate=10)
+
+last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
+PENDULUM = lagrange(
+    "pendulum",
+    coordinate=q,
+    parameters=(m, l, J, fv),
+    kinetic=(m * l.symbol**2 + J) * q.velocity**2 / 2,
+    potential=-9.81 * m * l * sympy.cos(q.symbol),
+    dissipation=fv * q.velocity**2 / 2,
+    drive=Drive(gain=0.5, unit="A"),
+    control=ControlLaw(
+        name="PD on encoder differences",
+        period=1e-3,
+        gains={"p": 40.0, "d": 4.0},
+        output=gain("p") * (REFERENCE - MEASURED_POSITION)
+        - gain("d") * (MEASURED_POSITION - last.symbol) / PERIOD,
+        memory=(last,),
+    ),
+    experiment=Experiment(
+        moves=back_and_forth(speeds=(1.0, 3.0), acceleration=40.0, seconds=0.5),
+        truth=TRUTH,
+        position_noise=2e-5,
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> GeneratedAxis:
+    return build(PENDULUM)
+
+
+@pytest.fixture(scope="module")
+def record(pendulum: GeneratedAxis) -> Record:
+    return twin_record(pendulum)
+
+
+def knowing(axis: GeneratedAxis, declared: Axis) -> GeneratedAxis:
+    """The same generated code with other known values."""
+    base = base_model(declared)
+    assert base.axis.force == axis.axis.force
+    return replace(axis, base=base)
+
+
+def physical(axis: GeneratedAxis, record: Record, **fixed: Any) -> tuple[Physical, Estimate]:
+    known = knowing(axis, fix(axis.declared, **fixed))
+    estimate = identify(known, record, FILTER, "idm-ls")["idm-ls"]
+    found = physical_parameters(estimate)
+    assert found is not None
+    return found, estimate
+
+
+@pytest.mark.parametrize("theta", [[1.2, 0.45, 0.03, 0.4], [-1.0, 0.0, 2.0, 0.0]])
+def test_map_and_jacobian_are_those_of_sympy(theta: list[float]) -> None:
+    base = base_model(PENDULUM)
+    symbols = [p.symbol for p in PENDULUM.parameters]
+    point = dict(zip(symbols, theta, strict=True))
+    beta, jacobian = BaseMap(base).at(np.array(theta))
+    expected = sympy.Matrix(base.expressions)
+    assert beta == pytest.approx([float(v.subs(point)) for v in expected])
+    assert beta == pytest.approx(base.at(theta))
+    slopes = expected.jacobian(symbols).subs(point)
+    assert jacobian == pytest.approx(np.array(slopes.tolist(), dtype=float))
+
+
+def test_known_mass_gives_the_others_in_closed_form(
+    pendulum: GeneratedAxis, record: Record
+) -> None:
+    """``l = b1/m`` and ``J = b2 - b1^2/m`` by the delta method, the mass's deviation in it."""
+    mass, spread = 1.2, 0.01
+    found, estimate = physical(pendulum, record, m=(mass, spread))
+    b1, b2, drag = estimate.corrected
+    values = found.parameters
+    assert values["m"].value == pytest.approx(mass, rel=1e-12)
+    assert values["l"].value == pytest.approx(b1 / mass, rel=1e-10)
+    assert values["J"].value == pytest.approx(b2 - b1**2 / mass, rel=1e-9)
+    assert values["fv"].value == pytest.approx(drag, rel=1e-10)
+    slopes = np.array(
+        [
+            [0, 0, 0, 1],
+            [1 / mass, 0, 0, -b1 / mass**2],
+            [-2 * b1 / mass, 1, 0, b1**2 / mass**2],
+            [0, 0, 1, 0],
+        ]
+    )
+    for name in ("iid", "robust", "hac"):
+        whole = np.zeros((4, 4))
+        whole[:3, :3] = estimate.covariances[name]
+        whole[3, 3] = spread**2
+        assert found.covariances[name] == pytest.approx(slopes @ whole @ slopes.T, rel=1e-8)
+    assert values["J"].sd_hac == pytest.approx(np.sqrt(found.covariances["hac"][2, 2]))
+    assert (found.dof, found.p_value, found.unsettled) == (0, None, ())
+
+
+def test_exactly_known_mass_has_no_deviation(pendulum: GeneratedAxis, record: Record) -> None:
+    found, estimate = physical(pendulum, record, m=1.2)
+    assert (found.parameters["m"].value, found.parameters["m"].sd_hac) == (1.2, 0.0)
+    length = found.parameters["l"]
+    assert length.sd == pytest.approx(estimate.parameters["m_l"].sd / 1.2, rel=1e-9)
+
+
+def swinging(rng: np.random.Generator) -> Record:
+    """An exact motion of the pendulum under a measured torque with noise."""
+    t = np.arange(3000) * 1e-3
+    position = 0.8 * np.sin(9 * t) + 0.3 * np.sin(23 * t)
+    velocity = 7.2 * np.cos(9 * t) + 6.9 * np.cos(23 * t)
+    acceleration = -64.8 * np.sin(9 * t) - 158.7 * np.sin(23 * t)
+    torque = (
+        (TRUTH["m"] * TRUTH["l"] ** 2 + TRUTH["J"]) * acceleration
+        + TRUTH["fv"] * velocity
+        + 9.81 * TRUTH["m"] * TRUTH["l"] * np.sin(position)
+    )
+    return Record(time=t, position=position, force=torque + rng.normal(0, 0.5, len(t)))
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say(pendulum: GeneratedAxis) -> None:
+    """Noise in the torque and in the weighing, of about the same weight in the length."""
+    spread, runs, pulls = 0.006, 200, []
+    rng = np.random.default_rng(1)
+    for _ in range(runs):
+        noisy = swinging(rng)
+        found, estimate = physical(pendulum, noisy, m=(TRUTH["m"] + spread * rng.normal(), spread))
+        pulls.append(
+            [
+                (found.parameters[name].value - TRUTH[name])
+                / (found.parameters[name].interval[1] - found.parameters[name].value)
+                for name in ("l", "J")
+            ]
+        )
+    share = estimate.parameters["m_l"].relative_deviation_percent / (100 * spread / TRUTH["m"])
+    assert 0.5 < share < 2
+    held = np.mean(np.abs(pulls) <= 1, axis=0)
+    assert np.all((held >= 0.90) & (held <= 0.985)), held
+
+
+def test_without_a_known_value_only_what_is_told_apart_is_given(
+    pendulum: GeneratedAxis, record: Record
+) -> None:
+    found = physical_parameters(identify(pendulum, record, FILTER, "idm-ls")["idm-ls"])
+    assert found is not None
+    assert list(found.parameters) == ["fv"]
+    assert found.covariances["hac"].shape == (1, 1)
+    assert found.unsettled[0].endswith("the rest follows if one of m, l, J is known")
+    assert not found.shows_more
+
+
+def test_two_known_values_are_held_against_the_record(
+    pendulum: GeneratedAxis, record: Record
+) -> None:
+    right, estimate = physical(pendulum, record, m=(1.2, 0.01), l=(0.45, 0.01))
+    assert right.dof == 1
+    (check,) = fixed_check(estimate)
+    assert (check.name, check.status, check.p_value) == ("fixed values", "pass", right.p_value)
+    _, contradicted = physical(pendulum, record, m=(1.2, 0.01), l=(0.5, 0.01))
+    (check,) = fixed_check(contradicted)
+    assert check.status == "fail"
+    assert "m is fixed at 1.2 +- 0.01 kg; l is fixed at 0.5 +- 0.01 m" in check.meaning
+    (missing,) = fixed_check(physical(pendulum, record, m=1.2)[1])
+    assert missing.status == "not evaluated"
+    assert "cannot contradict" in missing.meaning
+
+
+def test_minimum_is_that_of_scipy(rng: np.random.Generator) -> None:
+    """Over-determined, with correlated base parameters and two uncertain fixed values."""
+    base = base_model(fix(PENDULUM, m=(1.2, 0.05), l=(0.44, 0.02)))
+    spread = rng.normal(size=(3, 3)) * np.array([[0.02], [0.01], [0.05]])
+    covariance = spread @ spread.T
+    beta = np.array([0.54, 0.273, 0.4])
+    distance = Distance(BaseMap(base), beta, covariance)
+    whole = np.zeros((5, 5))
+    whole[:3, :3], whole[3, 3], whole[4, 4] = covariance, 0.05**2, 0.02**2
+    lower = np.linalg.cholesky(whole)
+
+    def residuals(theta: np.ndarray) -> np.ndarray:
+        mass, length, rod, drag = theta
+        mapped = [mass * length, rod + mass * length**2, drag, mass, length]
+        return np.linalg.solve(lower, np.array([*beta, 1.2, 0.44]) - mapped)
+
+    other = least_squares(residuals, [1.0, 0.5, 0.05, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    found = distance.minimum()
+    assert found.theta == pytest.approx(other.x, rel=1e-6)
+    assert found.cost == pytest.approx(2 * other.cost, rel=1e-9)
+    influence = distance.influence(found.theta, 4)
+    expected = np.linalg.inv(other.jac.T @ other.jac)
+    assert influence @ whole @ influence.T == pytest.approx(expected, rel=1e-5)
+
+
+def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    known = replace(emps2015, base=base_model(fix(emps2015.axis, M=100.0)))
+    estimate = identify(known, twin, methods="idm-ls")["idm-ls"]
+    distance = Distance(BaseMap(known.base), estimate.physical, estimate.covariance)
+    y, regressor = estimate.y - 100.0 * estimate.X[:, 0], estimate.X[:, 1:]
+    expected = np.linalg.lstsq(regressor, y, rcond=None)[0]
+    found = distance.minimum()
+    assert found.theta == pytest.approx([100.0, *expected], rel=1e-9)
+    variance = estimate.residuals @ estimate.residuals / (len(y) - 1)
+    influence = distance.influence(found.theta, 2)
+    assert (influence @ estimate.covariance @ influence.T)[1:, 1:] == pytest.approx(
+        variance * np.linalg.inv(regressor.T @ regressor), rel=1e-7
+    )
+    restricted = y - regressor @ expected
+    more = restricted @ restricted - estimate.residuals @ estimate.residuals
+    assert found.cost == pytest.approx(more / variance, rel=1e-6)
+
+
+def test_known_mass_with_a_deviation_is_weighed_with_the_record(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """As a Kalman filter takes up a measurement: the others change by their correlation."""
+    value, spread = 100.25, 0.05
+    known = replace(emps2015, base=base_model(fix(emps2015.axis, M=(value, spread))))
+    estimate = identify(known, twin, methods="idm-ls")["idm-ls"]
+    found = physical_parameters(estimate)
+    assert found is not None
+    covariance = estimate.covariances["hac"]
+    gains = covariance[:, 0] / (covariance[0, 0] + spread**2)
+    expected = estimate.corrected + gains * (value - estimate.corrected[0])
+    assert [v.value for v in found.parameters.values()] == pytest.approx(expected, rel=1e-9)
+    assert found.covariances["hac"] == pytest.approx(
+        covariance - np.outer(gains, covariance[0]), rel=1e-6
+    )
+    assert found.parameters["M"].sd_hac < min(spread, estimate.parameters["M"].sd_hac)
+
+
+def geared(**fixed: Any) -> Axis:
+    mass, rotor = Parameter("m", "kg", nominal=5.0), Parameter("Jm", "kg m^2", nominal=1e-4)
+    drag = Parameter("b", "N/(m/s)")
+    axis = newton(
+        "geared",
+        coordinate=x,
+        parameters=(mass, rotor, drag),
+        inertia=mass + 120.0**2 * rotor.symbol,
+        resistance=(drag * x.velocity,),
+        drive=Drive(gain=18.0, unit="A", relative_sd=0.01),
+    )
+    return fix(axis, **fixed)
+
+
+def sine_record() -> Record:
+    t = np.arange(4000) * 1e-3
+    position = 0.1 * np.sin(9 * t) + 0.03 * np.sin(23 * t)
+    velocity = 0.9 * np.cos(9 * t) + 0.69 * np.cos(23 * t)
+    acceleration = -8.1 * np.sin(9 * t) - 15.87 * np.sin(23 * t)
+    noise = np.random.default_rng(3).normal(0, 0.3, len(t))
+    control = ((5.0 + 1.44) * acceleration + 14.0 * velocity + noise) / 18.0
+    return Record(time=t, position=position, control=control)
+
+
+def test_load_follows_from_the_rotor_of_the_data_sheet() -> None:
+    result = identify(geared(Jm=(1e-4, 5e-6)), sine_record(), Prefilter(hold="raw"), "idm-ls")
+    estimate, found = result["idm-ls"], result.physical["idm-ls"]
+    total = estimate.parameters["m_plus_Jm"]
+    load = found.parameters["m"]
+    assert load.value == pytest.approx(total.value - 1.44, rel=1e-9)
+    assert load.sd_hac == pytest.approx(np.hypot(total.sd_hac, 14400 * 5e-6), rel=1e-9)
+    # The gain scales the sum, not what the data sheet says.
+    assert load.sd_gain == pytest.approx(0.01 * total.value, rel=1e-9)
+    assert found.parameters["Jm"].sd_gain == pytest.approx(0.0, abs=1e-15)
+    assert load.value == pytest.approx(5.0, abs=4 * load.sd_hac)
+
+
+def test_start_of_zero_and_wild_nominal_values_find_the_same(
+    pendulum: GeneratedAxis, record: Record
+) -> None:
+    right, _ = physical(pendulum, record, m=1.2)
+    for nominal in (0.0, 40.0, 1e-3):
+        parameters = tuple(
+            replace(p, nominal=nominal if p.name in "lJ" else p.nominal)
+            for p in PENDULUM.parameters
+        )
+        axis = replace(PENDULUM, parameters=parameters)
+        found, _ = physical(knowing(pendulum, axis), record, m=1.2)
+        for name, value in found.parameters.items():
+            assert value.value == pytest.approx(right.parameters[name].value, rel=1e-7)
+
+
+def squared(lower: float, nominal: float = 1.0) -> GeneratedAxis:
+    mass, root = Parameter("m", "kg", nominal=5.0), Parameter("r", "m", nominal, lower)
+    unit = Constant(1.0, "kg/(m^2 s)")
+    axis = newton(
+        "squared",
+        coordinate=x,
+        parameters=(mass, root),
+        inertia=mass,
+        resistance=(unit * root.symbol**2 * x.velocity,),
+        drive=Drive(gain=18.0),
+    )
+    return build(axis)
+
+
+def test_the_other_sign_of_a_square_is_told_unless_bounds_exclude_it() -> None:
+    open_, bounded = (
+        identify(squared(lower), sine_record(), Prefilter(hold="raw"), "idm-ls")
+        for lower in (-np.inf, 0.0)
+    )
+    root = open_.physical["idm-ls"].parameters["r"].value
+    assert root == pytest.approx(np.sqrt(14.0), rel=0.01)
+    assert f"r = {-root:.4g} would fit as well" in open_.physical["idm-ls"].remarks[0]
+    assert bounded.physical["idm-ls"].remarks == ()
+    assert bounded.physical["idm-ls"].parameters["r"].value == pytest.approx(root)
+
+
+def test_the_root_of_a_negative_estimate_is_not_given() -> None:
+    estimate = identify(squared(0.0), sine_record(), Prefilter(hold="raw"), "idm-ls")["idm-ls"]
+    turned = replace(estimate, physical=estimate.physical * np.array([1.0, -1.0]))
+    found = physical_parameters(turned)
+    assert found is not None
+    assert found.parameters == {}
+    assert "no values of the physical parameters give" in found.unsettled[-1]
+
+
+def test_estimate_of_the_physical_parameters_has_no_others(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result: Identification = identify(emps2015, twin, methods="idm-ls")
+    assert result.physical == {}
+    assert fixed_check(result["idm-ls"]) == ()
+    assert "physical parameters  " not in result.summary()
+
+
+def test_all_methods_agree_and_the_summary_has_one_table(
+    pendulum: GeneratedAxis, record: Record
+) -> None:
+    result = identify(knowing(pendulum, fix(PENDULUM, m=(1.2, 0.01))), record, FILTER)
+    assert set(result.physical) == set(result.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    inverse, direct = (result.physical[name].parameters["J"] for name in ("idm-iv", "ddm-iv"))
+    assert inverse.value == pytest.approx(direct.value, rel=1e-5)
+    text = result.summary()
+    assert text.count("\nphysical parameters") == 1
+    words = " ".join(text.split())
+    assert "and to m = 1.2 +- 0.01 kg, declared as known (minimum distance)" in words
+    assert "m = 1.2 kg, l = 0.45 m" in words
+    assert "m_l = 0.54 kg m, J_plus_m_l2 = 0.273 kg m^2" in words
+
+
+def test_products_beside_a_parameter_that_enters_nonlinearly(emps2015: GeneratedAxis) -> None:
+    """The drive gain moves the sum of masses, not the Stribeck velocity."""
+    axis = emps2015.axis
+    v, (mass, drag, dry) = axis.coordinate.velocity, axis.parameters
+    ratio = Parameter("n", "1", nominal=2.0)
+    rotor = Parameter("Mr", "kg", nominal=20.0)
+    peak, speed = Parameter("Fs", "N", nominal=10.0), Parameter("vs", "m/s", 0.05, 0.001, 1.0)
+    geared = replace(
+        axis,
+        name="geared",
+        parameters=(mass, ratio, rotor, drag, dry, peak, speed),
+        force=(mass + ratio.symbol**2 * rotor) * axis.coordinate.acceleration
+        + drag * v
+        + (dry + peak * sympy.exp(-((v / speed.symbol) ** 2))) * sympy.sign(v),
+        drive=replace(axis.drive, relative_sd=0.01),
+        experiment=replace(
+            axis.experiment,
+            truth={
+                "M": 20.0,
+                "n": 2.0,
+                "Mr": 20.0,
+                "Fv": 237.0,
+                "Fc": 25.0,
+                "Fs": 15.0,
+                "vs": 0.03,
+            },
+        ),
+    )
+    built = build(fix(geared, n=2.0, Mr=(20.0, 0.5)))
+    result = identify(built, twin_record(built), methods="idm-ls")
+    estimate, values = result["idm-ls"], result.physical["idm-ls"].parameters
+    total = estimate.parameters["M_plus_n2_Mr"]
+    assert values["M"].value == pytest.approx(total.corrected - 80.0, rel=1e-8)
+    assert values["M"].sd_hac == pytest.approx(np.hypot(total.sd_hac, 4 * 0.5), rel=1e-8)
+    assert values["M"].sd_gain == pytest.approx(0.01 * total.value, rel=1e-8)
+    assert values["vs"].sd_gain == pytest.approx(0.0, abs=1e-9)
+    assert values["vs"].value == pytest.approx(0.03, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["emps", "emps2015"])
+def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> None:
+    """The filter moves M by several deviations; what is weighed with the fixed value is less it."""
+    axis = load_axis(name)
+    assert axis.experiment is not None
+    truth = axis.experiment.truth
+    record = twin_record(axis)
+    result = identify(fix(axis, M=truth["M"]), record, methods="idm-iv")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
+    assert check.status == "pass"
+    for parameter, value in result.physical["idm-iv"].parameters.items():
+        assert abs(value.value - truth[parameter]) <= 3 * value.sd_hac + 1e-12
+
+
+def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed() -> None:
+    axis = load_axis("emps")
+    record = twin_record(axis)
+    off = replace(axis.drive, gain=1.03 * axis.drive.gain, relative_sd=0.05)
+    declared = fix(replace(axis, drive=off), M=(95.1089, 0.5))
+    result = identify(declared, record, methods="idm-ls")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
+    assert check.status == "pass"
+    assert result.physical["idm-ls"].parameters["M"].value == pytest.approx(95.1089, abs=0.3)
+    sure = fix(replace(axis, drive=replace(off, relative_sd=0.0)), M=(95.1089, 0.5))
+    (check,) = (
+        c for c in identify(sure, record, methods="idm-ls").verdict if c.name == "fixed values"
+    )
+    assert check.status == "fail"

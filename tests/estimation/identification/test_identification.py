@@ -1,0 +1,353 @@
+"""What the four estimators do with known terms, force columns, alignment and odd records."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    METHODS,
+    Constant,
+    Coordinate,
+    DataError,
+    Drive,
+    EstimationError,
+    Experiment,
+    Parameter,
+    Prefilter,
+    Record,
+    UsageError,
+    back_and_forth,
+    build,
+    cascade_pd,
+    coulomb,
+    identify,
+    load_axis,
+    newton,
+    offset,
+    simulate,
+    twin_record,
+    validate,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.modeling.declaration.axis import Axis
+from axisid.support.arrays import relative_error_percent
+
+z = Coordinate("z")
+METRE, UNIT = Constant(1.0, "m"), Constant(1.0, "N")
+M = Parameter("M", "kg", nominal=90.0, lower=0.0)
+Fv = Parameter("Fv", "N/(m/s)")
+Fc = Parameter("Fc", "N")
+EXPERIMENT = Experiment(
+    moves=back_and_forth(speeds=(0.05, 0.1, 0.15), acceleration=0.75, seconds=0.3, repeat=2),
+    truth={"M": 100.2, "Fv": 236.9, "Fc": 24.8},
+    position_noise=1e-7,
+)
+
+
+def vertical(weight: sympy.Expr) -> Axis:
+    """A vertical axis whose weight is declared in one way or another."""
+    return newton(
+        "vertical",
+        coordinate=z,
+        parameters=(M, Fv, Fc),
+        inertia=M,
+        resistance=(viscous(Fv, z), coulomb(Fc, z), weight),
+        drive=Drive(gain=100.0, limit=30.0),
+        control=cascade_pd(kp=160.18, kv=85.0, period=1e-3),
+        experiment=EXPERIMENT,
+    )
+
+
+BY_MASS, BY_NUMBER = vertical(9.81 * M), vertical(sympy.Float(982.962))
+EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
+ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
+
+
+@pytest.mark.parametrize("axis", [BY_MASS, BY_NUMBER], ids=["9.81 M", "983 N"])
+def test_known_gravity_is_taken_out_of_every_method(axis: Axis) -> None:
+    result = identify(axis, twin_record(axis), ALIGNED, METHODS)
+    for method in METHODS:
+        assert result[method].physical == pytest.approx([100.2, 236.9, 24.8], rel=0.02), method
+
+
+def test_errors_do_not_depend_on_how_the_weight_is_declared() -> None:
+    record = twin_record(BY_MASS)
+    by_mass, by_number = (
+        identify(a, record, ALIGNED, ["idm-ls", "idm-iv"]) for a in (BY_MASS, BY_NUMBER)
+    )
+    for method in ("idm-ls", "idm-iv"):
+        one, other = by_mass[method], by_number[method]
+        assert np.array_equal(one.y, other.y)
+        assert one.equation_error_percent == pytest.approx(other.equation_error_percent, rel=0.3)
+        assert one.simulation_error_percent == pytest.approx(
+            other.simulation_error_percent, rel=0.3
+        )
+
+
+def test_left_side_is_the_force_known_part_and_all() -> None:
+    record = twin_record(BY_NUMBER)
+    estimate = identify(BY_NUMBER, record, EVERY_ROW, ["idm-ls"])["idm-ls"]
+    assert record.control is not None
+    assert estimate.y == pytest.approx(100.0 * record.control)
+    assert estimate.y.mean() > 900
+
+
+def test_simulated_left_side_is_that_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    estimate = identify(emps2015, record, EVERY_ROW, ["idm-iv"])["idm-iv"]
+    assert record.reference is not None
+    loop = simulate(emps2015, estimate.physical, record.reference, 1e-3, start=record.position[0])
+    assert estimate.simulated == pytest.approx(loop.force, rel=1e-3, abs=0.05)
+    assert estimate.simulation_error_percent == pytest.approx(
+        relative_error_percent(estimate.y - loop.force, estimate.y), rel=1e-2
+    )
+
+
+def test_force_column_is_taken_instead_of_the_control(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    assert record.control is not None
+    doubled = replace(record, force=2 * 35.15 * record.control)
+    raw = Prefilter(hold="raw", reversals="keep")
+    whole = identify(emps2015, record, raw, methods="idm-ls")["idm-ls"]
+    twice = identify(emps2015, doubled, raw, methods="idm-ls")["idm-ls"]
+    assert twice.physical == pytest.approx(2 * whole.physical)
+    assert "force column" in identify(emps2015, doubled, methods="idm-ls").summary()
+
+
+def test_hold_follows_from_what_the_force_is(emps2015: GeneratedAxis) -> None:
+    """A drive holds its control over the period; a measured force and a continuous law do not."""
+    record = twin_record(emps2015)
+    assert record.control is not None
+    measured = replace(record, force=35.15 * record.control)
+    assert identify(emps2015, record, methods="idm-ls").prefilter.hold == "zoh"
+    assert identify(emps2015, measured, methods="idm-ls").prefilter.hold == "raw"
+    assert identify(emps2015, measured, ALIGNED, "idm-ls").prefilter.hold == "zoh"
+    without = replace(emps2015.axis, control=None)
+    continuous = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
+    flowing = replace(emps2015.axis, control=continuous)
+    assert identify(without, record, methods="idm-ls").prefilter.hold == "zoh"
+    assert identify(flowing, record, methods="idm-ls").prefilter.hold == "raw"
+
+
+def test_instruments_are_aligned_like_the_measured_rows(emps2015: GeneratedAxis) -> None:
+    """Where nothing is filtered away, aligned instruments give the truth to half a percent."""
+    record = twin_record(emps2015, position_noise=0.0)
+    fine = Prefilter(cutoff=180.0, decimate=3, hold="zoh", drop=(50, 50))
+    aligned = identify(emps2015, record, fine, ["idm-iv"])["idm-iv"]
+    raw = identify(emps2015, record, replace(fine, hold="raw", reversals="keep"), ["idm-iv"])[
+        "idm-iv"
+    ]
+    truth = np.array([100.2, 236.9, 24.8])
+    assert aligned.physical == pytest.approx(truth, rel=5e-3)
+    assert np.abs(raw.physical / truth - 1).max() > 1e-2
+
+
+def test_paper_twin_comes_within_one_percent_with_aligned_force(emps2015: GeneratedAxis) -> None:
+    """What the notes of the paper's tables say of the viscous friction."""
+    prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="zoh")
+    estimate = identify(emps2015, twin_record(emps2015), prefilter, ["idm-iv"])["idm-iv"]
+    assert estimate.physical == pytest.approx([100.2, 236.9, 24.8], rel=0.01)
+
+
+def test_simulation_starts_where_the_record_starts() -> None:
+    axis = build(load_axis("emps2015"))
+    record = twin_record(axis, position_noise=0.0)
+    assert record.reference is not None
+    loop = simulate(axis, [100.2, 236.9, 24.8], record.reference, 1e-3, start=2e-3)
+    away = replace(record, position=loop.position, control=loop.control)
+    prefilter = Prefilter(decimate=1, drop=(0, 0), cutoff=180.0)
+    estimate = identify(axis, away, prefilter, ["idm-iv"])["idm-iv"]
+    assert estimate.simulated is not None
+    # At 2 mm from the reference the drive saturates; a loop that began at the reference would not.
+    assert estimate.simulated[0] == pytest.approx(-351.5, rel=1e-3)
+
+
+def test_stationary_iteration_stops_when_nothing_moves_any_more(emps2015: GeneratedAxis) -> None:
+    estimate = identify(emps2015, twin_record(emps2015), methods="idm-iv")["idm-iv"]
+    assert len(estimate.iterates) == 4
+    last, before = estimate.iterates[-1].physical, estimate.iterates[-2].physical
+    deviations = [value.sd for value in estimate.parameters.values()]
+    assert np.all(np.abs(last - before) <= 0.01 * np.array(deviations))
+
+
+def test_record_at_another_period_than_the_law_serves_least_squares_only() -> None:
+    axis = load_axis("emps2015")
+    record = twin_record(axis)
+    assert axis.control is not None
+    other = replace(axis, control=replace(axis.control, period=2e-3))
+    result = identify(other, record)
+    assert set(result.estimates) == {"idm-ls", "ddm-ls"}
+    assert "every 0.001 s, the control law" in result.skipped["idm-iv"]
+    with pytest.raises(DataError, match="instruments need a record at the law's period"):
+        identify(other, record, methods=["ddm-iv"])
+
+
+def test_failed_instruments_do_not_lose_least_squares() -> None:
+    axis = load_axis("emps2015")
+    massless = replace(axis, parameters=(Parameter("M", "kg"), *axis.parameters[1:]))
+    result = identify(massless, twin_record(axis))
+    assert set(result.estimates) == {"idm-ls", "ddm-ls"}
+    assert set(result.failed) == {"idm-iv", "ddm-iv"}
+    assert "positive nominal value" in result.failed["idm-iv"]
+    assert "without idm-iv, ddm-iv: iterate 0: axis" in result.summary()
+
+
+def test_parameters_outside_their_bounds_are_remarked() -> None:
+    axis = load_axis("emps2015")
+    bounded = Parameter("Fc", "N", lower=0.0, upper=10.0)
+    narrow = replace(axis, parameters=(*axis.parameters[:2], bounded))
+    estimate = identify(narrow, twin_record(axis), methods="idm-ls")["idm-ls"]
+    assert any("Fc = 2" in r and "outside its bounds [0, 10]" in r for r in estimate.remarks)
+
+
+@pytest.mark.parametrize(
+    ("prefilter", "remark"),
+    [
+        (Prefilter(cutoff=60.0, decimate=2), "the force only at 200 Hz"),
+        (Prefilter(cutoff=60.0, decimate=1), "the force only at 500 Hz"),
+        (Prefilter(decimate=400), "rows for 3 parameters are few"),
+    ],
+)
+def test_settings_that_mislead_are_remarked(
+    emps2015: GeneratedAxis, prefilter: Prefilter, remark: str
+) -> None:
+    estimate = identify(emps2015, twin_record(emps2015), prefilter, ["idm-ls"])["idm-ls"]
+    assert any(remark in r for r in estimate.remarks)
+
+
+def test_published_filters_are_not_remarked(emps2015: GeneratedAxis) -> None:
+    for prefilter in (Prefilter(), Prefilter(cutoff=180.0, decimate=3)):
+        assert identify(emps2015, twin_record(emps2015), prefilter)["idm-iv"].remarks == ()
+
+
+def test_record_that_begins_in_motion_is_remarked(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    later = {name: values[150:] for name, values in record.channels().items()}
+    estimate = identify(emps2015, Record(**later), methods="idm-iv")["idm-iv"]
+    assert any("begins in motion" in r for r in estimate.remarks)
+
+
+def test_loop_that_does_not_follow_the_record_is_remarked(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    assert record.reference is not None
+    other = replace(record, reference=record.reference[::-1] * 20)
+    estimate = identify(emps2015, other, methods="idm-ls")["idm-ls"]
+    assert any("does not follow the record" in r for r in estimate.remarks)
+
+
+def test_parameters_that_no_motion_separates_are_identified_as_their_combination() -> None:
+    twice = Parameter("Fd", "N")
+    axis = load_axis("emps2015")
+    both = newton(
+        "both",
+        coordinate=axis.coordinate,
+        parameters=(*axis.parameters, twice),
+        inertia=axis.parameters[0],
+        resistance=(
+            viscous(axis.parameters[1], axis.coordinate),
+            coulomb(axis.parameters[2], axis.coordinate),
+            2 * coulomb(twice, axis.coordinate),
+        ),
+        drive=axis.drive,
+    )
+    found, alone = (
+        identify(a, twin_record(axis), methods="idm-ls")["idm-ls"] for a in (both, axis)
+    )
+    assert list(found.parameters) == ["M", "Fv", "Fc_plus_Fd"]
+    assert found.physical == pytest.approx(alone.physical, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("term", "message"),
+    [
+        (UNIT * sympy.log(z / METRE - 5), "is not finite"),
+        (UNIT * sympy.sqrt(-1 - (z / METRE) ** 2), "is not finite"),
+    ],
+)
+def test_known_terms_that_are_not_finite_are_refused(term: sympy.Expr, message: str) -> None:
+    with pytest.raises(EstimationError, match=message):
+        identify(vertical(term), twin_record(BY_MASS), methods="idm-ls")
+
+
+def test_force_that_is_zero_in_every_row_is_refused(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    control = np.zeros(len(record))
+    control[0] = 1.0
+    with pytest.raises(EstimationError, match="the force is zero in every row"):
+        identify(
+            emps2015,
+            replace(record, control=control),
+            Prefilter(decimate=1, drop=(10, 0), cutoff=180.0),
+            ["idm-ls"],
+        )
+
+
+@pytest.mark.parametrize("scale", [1e200, 1e-200])
+def test_signals_of_absurd_size_end_with_a_sentence_not_with_nan(
+    emps2015: GeneratedAxis, scale: float
+) -> None:
+    record = twin_record(emps2015)
+    assert record.control is not None
+    huge = replace(record, control=scale * record.control)
+    try:
+        estimate = identify(emps2015, huge, methods="idm-ls")["idm-ls"]
+    except EstimationError as error:
+        assert "finite" in str(error)
+    else:
+        assert np.all(np.isfinite(estimate.covariance))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"axis": "emps"}, "give an Axis, such as load_axis"),
+        ({"record": "log.csv"}, "read one with read_record"),
+        ({"methods": ["ols"]}, "there is no method 'ols'"),
+        ({"methods": []}, "no method is given"),
+    ],
+)
+def test_misuse_is_explained(
+    emps2015: GeneratedAxis, arguments: dict[str, Any], message: str
+) -> None:
+    given: dict[str, Any] = {"axis": emps2015, "record": twin_record(emps2015), **arguments}
+    with pytest.raises(UsageError, match=message):
+        identify(**given)
+
+
+def test_results_print_in_short(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), methods="idm-ls")
+    assert str(result) == result.summary()
+    assert repr(result["idm-ls"]).startswith("idm-ls: M = 99.")
+
+
+def test_offset_axis_of_the_library_is_identified_from_its_twin() -> None:
+    axis = load_axis("emps")
+    assert axis.experiment is not None
+    truth = [axis.experiment.truth[p.name] for p in axis.parameters]
+    result = identify(axis, twin_record(axis), Prefilter(hold="zoh"))
+    assert result["idm-iv"].physical == pytest.approx(truth, rel=0.01)
+    assert offset(axis.parameters[3]) == axis.parameters[3].symbol
+
+
+def test_methods_and_parameters_are_found_as_they_are_printed(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls"])
+    assert result["IDM-LS"] is result["idm-ls"]
+    assert ("IDM-LS" in result, "idm-iv" in result, list(result)) == (True, False, ["idm-ls"])
+    assert repr(result).startswith("identification of emps2015 from twin of emps2015")
+    with pytest.raises(UsageError, match="has no 'ddm'; choose from idm-ls"):
+        result["ddm"]
+    with pytest.raises(UsageError, match="there is no 'mass'; choose from M, Fv, Fc"):
+        result["idm-ls"].parameters["mass"]
+    with pytest.raises(UsageError, match=r"the record is 'second.csv'; read one with read_record"):
+        validate(result, "second.csv")  # type: ignore[arg-type]
+    held = validate(result, twin)
+    assert held["IDM-LS"] is held.methods[0]
+    with pytest.raises(UsageError, match="has no 'idm-iv'; choose from idm-ls"):
+        held["idm-iv"]
+    assert str(emps2015.axis).splitlines()[1] == "tau = M*ddq + Fv*dq + Fc*sign(dq) [N]"

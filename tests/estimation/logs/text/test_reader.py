@@ -1,0 +1,375 @@
+"""Text of any dialect is read to the last bit, or refused with a sentence; nothing is guessed."""
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from axisid import DataError, Repairs, read_record
+from axisid.estimation.logs.text.dialect import Dialect
+from axisid.estimation.logs.text.reader import read_text
+
+N = 12
+TIME = np.arange(N) * 0.25
+POSITION = np.sin(TIME)
+
+
+def written(separator: str, mark: str, above: list[str], header: list[str], end: str = "\n") -> str:
+    """A log in a dialect, every number with a fraction."""
+    rows = [[f"{t:.2f}", f"{q:.17e}"] for t, q in zip(TIME, POSITION, strict=True)]
+    cells = [[c.replace(".", mark) for c in row] for row in rows]
+    return end.join([*above, separator.join(header), *(separator.join(r) for r in cells)]) + end
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "cp1252"])
+@pytest.mark.parametrize(
+    ("separator", "mark"),
+    [(";", ","), (";", "."), ("\t", ","), ("\t", "."), ("|", ","), (",", "."), ("  ", ",")],
+)
+@pytest.mark.parametrize("above", [[], ["Drive; model 7", "Date: 1.2.2026", "Rate 4 Hz"]])
+def test_dialects_are_recognised(
+    tmp_path: Path, separator: str, mark: str, above: list[str], encoding: str
+) -> None:
+    file = tmp_path / "log.csv"
+    header = ["time", "position"] if separator.isspace() else ["time", "Lage_\u00e4"]
+    file.write_bytes(written(separator, mark, above, header, "\r\n").encode(encoding))
+    record = read_record(file, columns={"position": header[1]})
+    assert np.array_equal(record.time, TIME)
+    assert np.array_equal(record.position, POSITION)
+    assert f"decimal {'comma' if mark == ',' else 'point'}" in record.provenance.assumed[0]
+    told = " ".join(record.provenance.assumed)
+    assert ("passed over" in told) == bool(above)
+    plain = encoding.startswith("utf-8") or (encoding == "cp1252" and header[1].isascii())
+    assert ("encoding" in told) == (not plain)
+
+
+@pytest.mark.parametrize("header", [["time [s]", "position [mm]"], ["time / s", "position / mm"]])
+def test_units_in_the_header_are_converted_and_told(tmp_path: Path, header: list[str]) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(written(";", ",", [], header))
+    record = read_record(file)
+    assert record.position == pytest.approx(1e-3 * POSITION, rel=1e-15)
+    assert "position: mm -> m" in record.provenance.assumed
+    assert record.provenance.columns == {"time": "time", "position": "position"}
+
+
+@pytest.mark.parametrize("units", [["[ms]", "[mm]"], ["(ms)", "(mm)"], ["ms", "mm"]])
+def test_row_of_units_is_no_data(tmp_path: Path, units: list[str]) -> None:
+    file = tmp_path / "log.csv"
+    text = written("\t", ".", ["made by a drive"], ["time", "position"])
+    lines = text.splitlines()
+    file.write_text("\n".join([*lines[:2], "\t".join(units), *lines[2:]]))
+    record = read_record(file)
+    assert record.time == pytest.approx(1e-3 * TIME)
+    assert record.position == pytest.approx(1e-3 * POSITION)
+
+
+def test_header_in_a_comment_is_found(tmp_path: Path) -> None:
+    file = tmp_path / "log.txt"
+    np.savetxt(file, np.column_stack([TIME, POSITION]), header="scope 5\ntime position")
+    assert np.array_equal(read_record(file).position, POSITION)
+
+
+def test_last_separator_comments_and_columns_of_text_do_not_matter(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{t},{float(q)!r},run," for t, q in zip(TIME, POSITION, strict=True)]
+    rows.insert(3, "# trigger")
+    file.write_text("\n".join(["time,position,state,", *rows]))
+    assert np.array_equal(read_record(file).position, POSITION)
+    with pytest.raises(DataError, match="line 2: 'run' in column 'state' is not a number"):
+        read_record(file, columns={"control": "state"})
+
+
+def test_comment_of_as_many_cells_as_a_row_is_no_sample(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"run;{t};{float(q)!r}" for t, q in zip(TIME, POSITION, strict=True)]
+    rows.insert(5, "# marker;0.9995;77")
+    file.write_text("\n".join(["state;time;position", *rows]))
+    assert np.array_equal(read_record(file).position, POSITION)
+
+
+def test_row_of_no_units_is_no_header() -> None:
+    table = read_text("log.csv", b"ratio;count\n-;[-]\n0.5;1\n0.25;2\n")
+    assert list(table.columns) == ["ratio", "count"]
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "#DIV/0!", "#WERT!", "#NV"])
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_what_a_spreadsheet_could_not_work_out_is_no_comment(cell: str, row: int) -> None:
+    cells = ["1.5", "2.5", "3.5"]
+    cells[row] = cell
+    rows = "".join(f"{first};{k}\n" for k, first in enumerate(cells))
+    table = read_text("log.csv", f"a;b\n{rows}".encode())
+    assert table.columns["b"].read().values.tolist() == [0, 1, 2]
+    with pytest.raises(DataError, match=f"line {row + 2}: '{cell}' in column 'a' is not a number"):
+        table.columns["a"].read()
+
+
+def test_first_row_of_a_stamp_alone_is_no_header() -> None:
+    rows = b"t;q;u\n1.2.2026 00:41:24.6;;\n1.2.2026 00:41:25.2;1.5;2\n1.2.2026 00:41:26;2;3\n"
+    with pytest.raises(DataError, match=r"line 2: the time stamp '1\.2\.2026 00:41:24\.6' stands"):
+        read_text("log.csv", rows)
+
+
+def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};0;0" for k in range(600)]
+    rows += [f"{600 + k};0,5;{'0,25' if k % 2 else '1'}" for k in range(100)]
+    file.write_text("\n".join(["time;position;control", *rows]))
+    record = read_record(file)
+    assert record.position[-1] == 0.5
+    assert "separator semicolon, decimal comma" in record.provenance.assumed
+    file.write_text("\n".join(["time;position;control", *rows[:600], "600;1,234;0", "601;2,345;1"]))
+    with pytest.raises(DataError, match="'1,234' may be read with a decimal comma or"):
+        read_record(file)
+
+
+def test_line_of_very_many_cells_is_refused_at_once() -> None:
+    content = "\n".join(";".join(map(str, range(20_000))) for _ in range(4)).encode()
+    with pytest.raises(DataError, match=r"a line has 20000 cells.*Transpose it"):
+        read_text("log.csv", content)
+
+
+def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    start = np.datetime64("2026-03-28T23:59:59.250")
+    stamps = [str(start + np.timedelta64(round(1e3 * t), "ms")).replace("T", " ") for t in TIME]
+    rows = [f"{s};{float(q)!r}" for s, q in zip(stamps, POSITION, strict=True)]
+    file.write_text("\n".join(["time;position", *rows]))
+    record = read_record(file)
+    assert record.time == pytest.approx(TIME, abs=1e-12)
+    assert np.array_equal(record.position, POSITION)
+    assert "time: time stamps counted from the first" in record.provenance.assumed
+    (tmp_path / "text.csv").write_text("\n".join(["time;position", *rows, "noon;0"]))
+    with pytest.raises(DataError, match="line 14: 'noon' in column 'time' is not a number"):
+        read_record(tmp_path / "text.csv")
+    file.write_text("\n".join(["time;position", *rows]).replace("2026-03-28", "2026-02-30"))
+    with pytest.raises(
+        DataError, match=r"line 2: '2026-02-30 23:59:59\.250' in column 'time'.*such day"
+    ):
+        read_record(file)
+
+
+def test_point_in_a_log_with_decimal_commas_is_refused_wherever_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k},5;{k},25" for k in range(1000)]
+    rows[700] = "700,5;1.234"
+    file.write_text("\n".join(["time;position", *rows]))
+    with pytest.raises(DataError, match=r"line 702: '1\.234' in column 'position'.*decimal comma"):
+        read_record(file)
+
+
+@pytest.mark.parametrize("end", [",run", ",", ',"run"'])
+def test_cell_too_many_is_found_beside_text_and_last_separators(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k},{k * k}{end}" for k in range(1000)]
+    rows[700] = f"700,1,2{end}"
+    file.write_text("\n".join([f"time,position{end.replace('run', 'state')}", *rows]))
+    with pytest.raises(DataError, match="line 702: "):
+        read_record(file)
+
+
+def test_line_of_another_length_is_named_wherever_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k},{k * k}" for k in range(1000)]
+    rows[700] += ",5"
+    file.write_text("\n".join(["time,position", *rows]))
+    with pytest.raises(DataError, match="line 702: 3 cells where the header names 2"):
+        read_record(file)
+
+
+@st.composite
+def dialects(draw: st.DrawFn) -> dict[str, Any]:
+    mark = draw(st.sampled_from([".", ","]))
+    separators = [";", "\t", "|"] if mark == "," else [";", "\t", "|", ","]
+    numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
+    width = draw(st.integers(2, 5))
+    row = st.lists(numbers, min_size=width, max_size=width)
+    return {
+        "mark": mark,
+        "separator": draw(st.sampled_from(separators)),
+        "rows": draw(st.lists(row, min_size=2, max_size=8)),
+        "quoted": draw(st.booleans()),
+        "trailing": draw(st.booleans()),
+        "encoding": draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16"])),
+        "end": draw(st.sampled_from(["\n", "\r\n"])),
+        "above": draw(st.integers(0, 3)),
+        "units": draw(st.booleans()),
+    }
+
+
+@given(how=dialects())
+def test_random_dialects_are_read_to_the_last_bit(how: dict[str, Any]) -> None:
+    width = len(how["rows"][0])
+    buffer = io.StringIO()
+    writer = csv.writer(
+        buffer,
+        delimiter=how["separator"],
+        lineterminator=how["end"],
+        quoting=csv.QUOTE_ALL if how["quoted"] else csv.QUOTE_MINIMAL,
+    )
+    end = [""] if how["trailing"] else []
+    for k in range(how["above"]):
+        buffer.write(f"Setting {k} of the scope{how['end']}")
+    writer.writerow([f"c{k}" for k in range(width)] + end)
+    if how["units"]:
+        writer.writerow(["mm"] * width + end)
+    for row in how["rows"]:
+        # 17 digits with a fraction: a group of three after the comma would be ambiguous.
+        writer.writerow([f"{x:.17e}".replace(".", how["mark"]) for x in row] + end)
+    table = read_text("log.csv", buffer.getvalue().encode(how["encoding"]))
+    assert list(table.columns) == [f"c{k}" for k in range(width)]
+    for k, column in enumerate(table.columns.values()):
+        assert np.array_equal(column.read().values, np.array(how["rows"])[:, k])
+        assert column.unit == ("mm" if how["units"] else "")
+
+
+@given(content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(str.encode)))
+def test_any_bytes_are_read_or_refused(content: bytes) -> None:
+    try:
+        table = read_text("log.csv", content)
+        for column in table.columns.values():
+            column.read()
+    except DataError as error:
+        assert "log.csv" in str(error)
+
+
+CELLS = st.sampled_from(["1", "0,5", "1.5", "2,345", "x", "", " ", '"', "[mm]", "-", "nan", "#"])
+
+
+@example(rows=[["1"] * 4, ["1"], ["1"] * 4, ["1"] * 4], separator=",")
+@given(rows=st.lists(st.lists(CELLS, max_size=4), max_size=8), separator=st.sampled_from(",;\t| "))
+def test_anything_like_a_table_is_read_or_refused(rows: list[list[str]], separator: str) -> None:
+    content = "\n".join(separator.join(row) for row in rows).encode()
+    try:
+        table = read_text("log.csv", content)
+        lengths = {len(c.read().values) for c in table.columns.values()}
+    except DataError as error:
+        assert "log.csv" in str(error)
+    else:
+        assert len(lengths) <= 1
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"\x89PNG\x00\x00\x01\x02\x00abc", "is no text in UTF-8, UTF-16 or Windows-1252"),
+        (b"a;b\n1,234;2\n5,678;3\n", "'1,234' may be read with a decimal comma or with a comma"),
+        (b"a;b\n1.234,5;2\n5.678,5;3\n", "line 2: '1.234,5' in column 'a' is not a number"),
+        (b"name\nof\nnothing\n", "no table of numbers is found"),
+    ],
+)
+def test_what_is_no_table_or_ambiguous_is_explained(content: bytes, message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        read_text("log.csv", content).columns["a"].read()
+
+
+def test_dialect_drops_the_cell_after_a_last_separator() -> None:
+    dialect = Dialect(
+        separator=";",
+        comma=True,
+        names=("a", "b"),
+        units=("", ""),
+        labels=("a", "b"),
+        first=1,
+        notes=(),
+    )
+    assert dialect.cells("1;2;") == ["1", "2"]
+    assert dialect.cells("1;2;3") == ["1", "2", "3"]
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "2026-02-03 14:07:{0:06.3f}",
+        "3.2.2026 14:07:{0:06.3f}",
+        "03.02.2026 14:07:{0:06.3f}",
+        "14:07:{0:06.3f}",
+        "9:07:{0:06.3f}",
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_time_stamps_of_several_ways_count_from_the_first(stamp: str, comma: bool) -> None:
+    rows = []
+    for k in range(40):
+        cells = [stamp.format(10 + 0.25 * k), f"{np.sin(k):.6f}", f"{np.cos(k):.6f}"]
+        line = ";".join(cells)
+        rows.append(line.replace(".", ",") if comma and "." not in stamp[:6] else line)
+    content = "\n".join(["time;position;control", *rows]).encode()
+    table = read_text("log.csv", content)
+    assert table.columns["time"].read().values == pytest.approx(0.25 * np.arange(40))
+
+
+ROWS = [f"{k};{k % 7},5;run" for k in range(100)]
+
+
+@pytest.mark.parametrize(
+    ("end", "first"),
+    [
+        (["100;0,"], "'100;0,'"),
+        (["ENDE"], "'ENDE'"),
+        (["ENDE;;"], "'ENDE;;'"),
+        (["", "Rows;100", "x;y;z"], "'Rows;100'"),
+    ],
+)
+def test_end_that_is_no_row_is_left_out_on_request_only(
+    tmp_path: Path, end: list[str], first: str
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, *end]))
+    with pytest.raises(
+        DataError, match=r"line 10[23]: .*or leave the end of the log out with --ta"
+    ):
+        read_record(file)
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    (repair,) = record.provenance.repairs
+    lines = [line for line in end if line]
+    assert (repair.kind, repair.count) == ("tail", len(lines))
+    assert repair.text.endswith(first)
+
+
+def test_tail_is_the_end_and_no_longer_than_that(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS]))
+    (repair,) = read_record(file, repairs=Repairs(tail="drop")).provenance.repairs
+    assert repair.count == 0
+    for spoilt in (["7;8", *ROWS], ["7;8"] * 60):
+        file.write_text("\n".join(["time;position;state", *ROWS, *spoilt]))
+        with pytest.raises(DataError, match=r"line 102: 2 cells .* Remove or mend the line\.$"):
+            read_record(file, repairs=Repairs(tail="drop"))
+
+
+@pytest.mark.parametrize("end", ["100;", "100;;", "100;0,5;", "100;;run", ";0,5;run"])
+def test_last_row_that_lacks_a_cell_is_left_out_on_request_only(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, end]))
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    (repair,) = record.provenance.repairs
+    assert (repair.count, repair.text.endswith(repr(end))) == (1, True)
+
+
+@pytest.mark.parametrize("end", ["100;;run", ";0,5;run"])
+def test_row_cut_off_after_a_separator_is_told_with_what_to_do(tmp_path: Path, end: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time;position;state", *ROWS, end]))
+    with pytest.raises(DataError, match=r"data row 101 .*or leave the end .*\(--tail drop\)\.$"):
+        read_record(file)
+    file.write_text("\n".join(["time;position;state", *ROWS[:7], "7;;run", *ROWS[8:]]))
+    with pytest.raises(DataError, match=r"data row 8 .*\(--resample auto\)\.$"):
+        read_record(file)
+
+
+def test_last_row_of_a_column_written_less_often_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};{k % 7},5;{'' if k % 5 else k}" for k in range(100)]
+    file.write_text("\n".join(["time;position;slow", *rows]))
+    record = read_record(file, repairs=Repairs(tail="drop"))
+    assert len(record) == 100
+    assert record.provenance.repairs[0].count == 0

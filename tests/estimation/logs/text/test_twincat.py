@@ -1,0 +1,229 @@
+"""Exports of TwinCAT Scope, built as its manual and its real exports have them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Repairs, read_record
+from axisid.estimation.logs.text.reader import read_text
+
+N = 60
+TIME = np.arange(N, dtype=float)  # ms
+ACTUAL = 1e3 * np.sin(TIME / 7)
+TARGET = 1e3 * np.cos(TIME / 7)
+START = 132959733843760000  # units of 100 ns since 1601
+
+
+def export(
+    channels: Sequence[tuple[str, str, np.ndarray, int]],
+    *,
+    separator: str = "\t",
+    comma: bool = True,
+    shared: bool = False,
+    full: bool = False,
+    end: bool = False,
+) -> str:
+    """Text of an export.
+
+    Parameters
+    ----------
+    channels
+        Name, unit, values and sample time in ms of each.
+    shared
+        One time column for neighbours of one sample time (Timelines: For each sampletime).
+    full
+        Time stamps since 1601.
+    """
+    heads = {
+        label: []
+        for label in ("Name", "SymbolComment", "Data-Type", "SampleTime[ms]", "ScaleFactor")
+    } | {"Offset": [], "Unit": []}
+    columns: list[list[str]] = []
+    last = -1
+    for name, unit, values, step in channels:
+        if not shared or step != last:
+            for label, cells in heads.items():
+                cells.append(label)
+            stamps = [START + 10_000 * step * k for k in range(len(values))]
+            columns.append([str(t) if full else str(step * k) for k, t in enumerate(stamps)])
+        last = step
+        for cells, cell in zip(
+            heads.values(), (name, "", "REAL64", str(step), "1", "0", unit), strict=True
+        ):
+            cells.append(cell)
+        columns.append([f"{v:.17g}".replace(".", "," if comma else ".") for v in values])
+    rows = max(len(column) for column in columns)
+    body = [separator.join(c[k] if k < len(c) else "" for c in columns) for k in range(rows)]
+    lines = [
+        separator.join(["Name", "Scope Project"]),
+        separator.join(["File", r"D:\logs\scope.csv"]),
+        separator.join(["Starttime of export", str(START), "Montag, 2. Mai 2022", "15:56:24.376"]),
+        separator.join(
+            ["Endtime of export", str(START + 10_000 * (N - 1)), "Montag", "15:56:25.375"]
+        ),
+        "",
+        "",
+        *(separator.join(cells) for cells in heads.values()),
+        "",
+        *body,
+        *(["EOF"] if end else []),
+    ]
+    return "\r\n".join(lines) + "\r\n"
+
+
+COLUMNS = {"position": "Axis.ActPos", "reference": "Axis.SetPos"}
+CHANNELS = [
+    ("Axis.ActPos", "mm (Length)", ACTUAL, 1),
+    ("Axis.SetPos", "mm (Length)", TARGET, 1),
+]
+
+
+def log(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "scope.csv"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("separator", ["\t", ";"])
+@pytest.mark.parametrize("comma", [True, False])
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize("full", [True, False])
+def test_time_values_and_units_are_those_of_the_export(
+    tmp_path: Path, separator: str, comma: bool, shared: bool, full: bool
+) -> None:
+    text = export(CHANNELS, separator=separator, comma=comma, shared=shared, full=full, end=True)
+    record = read_record(log(tmp_path, text), columns=COLUMNS)
+    assert record.time == pytest.approx(1e-3 * TIME, abs=1e-12)
+    assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
+    assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
+    assert "position: mm -> m" in record.provenance.assumed
+    named = "tab" if separator == "\t" else "semicolon"
+    (note,) = (note for note in record.provenance.assumed if "TwinCAT Scope" in note)
+    assert note.endswith(f"separator {named}, decimal {'comma' if comma else 'point'}")
+
+
+def without(text: str, *labels: str) -> str:
+    """An export without some rows of its heads."""
+    return "".join(line for line in text.splitlines(True) if line.split("\t")[0] not in labels)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize(
+    "left_out",
+    [
+        ("SymbolComment", "Data-Type", "SampleTime[ms]", "ScaleFactor", "Offset", "Unit"),
+        ("SymbolComment", "SampleTime[ms]", "ScaleFactor", "Offset", "File"),
+        ("SampleTime[ms]", "File", "Starttime of export", "Endtime of export"),
+    ],
+)
+def test_heads_may_have_few_rows(tmp_path: Path, left_out: tuple[str, ...], shared: bool) -> None:
+    text = without(export(CHANNELS, shared=shared), *left_out)
+    columns = {role: f"{name}:mm" for role, name in COLUMNS.items()}
+    record = read_record(log(tmp_path, text), columns=columns)
+    assert record.time == pytest.approx(1e-3 * TIME, abs=1e-12)
+    assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
+
+
+def test_sample_time_may_be_without_its_unit(tmp_path: Path) -> None:
+    text = without(export(CHANNELS), "Starttime of export", "Endtime of export", "File")
+    record = read_record(log(tmp_path, text.replace("Time[ms]", "Time")), columns=COLUMNS)
+    assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
+
+
+def test_other_text_that_begins_with_a_name_is_none() -> None:
+    content = "Name;bench\nSampleTime;0.001\nt;pos\n" + "\n".join(f"{k};{k}" for k in range(9))
+    assert list(read_text("log.csv", content.encode()).columns) == ["t", "pos"]
+    alone = "Name\n" + "\n".join(map(str, range(9)))
+    assert list(read_text("log.csv", alone.encode()).columns) == ["Name"]
+
+
+def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: Path) -> None:
+    slow = np.repeat(TARGET[::5], 5)
+    text = export([CHANNELS[0], ("Axis.SetPos", "mm (Length)", slow, 1)])
+    first = text.index("\r\n0\t") + 2
+    rows = [line.split("\t") for line in text[first:].splitlines()]
+    filled = [[*row[:2], str(5 * (k // 5)), row[3]] for k, row in enumerate(rows)]
+    file = log(tmp_path, text[:first] + "\n".join("\t".join(row) for row in filled))
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
+    assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
+    told = "Axis.SetPos: 48 rows that repeat its last time and value left out"
+    assert told in record.provenance.assumed
+
+
+def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
+    text = export(CHANNELS)
+    whole = read_record(log(tmp_path, text), columns=COLUMNS)
+    assert not any("samples end" in note for note in whole.provenance.assumed)
+    cut = read_record(log(tmp_path, text[: text.index("\r\n41\t")]), columns=COLUMNS)
+    assert "its samples end 0.019 s before the end that its head gives" in cut.provenance.assumed
+
+
+def test_encoding_of_an_export_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(export(CHANNELS), encoding="utf-16")
+    record = read_record(file, columns=COLUMNS)
+    assert "encoding utf-16" in record.provenance.assumed
+
+
+def test_channels_of_other_rates_are_resampled_on_request_only(tmp_path: Path) -> None:
+    text = export([CHANNELS[0], ("Axis.SetPos", "mm (Length)", TARGET[::5], 5)])
+    file = log(tmp_path, text)
+    with pytest.raises(DataError, match=r"position 60, reference 12.*--resample auto"):
+        read_record(file, columns=COLUMNS)
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
+    assert record.period == pytest.approx(1e-3)
+    assert len(record) == 56  # up to the last sample of the slower channel
+    assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
+    assert record.provenance.repairs[0].count == 56
+
+
+def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None:
+    text = export([("Axis.ActPos", "(None)", ACTUAL, 1)]).replace(
+        "ScaleFactor\t1", "ScaleFactor\t-1"
+    )
+    record = read_record(log(tmp_path, text), columns={"position": "Axis.ActPos:mm"})
+    assert record.position == pytest.approx(1e-3 * ACTUAL)
+    assert any("scale factor and offset" in note for note in record.provenance.assumed)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: text[: text.index("0\t0\t") - 2], "no samples below its heads"),
+        (lambda text: text.replace("\r\n5\t", "\r\nx5\t"), "line 20: 'x5' is not a number"),
+        (lambda text: text.replace("\r\n5\t", "\r\n5\t1\t1\t1\t1\t"), "line 20: more than the 4"),
+        (
+            lambda text: text.replace("Axis.SetPos", "Axis.ActPos"),
+            "'Axis.ActPos' for the position.*one name",
+        ),
+    ],
+)
+def test_damaged_exports_are_explained(tmp_path: Path, change, message: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(DataError, match=message):
+        read_record(log(tmp_path, change(export(CHANNELS))), columns=COLUMNS)
+
+
+@pytest.mark.parametrize("cell", ["", "NaN"])
+def test_sample_that_lacks_its_value_is_told_and_counted(tmp_path: Path, cell: str) -> None:
+    text = export([("position", "mm", ACTUAL, 1), ("control", "V", TARGET, 1)])
+    lines = text.split("\n")
+    at = next(k for k, line in enumerate(lines) if line.startswith("7\t"))
+    cells = lines[at].split("\t")
+    lines[at] = "\t".join([cells[0], cell, *cells[2:]])
+    file = tmp_path / "scope.csv"
+    file.write_text("\n".join(lines))
+    with pytest.raises(DataError, match=r"position is nan in data row 8 \(1 of 60"):
+        read_record(file)
+    record = read_record(file, repairs=Repairs(resample="auto"))
+    assert "position 1" in record.provenance.repairs[0].text
+
+
+def test_end_that_is_asked_to_be_left_out_is_told_to_be_kept(tmp_path: Path) -> None:
+    file = log(tmp_path, export(CHANNELS))
+    record = read_record(file, columns=COLUMNS, repairs=Repairs(tail="drop"))
+    assert len(record) == len(read_record(file, columns=COLUMNS))
+    (repair,) = record.provenance.repairs
+    assert (repair.kind, repair.count) == ("tail", 0)
+    assert "delimited text alone" in repair.text

@@ -1,0 +1,92 @@
+"""A log in blocks is the log read whole: values, names, and what is assumed of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import DataError, LogBlocks, read_record
+from axisid.estimation.records.blocks import extent
+
+N = 400
+TIME = 1e-3 * np.arange(N)
+POSITION = np.sin(30 * TIME)
+COLUMNS = {"time": "t", "position": "q"}
+
+
+def check_agreement(file: Path, columns: dict[str, str], rows: int = 37) -> None:
+    """Blocks of a file hold what its record holds."""
+    record = read_record(file, columns=columns)
+    blocks = LogBlocks(file=file, columns=columns, rows=rows)
+    read = list(blocks)
+    for role in columns:
+        joined = np.concatenate([block[role] for block in read])
+        assert joined == pytest.approx(record.channels()[role], rel=1e-12, abs=1e-12)
+    assert blocks.provenance().assumed == record.provenance.assumed
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_names_that_differ_by_the_unit_only_are_told_apart(tmp_path: Path, ending: str) -> None:
+    file = tmp_path / f"log{ending}"
+    columns = {"t [s]": TIME, "q [mm]": POSITION, "q [m]": 7 * POSITION}
+    if ending == ".csv":
+        rows = [";".join(map(repr, map(float, row))) for row in zip(*columns.values(), strict=True)]
+        file.write_text("\n".join([";".join(columns), *rows]))
+    else:
+        pa = pytest.importorskip("pyarrow")
+        pytest.importorskip("pyarrow.parquet").write_table(pa.table(columns), file)
+    wanted = {"time": "t", "position": "q [mm]"}
+    check_agreement(file, wanted)
+    (first, *_) = LogBlocks(file=file, columns=wanted)
+    assert first["position"] == pytest.approx(1e-3 * POSITION)
+
+
+def rows_of_text() -> list[str]:
+    return [f"{t:.3f};{float(q)!r}" for t, q in zip(TIME, POSITION, strict=True)]
+
+
+def test_comments_may_stand_where_a_block_begins(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = rows_of_text()
+    for k in range(N - N % 37, 0, -37):
+        rows.insert(k, "# marker; 7")
+    file.write_text("\n".join(["t;q", *rows]))
+    check_agreement(file, COLUMNS, rows=1)
+    check_agreement(file, COLUMNS, rows=38)
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16-le", "utf-16-be"])
+def test_encodings_are_those_of_the_whole_log(tmp_path: Path, encoding: str, mark: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_bytes("\n".join([f"{mark}t;q", *rows_of_text()]).encode(encoding))
+    check_agreement(file, COLUMNS)
+
+
+def test_letter_that_tells_the_encoding_may_come_late(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{row};{'x' * 4000}{'ä' if k > 350 else ''}" for k, row in enumerate(rows_of_text())]
+    file.write_text("\n".join(["t;q;state", *rows]), encoding="cp1252")
+    check_agreement(file, COLUMNS)
+    assert "encoding cp1252" in LogBlocks(file=file, columns=COLUMNS).provenance().assumed
+
+
+def test_time_stamps_count_from_the_first_of_all_blocks(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"2026-02-01 12:00:0{row}" for row in rows_of_text()]
+    file.write_text("\n".join(["t;q", *rows]))
+    check_agreement(file, COLUMNS)
+    told = LogBlocks(file=file, columns=COLUMNS).provenance().assumed
+    assert "t: time stamps counted from the first" in told
+
+
+def test_gap_is_one_of_the_whole_log_though_the_first_block_is_slower() -> None:
+    steps = np.where(np.arange(60_000) < 1000, 1.4e-3, 1e-3)
+    steps[50_000] = 1.8e-3  # no gap beside the first block's steps
+    time = np.cumsum(steps)
+    blocks = [
+        {"time": time[k : k + 1000], "position": np.sin(time[k : k + 1000])}
+        for k in range(0, len(time), 1000)
+    ]
+    with pytest.raises(DataError, match=r"0\.001 to 0\.0018 s, 0\.001 s in the middle"):
+        extent("log", blocks, None)

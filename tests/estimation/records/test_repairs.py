@@ -1,0 +1,173 @@
+"""Every repair does what it says, counts it, and is made on request only."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Record, Repairs, UsageError, identify, load_axis, read_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.records.clipping import clipped
+
+N = 400
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(N)
+POSITION = np.sin(30 * TIME)
+CONTROL = np.cos(30 * TIME)
+
+
+def log(**changes: Any) -> dict[str, Any]:
+    return {"time": TIME, "position": POSITION, "control": CONTROL} | changes
+
+
+def test_uneven_time_is_resampled_to_the_motion_that_was_sampled(
+    rng: np.random.Generator,
+) -> None:
+    uneven = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
+    wavy = log(time=uneven, position=np.sin(30 * uneven), control=np.cos(30 * uneven))
+    with pytest.raises(DataError, match="--resample auto"):
+        read_record(wavy)
+    record = read_record(wavy, repairs=Repairs(resample=1000.0))
+    assert record.period == 1e-3
+    # A cubic spline's error is about h^4/384 times the fourth derivative, a line's h^2/8.
+    assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
+    assert record.control == pytest.approx(np.cos(30 * record.time), abs=(30 * 2e-3) ** 2 / 8)
+    (repair,) = record.provenance.repairs
+    assert (repair.kind, repair.count) == ("resample", len(record))
+    assert "position by cubic splines, control by straight lines" in repair.text
+
+
+def test_log_with_lost_samples_and_shaken_times_still_identifies_the_axis(
+    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
+) -> None:
+    kept = np.sort(rng.choice(len(twin), size=int(0.97 * len(twin)), replace=False))
+    kept = kept[np.concatenate([[True], np.diff(kept) < 3])]
+    uneven = {role: values[kept] for role, values in twin.channels().items()}
+    record = read_record(uneven, emps2015, repairs=Repairs(resample=1000.0, gaps="split"))
+    found = identify(emps2015, record)
+    truth = np.array(list(twin.provenance.truth.values()))
+    for method in ("idm-ls", "idm-iv"):
+        off = np.abs(found[method].physical - truth)
+        # Straight lines across lost samples of a held control are not what was held.
+        interpolated = 0.002 * truth
+        sd = np.sqrt(np.diag(found[method].covariances["hac"]))
+        assert np.all(off < 4 * sd + interpolated)
+        assert np.all(off < 0.03 * truth)
+
+
+def test_column_of_a_lower_rate_has_empty_cells() -> None:
+    sparse = CONTROL.copy()
+    sparse[np.arange(N) % 4 != 0] = np.nan
+    with pytest.raises(DataError, match=r"control is nan in data row 2 \(300 of 400 cells"):
+        read_record(log(control=sparse))
+    record = read_record(log(control=sparse), repairs=Repairs(resample="auto"))
+    assert record.period == pytest.approx(PERIOD)
+    assert record.control == pytest.approx(np.cos(30 * record.time), abs=(30 * 4e-3) ** 2 / 8)
+    assert "control 300" in record.provenance.repairs[0].text
+    assert "control 100 rows at 250 Hz" in record.provenance.repairs[1].text
+
+
+def test_lower_rate_than_the_positions_would_fold_its_noise() -> None:
+    with pytest.raises(UsageError, match="resampled at 500 Hz its noise would fold"):
+        read_record(log(), repairs=Repairs(resample=500))
+
+
+def gapped() -> dict[str, Any]:
+    kept = np.ones(N, dtype=bool)
+    kept[100:130] = kept[250:252] = False
+    kept[254:260] = False  # leaves a piece of two rows
+    return {name: values[kept] for name, values in log().items()}
+
+
+def test_gaps_split_a_log_into_segments() -> None:
+    with pytest.raises(DataError, match="--gaps split"):
+        read_record(gapped())
+    record = read_record(gapped(), repairs=Repairs(gaps="split"))
+    assert record.segments == ((0, 100), (100, 220), (220, 360))
+    assert record.period == pytest.approx(PERIOD, rel=1e-12)
+    assert np.array_equal(record.position, np.sin(30 * record.time))
+    (repair,) = record.provenance.repairs
+    assert (repair.kind, repair.count) == ("gaps", 3)
+    assert "0.038 s are missing" in repair.text
+    assert "2 rows in pieces of fewer than 3 left out" in repair.text
+    assert record.longest().segments == ()
+    assert np.array_equal(record.longest().time, record.time[220:])
+
+
+def test_log_without_gaps_stays_whole_and_says_so() -> None:
+    record = read_record(log(), repairs=Repairs(gaps="split"))
+    assert record.segments == ()
+    assert record.provenance.repairs[0].text == "no gaps found"
+
+
+def test_resampling_invents_no_motion_in_a_gap() -> None:
+    with pytest.raises(DataError, match=r"time has 2 gaps.*Add --gaps split"):
+        read_record(gapped(), repairs=Repairs(resample="auto"))
+    record = read_record(gapped(), repairs=Repairs(resample="auto", gaps="split"))
+    assert [stop - start for start, stop in record.segments] == [100, 124, 140]
+    assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
+    kinds = [(repair.kind, repair.count) for repair in record.provenance.repairs]
+    assert kinds == [("resample", 364), ("gaps", 2)]
+    assert "0.036 s are missing" in record.provenance.repairs[1].text
+
+
+def test_control_at_the_drives_limit_is_clipped() -> None:
+    axis = load_axis("emps2015")
+    limit = axis.drive.limit
+    control = np.clip(1.2 * limit * CONTROL, -limit, limit)
+    masks, repair = clipped({"position": POSITION, "control": control}, axis)
+    expected = np.abs(1.2 * CONTROL) >= 1
+    assert np.array_equal(masks["control"], expected)
+    assert not masks["position"].any()
+    assert repair.count == expected.sum() > 0
+
+
+def test_position_that_rests_at_its_end_is_not_clipped_but_one_that_is_cut_off_is() -> None:
+    resting = np.clip(1.2 * (1 - np.cos(np.linspace(0, np.pi, N))), 0, None)
+    counts = np.round(resting / 1e-3) * 1e-3  # an encoder repeats itself at rest
+    assert not clipped({"position": counts}, None)[0]["position"].any()
+    cut = np.minimum(POSITION, 0.8)
+    assert np.array_equal(clipped({"position": cut}, None)[0]["position"], POSITION >= 0.8)
+
+
+def test_force_that_keeps_its_extreme_is_clipped() -> None:
+    record = read_record(log(force=np.clip(CONTROL, -0.9, 0.9)), repairs=Repairs(mask="clipped"))
+    flat = np.zeros(N, dtype=bool)
+    for start, stop in record.masked:
+        flat[start:stop] = True
+    assert np.array_equal(flat, np.abs(CONTROL) >= 0.9)
+    assert record.provenance.repairs[0].count == flat.sum()
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"resample": -1.0}, {"resample": "fast"}, {"gaps": "fill"}, {"mask": "all"}],
+)
+def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any]) -> None:
+    with pytest.raises(UsageError):
+        Repairs(**settings)
+
+
+def test_nothing_is_repaired_unasked() -> None:
+    assert read_record(log()).provenance.repairs == ()
+
+
+def test_rows_without_a_number_are_counted_where_they_are_left_out() -> None:
+    spoilt = np.array(log()["position"])
+    spoilt[7] = np.nan
+    spoilt[9] = np.inf
+    record = read_record({**log(), "position": spoilt}, repairs=Repairs(resample="auto"))
+    (empty,) = (r for r in record.provenance.repairs if r.kind == "empty")
+    assert empty.count == 2
+    assert "position 2" in empty.text
+
+
+def test_rate_that_would_fill_the_memory_is_refused() -> None:
+    with pytest.raises(UsageError, match="give a lower rate"):
+        read_record(log(), repairs=Repairs(resample=1e12))
+
+
+def test_log_that_is_no_text_has_no_end_to_leave_out_and_says_so() -> None:
+    (repair,) = read_record(log(), repairs=Repairs(tail="drop")).provenance.repairs
+    assert (repair.kind, repair.count) == ("tail", 0)
+    assert repair.text.startswith("nothing left out at the end")

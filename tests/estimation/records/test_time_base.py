@@ -1,0 +1,171 @@
+"""A record's period is the declared law's, or the verdict says so; right logs raise no alarm."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Record, Repairs, build, identify, load_axis, read_record, validate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+from axisid.estimation.records.own_period import own_period
+from axisid.estimation.regression.simulated_rows import LoopDataError
+from axisid.estimation.studies.streaming import identify_stream
+
+
+def in_words(check: LawCheck | str) -> str:
+    """Whether a check failed, and what it says."""
+    if isinstance(check, str):
+        return f"not evaluated: {check}"
+    return f"{'passed' if check.passed else 'failed'}: {check.meaning}"
+
+
+def timed(record: Record, factor: float, **changes: Any) -> Record:
+    """The record without its reference, by another clock."""
+    changes = {"sample_period": None, "reference": None} | changes
+    return replace(record, time=factor * record.time, **changes)
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.999, 1.0006, 1.05, 2.0, 1000.0])
+def test_other_time_fails_without_a_reference(
+    emps2015: GeneratedAxis, twin: Record, factor: float
+) -> None:
+    said = in_words(check_law(emps2015, timed(twin, factor)))
+    assert said.startswith(f"failed: the record is sampled every {factor * 1e-3:.6g} s")
+    assert "check the time column and its unit" in said
+
+
+@pytest.mark.parametrize("factor", [0.9996, 1.0, 1.0004])
+def test_crystals_may_differ(emps2015: GeneratedAxis, twin: Record, factor: float) -> None:
+    said = in_words(check_law(emps2015, timed(twin, factor)))
+    assert said == "not evaluated: the record has no reference or no control"
+
+
+def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, timed(twin, 1.05), methods=["idm-ls"])
+    (check,) = (c for c in result.verdict if c.name == "control law")
+    assert check.status == "fail"
+    right = identify(emps2015, twin, methods=["idm-ls"])
+    validated = validate(right, timed(twin, 1.05))
+    assert "believe nothing before this is mended: the record is sampled" in "; ".join(
+        validated.notes
+    )
+    assert validated.to_dict()["time_base"]
+    assert validate(right, twin).to_dict()["time_base"] is None
+
+
+def test_axis_without_a_law_declares_no_period(emps2015: GeneratedAxis, twin: Record) -> None:
+    free = build(replace(emps2015.axis, control=None))
+    said = in_words(check_law(free, timed(twin, 2.0)))
+    assert said == "not evaluated: the axis declares no control law"
+
+
+def test_log_of_another_rate_is_confirmed_by_the_period_beside_its_times(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    thinned = {role: values[::2] for role, values in twin.channels().items()}
+    said = in_words(check_law(emps2015, read_record(thinned, emps2015)))
+    assert "if the log keeps one sample in 2, confirm that by --sample-period 0.002" in said
+    for record in (
+        read_record(thinned, emps2015, sample_period=2e-3),
+        Record(**thinned, sample_period=2e-3),
+    ):
+        said = in_words(check_law(emps2015, record))
+        assert said.startswith("not evaluated: the record is sampled every 0.002 s")
+    without_time = {role: values for role, values in thinned.items() if role != "time"}
+    counted = read_record(without_time, emps2015, sample_period=2e-3)
+    assert "failed" in in_words(check_law(emps2015, counted))
+
+
+def test_confirmation_is_that_of_the_log_that_was_read(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    read = read_record(twin.channels(), emps2015, sample_period=1e-3)
+    changed = replace(read, time=1.05 * read.time, sample_period=None)
+    assert in_words(check_law(emps2015, changed)).startswith("failed")
+
+
+def test_resampling_hides_no_other_time(emps2015: GeneratedAxis, twin: Record) -> None:
+    slower = timed(twin, 2.0).channels()
+    asked = Repairs(resample=1000.0)
+    said = in_words(check_law(emps2015, read_record(slower, emps2015, repairs=asked)))
+    assert said.startswith("failed: the record is sampled every 0.002 s")
+    confirmed = read_record(slower, emps2015, sample_period=2e-3, repairs=asked)
+    assert in_words(check_law(emps2015, confirmed)).startswith("not evaluated")
+    with pytest.raises(DataError, match=r"given as 0\.003 s, but the time column steps by 0\.002"):
+        read_record(slower, emps2015, sample_period=3e-3, repairs=asked)
+    finer = read_record(twin.channels(), emps2015, repairs=Repairs(resample=2000.0))
+    assert in_words(check_law(emps2015, finer)) == (
+        "not evaluated: the record was resampled at 2000 Hz, the control law runs at 1000 Hz"
+    )
+    with pytest.raises(LoopDataError, match=r"sampled every 0\.0005 s"):
+        identify(emps2015, finer, methods=["idm-iv"])
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("rows", [300, 7801])
+def test_jitter_and_lost_samples_are_no_other_time(
+    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator, jitter: float, rows: int
+) -> None:
+    time = twin.time + 1e-3 * rng.uniform(-jitter, jitter, len(twin))
+    kept = np.flatnonzero(rng.random(rows) > 0.03)
+    uneven = {role: values[kept] for role, values in (twin.channels() | {"time": time}).items()}
+    for factor, status in ((1.0, "passed"), (1.05, "failed: the record is sampled")):
+        log = uneven | {"time": factor * uneven["time"]}
+        record = read_record(log, emps2015, repairs=Repairs(resample="auto", gaps="split"))
+        said = in_words(check_law(emps2015, record))
+        assert said.startswith(status) or (status == "passed" and "is sampled" not in said)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.03, 0.2])
+@pytest.mark.parametrize("jitter", [0.0, 0.1, 0.3])
+def test_period_of_uneven_times_is_the_loggers(
+    rng: np.random.Generator, jitter: float, lost: float
+) -> None:
+    time = 5.0 + 1e-3 * (np.arange(5000) + rng.uniform(-jitter, jitter, 5000))
+    period, uncertainty = own_period(time[rng.random(5000) >= lost])
+    assert period == pytest.approx(1e-3, rel=1e-4 if jitter else 1e-12)
+    assert uncertainty < 2e-3
+
+
+def test_times_without_a_phase_leave_the_period_open(rng: np.random.Generator) -> None:
+    period, uncertainty = own_period(np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 3000)))
+    assert period == pytest.approx(1e-3, rel=0.05)
+    assert uncertainty == 0.1
+
+
+def test_blocks_fail_by_another_time_too(emps2015: GeneratedAxis, twin: Record) -> None:
+    def streamed(factor: float, **options: Any) -> Any:
+        columns = timed(twin, factor).channels()
+        return identify_stream(emps2015, [columns], **options)
+
+    assert streamed(1.0).time_base == ""
+    assert "FAIL" not in streamed(1.0).summary()
+    assert "check the time column" in streamed(1.05).to_dict()["time_base"]
+    assert "FAIL   control law: the record is sampled" in streamed(1.05).summary()
+    assert streamed(2.0, sample_period=2e-3).time_base == ""
+
+
+def test_real_records_have_the_time_that_their_axes_declare(
+    emps: GeneratedAxis, emps_record: Record, emps_file: Path
+) -> None:
+    assert in_words(check_law(emps, emps_record)).startswith("passed")
+    assert in_words(check_law(emps, read_record(emps_file, emps))).startswith("passed")
+    alone = replace(emps_record, reference=None)
+    assert "has no reference" in in_words(check_law(emps, alone))
+
+
+def test_pendulum_of_another_log_is_told(root: Path, data_folder: Path) -> None:
+    """Its run is 0.03 % off the declared period; the other motions were logged faster."""
+    folder = data_folder / "dfki_pendulum"
+    if not folder.is_dir():
+        pytest.skip("the DFKI pendulum's records are absent")
+    axis = build(load_axis(root / "examples" / "dfki_pendulum.py"))
+    run = read_record(folder / "pd_system_identification_measured.csv", axis)
+    assert "no reference" in in_words(check_law(axis, run))
+    other = folder / "direct_collocation_measured.csv"
+    assert "failed" in in_words(check_law(axis, read_record(other, axis)))
+    confirmed = read_record(other, axis, sample_period=3e-3)
+    assert in_words(check_law(axis, confirmed)).startswith("not evaluated")

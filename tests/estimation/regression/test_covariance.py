@@ -1,0 +1,126 @@
+"""Covariances against statsmodels and linearmodels; least squares against certified figures."""
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from linearmodels.iv import IV2SLS
+
+from axisid import UsageError
+from axisid.estimation.regression.covariance import (
+    Classical,
+    Hac,
+    Robust,
+    correlation,
+    plug_in_lags,
+)
+from axisid.estimation.regression.linear import (
+    Solution,
+    factor,
+    instrumental_variables,
+    least_squares,
+)
+from tests.estimation.nist import FILIP, LONGLEY, NORRIS, PONTIUS, Dataset
+
+NAMES = ("a", "b", "c")
+
+
+@pytest.fixture
+def data(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Autocorrelated, heteroscedastic residuals and endogenous regressors of unlike sizes."""
+    n = 400
+    shocks = rng.normal(size=n)
+    e = np.zeros(n)
+    for i in range(1, n):
+        e[i] = 0.7 * e[i - 1] + shocks[i]
+    Z = rng.normal(size=(n, 3))
+    e *= 1 + 0.5 * np.abs(Z[:, 0])
+    X = (Z + 0.3 * rng.normal(size=(n, 3)) + 0.2 * e[:, None]) * [1.0, 100.0, 1e-3]
+    return X @ [1.0, 0.02, 3e3] + e, X, Z * [1.0, 100.0, 1e-3]
+
+
+def by_ls(data: tuple[np.ndarray, ...]) -> Solution:
+    return least_squares(data[0], factor(data[1], NAMES))
+
+
+def by_iv(data: tuple[np.ndarray, ...]) -> Solution:
+    y, X, Z = data
+    return instrumental_variables(y, factor(X, NAMES), factor(Z, NAMES))
+
+
+def test_classical_and_robust_are_those_of_statsmodels(data: tuple[np.ndarray, ...]) -> None:
+    y, X, _ = data
+    ols = sm.OLS(y, X)
+    solution = by_ls(data)
+    assert solution.theta == pytest.approx(ols.fit().params, rel=1e-9)
+    assert Classical().matrix(solution) == pytest.approx(ols.fit().cov_params(), rel=1e-7)
+    hc0, hc1 = (ols.fit(cov_type=kind).cov_params() for kind in ("HC0", "HC1"))
+    assert Robust(corrected=False).matrix(solution) == pytest.approx(hc0, rel=1e-7)
+    assert Robust().matrix(solution) == pytest.approx(hc1, rel=1e-7)
+
+
+@pytest.mark.parametrize("lags", [0, 1, 7, 30])
+def test_hac_is_that_of_statsmodels(data: tuple[np.ndarray, ...], lags: int) -> None:
+    y, X, _ = data
+    for corrected in (False, True):
+        options = {"maxlags": lags, "use_correction": corrected}
+        expected = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=options).cov_params()
+        assert Hac(lags, corrected).matrix(by_ls(data)) == pytest.approx(expected, rel=1e-7)
+
+
+def test_instrumental_variables_are_those_of_linearmodels(data: tuple[np.ndarray, ...]) -> None:
+    y, X, Z = data
+    model, solution = IV2SLS(y, None, X, Z), by_iv(data)
+    cases = {
+        "unadjusted": (Classical(unbiased=False), {}),
+        "robust": (Robust(corrected=False), {}),
+        "kernel": (Hac(7, corrected=False), {"kernel": "bartlett", "bandwidth": 7}),
+    }
+    for kind, (covariance, options) in cases.items():
+        result = model.fit(cov_type=kind, **options)
+        assert solution.theta == pytest.approx(result.params.to_numpy(), rel=1e-9)
+        assert covariance.matrix(solution) == pytest.approx(result.cov.to_numpy(), rel=1e-7)
+
+
+def test_hac_without_lags_is_robust(data: tuple[np.ndarray, ...]) -> None:
+    assert np.array_equal(Hac(0).matrix(by_ls(data)), Robust().matrix(by_ls(data)))
+
+
+def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) -> None:
+    white = rng.normal(size=3000)
+    coloured = np.convolve(white, np.exp(-np.arange(100) / 20.0), "same")
+    assert plug_in_lags(white) < 30 < plug_in_lags(coloured)
+
+
+def test_lags_do_not_depend_on_the_units_of_the_parameters(data: tuple[np.ndarray, ...]) -> None:
+    y, X, _ = data
+    scaled = least_squares(y, factor(X * [1e3, 1e-6, 1e9], NAMES))
+    assert Hac().chosen_lags(scaled) == Hac().chosen_lags(by_ls(data))
+
+
+def test_names_say_kernel_lags_and_correction(data: tuple[np.ndarray, ...]) -> None:
+    solution = by_ls(data)
+    assert Hac(5).describe(solution) == "HAC, Bartlett kernel, 5 lags (as given), times n/(n - k)"
+    assert "plug-in rule" in Hac().describe(solution)
+    assert Robust(corrected=False).describe(solution) == "heteroscedasticity-robust"
+    with pytest.raises(UsageError, match="lags are -1"):
+        Hac(-1)
+
+
+def test_correlation_matrix_has_a_unit_diagonal(data: tuple[np.ndarray, ...]) -> None:
+    matrix = correlation(Hac().matrix(by_ls(data)))
+    assert np.diag(matrix) == pytest.approx(np.ones(3))
+    assert np.abs(matrix).max() <= 1 + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("dataset", "digits"),
+    [(FILIP, 7.5), (LONGLEY, 10.5), (NORRIS, 12.0), (PONTIUS, 12.0)],
+    ids=["Filip", "Longley", "Norris", "Pontius"],
+)
+def test_least_squares_reaches_the_certified_digits(dataset: Dataset, digits: float) -> None:
+    names = [f"b{i}" for i in range(dataset.X.shape[1])]
+    solution = least_squares(dataset.y, factor(dataset.X, names))
+    deviations = np.sqrt(np.diag(Classical().matrix(solution)))
+    for got, certified in ((solution.theta, dataset.values), (deviations, dataset.deviations)):
+        error = np.abs(got / np.array(certified) - 1).max()
+        assert -np.log10(max(error, 1e-16)) >= digits

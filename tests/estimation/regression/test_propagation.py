@@ -1,0 +1,148 @@
+"""Curvature of the parameter map and draws through it, against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Record, UsageError, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates.estimate import Estimate
+from axisid.estimation.regression.propagation import Drawn, root
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def widened(estimate: Estimate, factor: float) -> Estimate:
+    """The same estimate with deviations that many times as large."""
+    return replace(
+        estimate,
+        ddm_covariances={n: factor**2 * c for n, c in estimate.ddm_covariances.items()},
+        covariances={n: factor**2 * c for n, c in estimate.covariances.items()},
+    )
+
+
+def test_inverse_model_is_regressed_in_the_physical_parameters_themselves(
+    result: Identification,
+) -> None:
+    assert result["idm-iv"].curvatures.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_curvature_of_the_inertia_is_the_closed_form(result: Identification) -> None:
+    """M = 1/theta1: first M^2 s, second sqrt(1/2) 2 M^3 s^2, their ratio sqrt(2) s/theta1."""
+    direct = result["ddm-iv"]
+    for factor in (1.0, 30.0):
+        estimate = widened(direct, factor)
+        s = np.sqrt(estimate.ddm_covariances["hac"][0, 0])
+        expected = np.sqrt(2) * s / estimate.theta_ddm[0]
+        assert estimate.curvatures[0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_curvature_of_a_function_is_that_of_the_whole_chain(result: Identification) -> None:
+    """Fv/M is theta2 itself: straight in the direct model's parameters, a quotient in ours."""
+    wide = widened(result["ddm-iv"], 200.0)
+    wide.derive("Fv/M")  # no warning, which the suite would turn into an error
+    with pytest.warns(RuntimeWarning, match=r"draw instead: propagate\(\)"):
+        wide.derive("M")
+
+
+def test_draws_of_the_inertia_have_the_quantiles_of_a_reciprocal(result: Identification) -> None:
+    wide = widened(result["ddm-iv"], 50.0)
+    drawn = wide.propagate("M", draws=100_000)
+    theta, s = wide.theta_ddm[0], np.sqrt(wide.ddm_covariances["hac"][0, 0])
+    expected = 1 / (theta + 1.9623 * s * np.array([1, -1]))  # Student, 900 degrees of freedom
+    assert drawn.interval == pytest.approx(expected.tolist(), rel=5e-3)
+    assert drawn.value == pytest.approx(wide.physical[0])
+    assert drawn.unit == "kg"
+    assert drawn.lost == 0
+
+
+def test_draws_agree_with_the_delta_method_where_the_map_is_straight(
+    result: Identification,
+) -> None:
+    for method in ("idm-iv", "ddm-iv"):
+        for name, value in result[method].parameters.items():
+            drawn = result[method].propagate(name, draws=40_000)
+            assert drawn.interval == pytest.approx(value.interval, abs=0.04 * value.sd_hac)
+            assert drawn.median == pytest.approx(value.corrected, abs=0.03 * value.sd_hac)
+
+
+def test_draws_without_inertia_are_counted_and_left_out(result: Identification) -> None:
+    hopeless = widened(result["ddm-iv"], 1600.0)
+    drawn = hopeless.propagate("M", draws=4000)
+    assert drawn.lost > 100
+    assert drawn.draws + drawn.lost == 4000
+    assert drawn.interval[0] > 0
+
+
+def test_functions_without_a_value_at_a_draw_are_counted(result: Identification) -> None:
+    wide = widened(result["idm-iv"], 100.0)
+    drawn = wide.propagate("log(Fc/Fc - Fc/(30*Fc/Fc*Fc) + 0*M/M)", draws=50)
+    assert drawn.draws == 50
+    assert wide.propagate("sqrt(Fv)", draws=2000).lost > 0
+
+
+def test_draws_are_seeded(result: Identification) -> None:
+    estimate = result["ddm-ls"]
+    assert estimate.propagate("M/Fv", draws=100) == estimate.propagate("M/Fv", draws=100)
+    assert estimate.propagate("M/Fv", draws=100) != estimate.propagate("M/Fv", draws=100, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"draws": 0}, "the draws are 0; give a whole number from 2"),
+        ({"draws": 1.5}, "the draws are 1.5"),
+        ({"covariance": "white"}, "there is no covariance 'white'; choose from iid, robust, hac"),
+        ({"function": "M + Fv"}, "units must agree"),
+        ({"function": "mass"}, "there is no parameter mass"),
+    ],
+)
+def test_misuse_is_explained(
+    result: Identification, arguments: dict[str, object], message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        result["ddm-ls"].propagate(**{"function": "M", **arguments})  # type: ignore[arg-type]
+
+
+def test_bent_map_fails_its_check_and_offers_draws(
+    emps2015: GeneratedAxis, result: Identification
+) -> None:
+    wide = replace(result, estimates={"ddm-iv": widened(result["ddm-iv"], 200.0)})
+    (check,) = (c for c in wide.verdict if c.name == "delta method")
+    assert check.status == "fail"
+    assert "M" in check.meaning
+    assert "--draws" in check.meaning
+    del emps2015
+
+
+def test_root_of_a_singular_covariance_is_one() -> None:
+    covariance = np.array([[4.0, 2e3, 0.0], [2e3, 1e6, 0.0], [0.0, 0.0, 0.0]])
+    factor = root(covariance)
+    assert factor @ factor.T == pytest.approx(covariance, abs=1e-6)
+
+
+def test_draws_are_in_the_table_and_in_json(result: Identification) -> None:
+    assert "drawn 2.5 %" in result.summary(draws=100)
+    assert "drawn 2.5 %" not in result.summary()
+    estimate = result.to_dict(draws=100)["estimates"][1]
+    assert set(estimate["drawn"]["M"]) == {"median", "interval_95", "draws", "lost", "seed"}
+    assert result.to_dict()["estimates"][1]["drawn"] is None
+
+
+def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification) -> None:
+    lost = replace(
+        result["ddm-iv"],
+        ddm_covariances={n: np.nan * c for n, c in result["ddm-iv"].ddm_covariances.items()},
+    )
+    drawn = lost.propagate("M", draws=20)
+    assert drawn.lost == 20
+    assert np.isnan(drawn.median)
+
+
+def test_draws_print_with_their_interval() -> None:
+    drawn = Drawn(value=1.0, unit="s", median=1.1, interval=(0.9, 1.3), draws=100, lost=2, seed=0)
+    assert str(drawn) == "1 s, median 1.1, 95 %: 0.9 to 1.3 s (100 draws, 2 lost)"

@@ -1,0 +1,107 @@
+"""Residual tests against statsmodels and SciPy, and on series whose nature is known."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.stats import jarque_bera as scipy_jarque_bera
+from scipy.stats import norm
+from statsmodels.sandbox.stats.runs import runstest_1samp
+from statsmodels.stats.diagnostic import acorr_ljungbox
+from statsmodels.stats.stattools import durbin_watson
+from statsmodels.tsa.stattools import ccf
+
+from axisid.estimation.regression.residual_tests import residual_tests
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.6])
+def test_residual_tests_are_those_of_statsmodels_and_scipy(
+    rng: np.random.Generator, colour: float
+) -> None:
+    shocks = rng.standard_t(5, size=800)
+    e = np.zeros(800)
+    for i in range(1, 800):
+        e[i] = colour * e[i - 1] + shocks[i]
+    e -= e.mean()
+    ours = residual_tests(e, rng.normal(size=(800, 2)), lags=12)
+    assert ours.durbin_watson == pytest.approx(durbin_watson(e), rel=1e-12)
+    box = acorr_ljungbox(e, lags=[12])
+    assert ours.ljung_box == pytest.approx(box["lb_stat"].iloc[0], rel=1e-9)
+    assert ours.ljung_box_p == pytest.approx(box["lb_pvalue"].iloc[0], rel=1e-6, abs=1e-300)
+    bera = scipy_jarque_bera(e)
+    assert ours.jarque_bera == pytest.approx(bera.statistic, rel=1e-9)
+    assert ours.jarque_bera_p == pytest.approx(bera.pvalue, rel=1e-6, abs=1e-300)
+    z, p = runstest_1samp(e, cutoff=0, correction=False)
+    assert ours.runs_z == pytest.approx(z, rel=1e-9)
+    assert ours.runs_p == pytest.approx(p, rel=1e-6)
+
+
+@pytest.fixture
+def solved(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals of an instrumental-variable fit, and the instruments."""
+    Z = rng.normal(size=(500, 3))
+    X = Z + 0.5 * rng.normal(size=(500, 3))
+    y = X @ [1.0, 2.0, 3.0] + rng.normal(size=500)
+    return y - X @ np.linalg.solve(Z.T @ X, Z.T @ y), Z
+
+
+def test_residuals_are_orthogonal_to_what_solved_them(
+    solved: tuple[np.ndarray, np.ndarray],
+) -> None:
+    residuals, Z = solved
+    tests = residual_tests(residuals, Z)
+    middle = (len(tests.cross_correlation) - 1) // 2
+    assert np.abs(tests.cross_correlation[middle]).max() < 1e-10
+    assert tests.bound == pytest.approx(1.96 / np.sqrt(500))
+
+
+def test_cross_correlation_is_that_of_statsmodels(solved: tuple[np.ndarray, np.ndarray]) -> None:
+    """Its own is centred; so are these series here."""
+    e, Z = (x - x.mean(axis=0) for x in solved)
+    ours = residual_tests(e, Z, lags=8).cross_correlation
+    for j in range(3):
+        assert ours[8:, j] == pytest.approx(ccf(e, Z[:, j], adjusted=False)[:9], rel=1e-9)
+        assert ours[8::-1, j] == pytest.approx(ccf(Z[:, j], e, adjusted=False)[:9], rel=1e-9)
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+def test_unrelated_series_stay_below_the_limit_however_coloured(
+    rng: np.random.Generator, colour: float
+) -> None:
+    n, above = 600, []
+    for _ in range(200):
+        e, z = (lfilter([1.0], [1.0, -colour], rng.normal(size=n)) for _ in range(2))
+        tests = residual_tests(e, z[:, None])
+        above.append(tests.cross_z > tests.cross_limit)
+    assert np.mean(above) < 0.08
+
+
+def test_delayed_part_of_an_instrument_is_found_at_its_lag(rng: np.random.Generator) -> None:
+    Z = rng.normal(size=(800, 2))
+    e = rng.normal(size=800) + 0.4 * np.roll(Z[:, 1], 3)
+    tests = residual_tests(e, Z, lags=10)
+    row, column = np.unravel_index(np.abs(tests.cross_correlation).argmax(), (21, 2))
+    assert (row - 10, column) == (3, 1)
+    assert tests.cross_z > tests.cross_limit
+    assert tests.cross_p < 1e-6
+
+
+def test_plot_data_of_normal_residuals_is_a_straight_line(rng: np.random.Generator) -> None:
+    e = 3.0 * rng.normal(size=20_000)
+    tests = residual_tests(e, np.ones((20_000, 1)))
+    assert tests.residual_quantiles == pytest.approx(tests.normal_quantiles, abs=0.1)
+    assert tests.normal_quantiles == pytest.approx(norm.ppf((np.arange(99) + 0.5) / 99))
+
+
+def test_run_lengths_add_up_to_the_rows(rng: np.random.Generator) -> None:
+    lengths = residual_tests(np.array([1.0, 2, -1, 3, -2, -2, -1, 4]), np.ones((8, 1))).run_lengths
+    assert lengths.tolist() == [3, 1, 1]
+    e = rng.normal(size=1000)
+    lengths = residual_tests(e, np.ones((1000, 1))).run_lengths
+    assert int(np.arange(1, len(lengths) + 1) @ lengths) == 1000
+
+
+def test_residuals_of_one_sign_are_one_run() -> None:
+    tests = residual_tests(np.arange(1.0, 60.0), np.ones((59, 1)))
+    assert tests.runs_p == 0.0
+    assert tests.run_lengths[-1] == 1
+    assert len(tests.run_lengths) == 59

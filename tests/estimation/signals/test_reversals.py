@@ -1,0 +1,137 @@
+"""Samples near reversals and rests, where the low-pass rounds what friction does at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Prefilter,
+    Record,
+    UsageError,
+    build,
+    compare,
+    friction_ladder,
+    identify,
+    load_axis,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.signals.filtered_record import measured_signals, settled
+from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
+
+
+@pytest.fixture(scope="module")
+def stribeck() -> GeneratedAxis:
+    return build(stribeck_axis())
+
+
+@pytest.mark.parametrize(("cutoff", "decimate"), [(60.0, 10), (100.0, 10), (400.0, 20)])
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv"])
+def test_stribeck_friction_without_noise_is_found_whatever_the_filter(
+    stribeck: GeneratedAxis, cutoff: float, decimate: int, method: str
+) -> None:
+    record = twin_record(stribeck, position_noise=0.0)
+    found = identify(stribeck, record, Prefilter(cutoff=cutoff, decimate=decimate), method)
+    assert found[method].physical == pytest.approx(list(TRUTH.values()), rel=2e-3)
+
+
+def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: GeneratedAxis) -> None:
+    held = np.zeros(5)
+    for seed in range(1, 13):
+        record = twin_record(stribeck, seed=seed)
+        values = identify(stribeck, record, Prefilter(cutoff=100.0), "idm-iv")["idm-iv"].parameters
+        ends = np.array([value.interval for value in values.values()])
+        truth = np.array(list(TRUTH.values()))
+        held += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
+    assert np.all(held >= 10)
+
+
+@pytest.mark.parametrize(("name", "level"), [("belt_axis", "Fcp"), ("crank", "fc")])
+def test_friction_of_linear_axes_comes_out_straighter(name: str, level: str) -> None:
+    axis = build(load_axis(name))
+    assert axis.axis.experiment is not None
+    truth = axis.axis.experiment.truth[level]
+    record = twin_record(axis)
+    off = {}
+    for reversals in ("keep", "leave-out"):
+        filter_ = Prefilter.suited(record.period, reversals=reversals)
+        value = identify(axis, record, filter_, "idm-ls")["idm-ls"].parameters[level].value
+        off[reversals] = abs(value / truth - 1)
+    assert off["leave-out"] < 0.2 * off["keep"]
+
+
+def test_default_leaves_them_out_where_there_is_friction(
+    emps2015: GeneratedAxis, twin: Record, stribeck: GeneratedAxis
+) -> None:
+    for axis, record in ((emps2015, twin), (stribeck, twin_record(stribeck))):
+        chosen = settled(Prefilter(), axis, record)
+        assert chosen.reversals == "leave-out"
+        assert chosen.silenced > 0
+    rungs = friction_ladder(emps2015.declared)
+    smooth = build(rungs["viscous"])
+    assert settled(Prefilter(), smooth, twin).reversals == "keep"
+    assert settled(Prefilter(), smooth, twin).silent == ()
+
+
+def test_default_keeps_them_where_hardly_anything_else_is_left(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    slow = settled(Prefilter(cutoff=3.0, decimate=100), emps2015, twin)
+    assert (slow.reversals, slow.silent) == ("keep", ())
+    asked = settled(Prefilter(cutoff=3.0, decimate=100, reversals="leave-out"), emps2015, twin)
+    assert asked.silenced > 0.6 * len(twin)
+
+
+def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
+    filter_ = settled(Prefilter(reversals="leave-out"), emps2015, twin)
+    velocity = measured_signals(emps2015, twin, filter_).velocity
+    silent = np.zeros(len(twin), dtype=bool)
+    for start, stop in filter_.silent:
+        silent[start:stop] = True
+    turning = np.flatnonzero(np.diff(np.sign(velocity)))
+    assert silent[turning].all()
+    assert 0.02 < silent.mean() < 0.5
+    assert np.abs(velocity[~silent]).min() > 1e-3 * np.abs(velocity).max()
+
+
+def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    filter_ = settled(Prefilter(reversals="leave-out"), emps2015, twin)
+    spoilt = np.array(twin.control)
+    for start, stop in filter_.silent:
+        spoilt[start:stop] = 1e3
+    clean = filter_.reduce(np.asarray(twin.control), twin.period)
+    assert np.array_equal(filter_.reduce(spoilt, twin.period), clean)
+    assert len(filter_.rows(len(twin), twin.period)) == len(clean)
+    result = identify(emps2015, twin, filter_)
+    assert len(result["idm-iv"].rows) == len(result["idm-iv"].y)
+    assert f"{filter_.silenced} samples near reversals" in " ".join(result.summary().split())
+    assert result.to_dict()["prefilter"]["silent"] == filter_.silenced
+
+
+def test_instruments_are_weighted_as_the_regressor_is(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    filter_ = Prefilter(reversals="leave-out")
+    iv, direct = (identify(emps2015, twin, filter_)[m] for m in ("idm-iv", "ddm-iv"))
+    assert iv.physical == pytest.approx(direct.physical, rel=1e-9)
+
+
+def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
+    axis = load_axis("emps2015")
+    bent = stribeck_axis()
+    record = twin_record(bent)
+    plain = next(iter(friction_ladder(bent).values()))
+    compared = compare({"plain": build(plain), "bent": build(bent)}, record)
+    assert compared.prefilter.reversals == "leave-out"
+    ladder = compare({k: build(a) for k, a in friction_ladder(axis).items()}, twin)
+    assert ladder.prefilter.reversals == "leave-out"
+    first = identify(axis, twin, ladder.prefilter, "idm-ls")["idm-ls"]
+    assert {len(c.estimate.y) for c in ladder.candidates} == {len(first.y)}
+
+
+def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
+    with pytest.raises(UsageError, match="give keep or leave-out"):
+        replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

@@ -1,0 +1,144 @@
+"""Records with gaps and masked rows, against the segments taken one by one."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Identification, Prefilter, Record, identify, sweep, validate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+
+FILTER = Prefilter(cutoff=60.0, decimate=5)
+CUTS = ((0, 2500), (2700, 2740), (2900, 7000))  # the middle one is too short to filter
+
+
+@pytest.fixture(scope="module")
+def pieces(twin: Record) -> list[Record]:
+    return [cut(twin, start, stop) for start, stop in CUTS]
+
+
+def cut(record: Record, start: int, stop: int) -> Record:
+    columns = {role: values[start:stop] for role, values in record.channels().items()}
+    return replace(record, **columns)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def gapped(twin: Record, pieces: list[Record]) -> Record:
+    columns = {
+        role: np.concatenate([piece.channels()[role] for piece in pieces])
+        for role in twin.channels()
+    }
+    lengths = np.cumsum([0, *(len(piece) for piece in pieces)])
+    spans = tuple((int(a), int(b)) for a, b in pairwise(lengths))
+    return replace(twin, **columns, segments=spans)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def identified(emps2015: GeneratedAxis, gapped: Record) -> Identification:
+    return identify(emps2015, gapped, FILTER, ["idm-ls", "idm-iv"])
+
+
+def test_rows_are_those_of_the_segments_one_by_one(
+    emps2015: GeneratedAxis, pieces: list[Record], identified: Identification
+) -> None:
+    alone = [identify(emps2015, pieces[k], FILTER, ["idm-ls"])["idm-ls"] for k in (0, 2)]
+    together = identified["idm-ls"]
+    y = np.concatenate([e.y for e in alone])
+    X = np.concatenate([e.X for e in alone])
+    assert np.array_equal(together.y, y)
+    assert np.array_equal(together.X, X)
+    expected = np.linalg.lstsq(X, y, rcond=None)[0]
+    assert together.physical == pytest.approx(expected, rel=1e-9)
+    offset = len(pieces[0]) + len(pieces[1])
+    rows = np.concatenate([alone[0].rows, alone[1].rows + offset])
+    assert np.array_equal(together.rows, rows)
+
+
+def test_instruments_come_from_each_segments_own_loop(
+    emps2015: GeneratedAxis, gapped: Record, identified: Identification
+) -> None:
+    estimate = identified["idm-iv"]
+    truth = np.array(list(gapped.provenance.truth.values()))
+    sd = np.sqrt(np.diag(estimate.covariances["hac"]))
+    assert np.all(np.abs(estimate.physical - truth) < 4 * sd)
+    assert estimate.Z is not None
+    assert len(estimate.Z) == len(estimate.y)
+    # Z'(y - X theta) = 0 is what instruments are for.
+    left = estimate.Z.T @ (estimate.y - estimate.X @ estimate.physical)
+    assert np.abs(left).max() < 1e-8 * np.abs(estimate.Z.T @ estimate.y).max()
+
+
+def test_summary_and_json_tell_the_segments(identified: Identification) -> None:
+    assert "in 2 of 3 segments (the others are too short)" in " ".join(identified.summary().split())
+    assert identified.to_dict()["record"]["segments"] == [[0, 2500], [2500, 2540], [2540, 6640]]
+
+
+def test_gapped_record_serves_everything_else(
+    emps2015: GeneratedAxis, gapped: Record, twin: Record, identified: Identification
+) -> None:
+    held = validate(identified, gapped)
+    assert all(v.simulation_error_percent is not None for v in held)
+    assert all(v.reason == "" for v in validate(identified, twin))
+    whole = identify(emps2015, twin, FILTER, ["idm-ls"])
+    assert all(v.reason == "" for v in validate(whole, gapped))
+    assert len(sweep(emps2015, gapped, (40.0, 80.0), methods=["idm-ls"]).results) == 2
+    assert identified.diagnosis.law is not None
+
+
+def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    short = replace(cut(twin, 0, 120), segments=((0, 60), (60, 120)))
+    with pytest.raises(DataError, match="the record's longest segment has 60 samples"):
+        identify(emps2015, short, FILTER)
+
+
+@pytest.mark.parametrize(
+    "spans", [((0, 10), (11, 50)), ((0, 49),), ((5, 50),), ((0, 48), (48, 50)), ((0, 60),)]
+)
+def test_segments_that_are_no_parts_of_the_record_are_refused(
+    twin: Record, spans: tuple[tuple[int, int], ...]
+) -> None:
+    with pytest.raises(DataError, match="segments"):
+        replace(cut(twin, 0, 50), segments=spans)
+
+
+def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> None:
+    """What stands in masked samples does not matter, to what the filters' memory leaves."""
+    spoilt = np.array(twin.control)
+    spoilt[3000:3020] = 10.0  # beyond what the motion needs, as a clipped sensor's
+    masked = replace(twin, control=spoilt, masked=((3000, 3020),))
+    clean = replace(twin, masked=((3000, 3020),))
+    got = identify(emps2015, masked, FILTER, ["idm-ls"])["idm-ls"]
+    expected = identify(emps2015, clean, FILTER, ["idm-ls"])["idm-ls"]
+    whole = identify(emps2015, twin, FILTER, ["idm-ls"])["idm-ls"]
+    spoilt_fit = identify(emps2015, replace(twin, control=spoilt), FILTER, ["idm-ls"])["idm-ls"]
+    assert np.array_equal(got.rows, expected.rows)
+    off = np.abs(got.physical - expected.physical) / np.abs(expected.physical)
+    without = np.abs(spoilt_fit.physical - whole.physical) / np.abs(whole.physical)
+    assert np.all(off < 1e-4)
+    assert np.all(without > 20 * off)
+    lost = np.setdiff1d(whole.rows, got.rows)
+    reach = FILTER.memory(1e-3) * FILTER.decimate
+    inside = (whole.rows >= 3000 - reach) & (whole.rows < 3020 + reach)
+    assert np.array_equal(lost, whole.rows[inside])
+
+
+def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    from axisid import EstimationError
+
+    with pytest.raises(EstimationError, match="0 rows are left"):
+        identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
+
+
+def test_rest_is_a_share_of_the_largest_speed_of_the_whole_record() -> None:
+    """A creep that is rest beside a fast stroke is rest in a segment of its own too."""
+    time = 1e-3 * np.arange(6000)
+    position = np.where(time < 3.0, time, 3.0 + 2e-4 * (time - 3.0))
+    whole = Prefilter()
+    cut = replace(whole, segments=((0, 3000), (3000, 6000)))
+    for filter_ in (whole, cut):
+        silent = np.zeros(6000, dtype=bool)
+        for start, stop in filter_.near_reversals(position, 1e-3):
+            silent[start:stop] = True
+        assert silent[3200:5800].all()
+        assert not silent[200:2800].any()

@@ -1,0 +1,138 @@
+"""Which samples the default leaves out: what remains of each parameter decides."""
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Axis,
+    Coordinate,
+    Drive,
+    Move,
+    Parameter,
+    Prefilter,
+    Record,
+    build,
+    cascade_pd,
+    coulomb,
+    identify,
+    identify_stream,
+    load_axis,
+    newton,
+    simulate,
+    twin_record,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.signals.filtered_record import measured_signals, settled
+from axisid.estimation.signals.motion import resting
+from axisid.estimation.signals.without_turns import dependence
+from axisid.estimation.simulation.twin import trajectory
+from tests.estimation.unseen import with_stribeck
+
+PERIOD = 1e-3
+x = Coordinate("x")
+m, b, c = (
+    Parameter("m", "kg", nominal=5.0),
+    Parameter("b", "N/(m/s)"),
+    Parameter("c", "N"),
+)
+TRUTH = (6.2, 14.0, 7.5)
+
+
+def stage() -> Axis:
+    return newton(
+        "stage",
+        coordinate=x,
+        parameters=(m, b, c),
+        inertia=m,
+        resistance=(viscous(b, x), coulomb(c, x)),
+        drive=Drive(gain=18.0, unit="A"),
+        control=cascade_pd(kp=50.0, kv=60.0, period=PERIOD),
+    )
+
+
+def rested(axis: GeneratedAxis, rest: float, noise: float = 0.0) -> Record:
+    """Six strokes of 0.5 s, each followed by a rest of so many seconds."""
+    pieces, place = [], 0.0
+    for k, speed in enumerate((0.1, 0.2, 0.4) * 2):
+        stroke = place + trajectory((Move((-1) ** k * 0.4 * speed, speed, 3.0),), PERIOD)
+        place = float(stroke[-1])
+        pieces += [stroke, np.full(round(rest / PERIOD), place)]
+    reference = np.concatenate(pieces)
+    added = np.random.default_rng(0).normal(0.0, noise, len(reference)) if noise else None
+    loop = simulate(axis, TRUTH, reference, PERIOD, position_noise=added)
+    return Record(
+        time=loop.time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+    )
+
+
+@pytest.mark.parametrize("rest", [0.0, 0.5, 2.0, 5.0])
+@pytest.mark.parametrize("noise", [0.0, 5e-6])
+def test_rests_are_left_out_however_long(rest: float, noise: float) -> None:
+    axis = build(stage())
+    result = identify(axis, rested(axis, rest, noise), methods=["idm-ls", "idm-iv"])
+    assert result.prefilter.reversals == "leave-out"
+    for estimate in result.estimates.values():
+        assert estimate.physical == pytest.approx(TRUTH, rel=2e-3 if noise == 0 else 1e-2)
+
+
+def test_a_log_in_blocks_leaves_rests_out_too() -> None:
+    axis = build(stage())
+    record = rested(axis, 2.0)
+    columns = {"time": record.time, "position": record.position, "control": record.control}
+    blocks = [{n: v[k : k + 3000] for n, v in columns.items()} for k in range(0, len(record), 3000)]  # type: ignore[index]
+    found = identify_stream(axis, blocks)
+    assert found.prefilter.reversals == "leave-out"
+    whole = identify(axis, record, methods="idm-ls")["idm-ls"]
+    assert found.physical == pytest.approx(whole.physical, rel=1e-9)
+
+
+def test_rests_that_are_kept_are_named_where_the_loop_does_not_follow() -> None:
+    axis = build(stage())
+    kept = Prefilter.suited(PERIOD, reversals="keep")
+    result = identify(axis, rested(axis, 1.0), kept, ["idm-ls", "idm-iv"])
+    (check,) = (c for c in result.verdict if c.name == "simulation")
+    assert check.status == "fail"
+    assert "the axis rests in 68 % of the samples that the fit has" in check.meaning
+
+
+def test_an_inertia_that_only_the_reversals_show_keeps_them() -> None:
+    """At 20 Hz the ramps of the vertical screw are within reach of its reversals."""
+    axis = build(load_axis("vertical_screw"))
+    record = twin_record(axis)
+    slow, fast = (
+        settled(Prefilter.suited(record.period, cutoff=cutoff), axis, record)
+        for cutoff in (20.0, 60.0)
+    )
+    assert (slow.reversals, fast.reversals) == ("keep", "leave-out")
+    off = {}
+    for reversals in ("keep", "leave-out"):
+        chosen = Prefilter.suited(record.period, cutoff=20.0, reversals=reversals)
+        mass = identify(axis, record, chosen, "idm-ls")["idm-ls"].parameters["M"]
+        off[reversals] = abs(mass.corrected / record.provenance.truth["M"] - 1)
+    assert off["keep"] < 1e-3 < off["leave-out"]
+
+
+def test_friction_near_rest_is_no_reason_to_keep_what_the_filter_rounds() -> None:
+    axis = build(with_stribeck(1e-3))
+    record = twin_record(axis)
+    assert dependence(axis)["direction"].tolist() == [False, False, True, True]
+    assert settled(Prefilter.suited(record.period), axis, record).reversals == "leave-out"
+
+
+def test_creeping_is_no_rest() -> None:
+    axis = build(stage())
+    creep = (Move(0.1, 0.4, 3.0), Move(0.02, 0.01, 3.0), Move(-0.1, 0.4, 3.0))
+    reference = trajectory(creep, PERIOD)
+    loop = simulate(axis, TRUTH, reference, PERIOD)
+    record = Record(
+        time=loop.time, position=loop.position, reference=reference, control=loop.control
+    )
+    kept = settled(Prefilter.suited(PERIOD, reversals="keep"), axis, record)
+    assert resting(measured_signals(axis, record, kept), record, kept) < 0.05
+    long = rested(axis, 1.0)
+    kept = settled(Prefilter.suited(PERIOD, reversals="keep"), axis, long)
+    assert 0.6 < resting(measured_signals(axis, long, kept), long, kept) < 0.75

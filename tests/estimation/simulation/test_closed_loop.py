@@ -1,0 +1,182 @@
+"""The simulated loop against closed forms, and against the model row by row."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    REFERENCE,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    EstimationError,
+    ModelError,
+    Parameter,
+    build,
+    coulomb,
+    newton,
+    simulate,
+    spring,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.simulation.closed_loop import Simulation, signals_before
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling.declaration.experiment import Move
+from tests.estimation.exact_axis import ExactAxis, closed_loop
+
+PERIOD = 1e-3
+TRUTH = np.array([100.2, 236.9, 24.8])
+
+
+def sine(frequency: float, amplitude: float, seconds: float) -> np.ndarray:
+    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    return amplitude * np.sin(2 * np.pi * frequency * t)
+
+
+def move_hold_return() -> np.ndarray:
+    there = trajectory((Move(0.05, 0.1, 1.0),), PERIOD)
+    hold = np.full(len(there), there[-1])
+    return np.concatenate([there, hold, there[-1] - there, 0 * there])
+
+
+MOTIONS = {
+    "1 Hz, 0.1 m sine": sine(1.0, 0.1, 3.0),
+    "move, hold, return": move_hold_return(),
+    "0.1 Hz, 5 mm stick-slip": sine(0.1, 5e-3, 10.0),
+    "5 Hz, 2 mm reversals": sine(5.0, 2e-3, 2.0),
+}
+
+
+def check_rows(axis: GeneratedAxis, loop: Simulation, theta: np.ndarray) -> None:
+    """Force, motion and friction direction satisfy the model at every sample."""
+    for s in (loop.signals, signals_before(axis, theta, loop)):
+        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        error = np.abs(row @ theta + known[:, 0] - s.force)
+        assert error.max() < 1e-10 * np.abs(s.force).max()
+        assert np.abs(s.direction).max() <= 1
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_position_is_within_a_nanometre_of_the_closed_form(
+    emps2015: GeneratedAxis, motion: str
+) -> None:
+    loop = simulate(emps2015, TRUTH, MOTIONS[motion], PERIOD)
+    position, force = closed_loop(ExactAxis(*TRUTH), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
+    assert np.abs(loop.position - position).max() < 1e-9
+    assert np.abs(loop.force - force).max() < 1e-3
+    check_rows(emps2015, loop, TRUTH)
+
+
+def test_axis_sticks_while_it_is_held(emps2015: GeneratedAxis) -> None:
+    loop = simulate(emps2015, TRUTH, MOTIONS["move, hold, return"], PERIOD)
+    stuck = (loop.velocity == 0) & (np.abs(loop.direction) < 1)
+    assert 0.3 < stuck.mean() < 0.7
+    assert np.abs(loop.acceleration[stuck]).max() < 1e-12
+
+
+def test_offset_shifts_the_stuck_friction_direction(emps: GeneratedAxis) -> None:
+    theta = np.array([95.0, 200.0, 20.0, -3.0])
+    loop = simulate(emps, theta, MOTIONS["0.1 Hz, 5 mm stick-slip"], PERIOD)
+    check_rows(emps, loop, theta)
+
+
+def test_before_and_after_share_motion_and_differ_by_the_held_force(
+    emps2015: GeneratedAxis,
+) -> None:
+    loop = simulate(emps2015, TRUTH, MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
+    before = signals_before(emps2015, TRUTH, loop)
+    assert np.array_equal(before.position, loop.position)
+    assert np.array_equal(before.force[1:], loop.force[:-1])
+
+
+def test_axis_without_friction_starts_and_rests(emps2015: GeneratedAxis) -> None:
+    reference = MOTIONS["move, hold, return"]
+    loop = simulate(emps2015, np.array([100.0, 0.0, 0.0]), reference, PERIOD)
+    assert np.abs(loop.position - reference).max() < 1e-3
+
+
+def test_noise_enters_through_the_measured_position(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    reference = MOTIONS["1 Hz, 0.1 m sine"]
+    noise = 1e-5 * rng.normal(size=len(reference))
+    clean = simulate(emps2015, TRUTH, reference, PERIOD)
+    loop = simulate(emps2015, TRUTH, reference, PERIOD, position_noise=noise)
+    assert loop.measured_position - loop.position == pytest.approx(noise, abs=1e-15)
+    first = 35.15 * 243.45 * 160.18 * -noise[0]
+    assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
+
+
+def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
+    x = Coordinate("x")
+    m, c, k = Parameter("m", "kg"), Parameter("c", "N"), Parameter("k", "N/m")
+    axis = build(
+        newton(
+            "spring",
+            coordinate=x,
+            parameters=(m, c, k),
+            inertia=m,
+            resistance=(coulomb(c, x), spring(k, x)),
+            drive=Drive(gain=1.0),
+            control=ControlLaw(name="open loop", period=PERIOD, output=300 * REFERENCE),
+        )
+    )
+    theta = np.array([1.0, 2.0, 300.0])
+    loop = simulate(axis, theta, sine(0.5, 0.02, 4.0), PERIOD)
+    check_rows(axis, loop, theta)
+    assert (loop.velocity == 0).sum() > 100
+
+
+def test_diverging_loop_names_the_sample_and_the_parameters(emps2015: GeneratedAxis) -> None:
+    unlimited = build(replace(emps2015.axis, drive=Drive(gain=35.15)))
+    with pytest.raises(
+        EstimationError, match=r"diverges: .* leaves the range at sample \d+ .*M = 0.1 kg, Fv = 1 "
+    ):
+        simulate(unlimited, np.array([0.1, 1.0, 1.0]), MOTIONS["5 Hz, 2 mm reversals"], PERIOD)
+
+
+def test_unstable_loop_within_the_drive_limit_stays_bounded(emps2015: GeneratedAxis) -> None:
+    loop = simulate(emps2015, np.array([0.1, 1.0, 1.0]), MOTIONS["5 Hz, 2 mm reversals"], PERIOD)
+    assert np.abs(loop.control).max() == 10.0
+
+
+@pytest.mark.parametrize(
+    ("mass", "says"),
+    [(0.0, "no positive inertia"), (-1.0, "no positive inertia"), (np.nan, "with M = nan")],
+)
+def test_inertia_that_is_not_positive_is_refused(
+    emps2015: GeneratedAxis, mass: float, says: str
+) -> None:
+    with pytest.raises(EstimationError, match=says):
+        simulate(emps2015, np.array([mass, 1.0, 1.0]), MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
+
+
+def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
+    x = Coordinate("x")
+    m = Parameter("m", "kg", nominal=1.0)
+    axis = newton(
+        "open", coordinate=x, parameters=(m,), inertia=m, resistance=(), drive=Drive(gain=1.0)
+    )
+    with pytest.raises(ModelError, match="no control law"):
+        simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
+    with pytest.raises(ModelError, match="declares no experiment"):
+        twin_record(axis)
+
+
+def test_trajectory_keeps_its_speed_and_acceleration() -> None:
+    moves = (Move(0.1, 0.2, 2.0), Move(-0.001, 0.2, 2.0), Move(0.0, 1.0, 1.0), Move(0.3, 0.5, 1.0))
+    q = trajectory(moves, PERIOD)
+    assert q[0] == 0
+    assert q[-1] == pytest.approx(0.399, abs=1e-6)
+    assert np.abs(np.diff(q)).max() / PERIOD == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(np.diff(q, 2)).max() / PERIOD**2 <= 2.0 + 1e-6
+
+
+def test_twin_is_reproducible_and_its_seed_matters(emps2015: GeneratedAxis) -> None:
+    first, again = twin_record(emps2015), twin_record(emps2015)
+    assert np.array_equal(first.position, again.position)
+    assert not np.array_equal(first.position, twin_record(emps2015, seed=7).position)
+    quiet = twin_record(emps2015, position_noise=0.0)
+    assert np.std(first.position - quiet.position) == pytest.approx(3.8e-6, rel=0.3)

@@ -1,0 +1,118 @@
+"""Contact with an end stop: closed forms, and SciPy with events."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from axisid import (
+    MEASURED_POSITION,
+    REFERENCE,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    Parameter,
+    Prefilter,
+    build,
+    derive,
+    end_stop,
+    identify,
+    load_axis,
+    newton,
+    simulate,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=2.0)
+MASS, STIFFNESS, STOP, PERIOD = 2.0, 8e4, 0.05, 1e-3
+TIME = PERIOD * np.arange(200)
+
+
+def bouncing(dissipation: float, *, native: bool = True) -> GeneratedAxis:
+    """A mass under a constant force: the law gives the reference as force, whatever it measures."""
+    stops = end_stop(x, lower=-1.0, upper=STOP, stiffness=STIFFNESS, dissipation=dissipation)
+    return build(
+        newton(
+            "bouncing",
+            coordinate=x,
+            parameters=(m,),
+            inertia=m,
+            resistance=(stops,),
+            drive=Drive(gain=1.0),
+            control=ControlLaw(
+                name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION
+            ),
+        ),
+        native=native,
+    )
+
+
+FORCE = np.where(TIME < 0.02, 30.0, 0.0)  # a push, then free flight into the stop
+SPEED = 30.0 * 0.02 / MASS
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_impact_without_dissipation_is_half_a_period_of_the_contact_spring(native: bool) -> None:
+    loop = simulate(bouncing(0.0, native=native), [MASS], FORCE, PERIOD, start=0.0, substeps=64)
+    frequency = np.sqrt(STIFFNESS / MASS)
+    depth = loop.position.max() - STOP
+    assert depth == pytest.approx(SPEED / frequency, rel=1e-2)  # the sample nearest the deepest
+    assert loop.velocity[-1] == pytest.approx(-SPEED, rel=1e-6)
+    begins = 0.02 + (STOP - 30.0 / MASS * 0.02**2 / 2) / SPEED
+    ends = begins + np.pi / frequency
+    after = ends < TIME
+    expected = STOP - SPEED * (TIME[after] - ends)
+    assert loop.position[after] == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("dissipation", [0.5, 4.0])
+def test_impact_with_dissipation_is_that_of_scipy_with_events(dissipation: float) -> None:
+    loop = simulate(bouncing(dissipation), [MASS], FORCE, PERIOD, start=0.0)
+
+    def contact(_: float, state: np.ndarray) -> list[float]:
+        depth = state[0] - STOP
+        push = STIFFNESS * depth * max(0.0, 1 + dissipation * state[1])
+        return [state[1], -push / MASS]
+
+    def leaves(_: float, state: np.ndarray) -> float:
+        return float(state[0] - STOP)
+
+    leaves.terminal, leaves.direction = True, -1.0  # type: ignore[attr-defined]
+    begins = 0.02 + (STOP - 30.0 / MASS * 0.02**2 / 2) / SPEED
+    inside = solve_ivp(
+        contact, (0, 1), [STOP, SPEED], "DOP853", events=leaves, rtol=1e-11, atol=1e-14
+    )
+    ends, speed = begins + inside.t[-1], inside.y[1, -1]
+    after = ends < TIME
+    assert loop.position[after] == pytest.approx(STOP + speed * (TIME[after] - ends), abs=2e-5)
+    assert loop.velocity[-1] == pytest.approx(speed, rel=2e-3)
+    assert 0 < -speed < SPEED
+
+
+def test_restitution_is_what_the_docstring_says_for_small_dissipation() -> None:
+    loop = simulate(bouncing(0.05), [MASS], FORCE, PERIOD, start=0.0, substeps=64)
+    lost = 1 + loop.velocity[-1] / SPEED  # 1 - e
+    assert 1.5 * lost / SPEED == pytest.approx(0.05, rel=0.05)
+
+
+def test_stop_is_known_and_silent_between_its_ends() -> None:
+    model = derive(bouncing(0.5).axis)
+    assert model.idm.columns == (x.acceleration,)
+    assert model.idm.known != 0
+    _, known = bouncing(0.5).rows(
+        "idm_regressor", [0.0, STOP, 0.2], [9.0] * 3, [0.0] * 3, [1.0] * 3
+    )
+    assert known[:2, 0].tolist() == [0, 0]
+    assert known[2, 0] > 0
+
+
+def test_record_that_stays_off_the_stops_gives_the_estimates_of_an_axis_without() -> None:
+    from dataclasses import replace
+
+    valve = load_axis("valve")
+    stops = sum(t for t in valve.force.args if "Max" in str(t))
+    free = replace(valve, name="free", force=valve.force - stops)
+    record, settings = twin_record(valve), Prefilter(cutoff=400.0, decimate=40, hold="zoh")
+    with_stops, without = (identify(a, record, settings, ["idm-iv"]) for a in (valve, free))
+    assert with_stops["idm-iv"].physical == pytest.approx(without["idm-iv"].physical, rel=1e-9)

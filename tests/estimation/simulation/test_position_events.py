@@ -1,0 +1,313 @@
+"""Kinks and jumps of the force over the position, against closed forms."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    MEASURED_POSITION,
+    REFERENCE,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    EstimationError,
+    Move,
+    Parameter,
+    build,
+    cascade_pd,
+    coulomb,
+    newton,
+    simulate,
+    simulate_batch,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.simulation.twin import trajectory
+from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
+
+x = Coordinate("x")
+q = x.symbol
+M = Parameter("M", "kg", nominal=1.0)
+Fv, Fc = Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N")
+k, J = Parameter("k", "N/m"), Parameter("J", "N")
+PERIOD, STOP = 1e-3, 0.05
+KP, KV = 20.0, 30.0
+FIELDS = ("position", "velocity", "acceleration", "force", "direction", "direction_before")
+
+
+@cache
+def axis(kind: str, kv: float = KV, *, native: bool = True) -> GeneratedAxis:
+    """A mass with friction under a cascade, with one force of the position."""
+    stop = sympy.Float(STOP)
+    force, parameter = {
+        "stop": (k * sympy.Max(0, q - stop), k),
+        "stops": (k * sympy.Max(0, q - stop) - k * sympy.Max(0, -q - stop), k),
+        "bumper": (k * sympy.Piecewise((0, q < stop), (q - stop, True)), k),
+        "jump": (J * sympy.sign(q), J),
+        "leap": (J * (2 * sympy.Heaviside(q) - 1), J),
+        "choice": (J * sympy.Piecewise((-1, q <= 0), (1, True)), J),
+    }[kind]
+    return build(
+        newton(
+            kind,
+            coordinate=x,
+            parameters=(M, Fv, Fc, parameter),
+            inertia=M,
+            resistance=(viscous(Fv, x), coulomb(Fc, x), force),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=KP, kv=kv, period=PERIOD),
+        ),
+        native=native,
+    )
+
+
+def exact(kind: str, theta: list[float], reference: np.ndarray, kv: float = KV) -> np.ndarray:
+    """The same in closed form."""
+    m, fv, fc, size = theta
+    beyond, before = (size, -size * STOP), (size, size * STOP)
+    edges, pieces = {
+        "stop": ([STOP], [(0.0, 0.0), beyond]),
+        "stops": ([-STOP, STOP], [before, (0.0, 0.0), beyond]),
+        "jump": ([0.0], [(0.0, -size), (0.0, size)]),
+    }[kind]
+
+    def law(r: float, q: float, dq: float) -> float:
+        return kv * (KP * (r - q) - dq)
+
+    return closed_loop(PiecewiseAxis(m, fv, fc, edges, pieces), law, reference, PERIOD)
+
+
+def sine(amplitude: float, frequency: float, samples: int = 1000) -> np.ndarray:
+    return amplitude * np.sin(2 * np.pi * frequency * PERIOD * np.arange(samples))
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness"), [(1.0, 1e8), (100.0, 1e11), (1.0, 1e3), (2.0, 1e11)]
+)
+@pytest.mark.parametrize("friction", [(0.0, 0.0), (3.0, 0.7)])
+def test_contact_shorter_than_a_sample_is_met(
+    mass: float, stiffness: float, friction: tuple[float, float]
+) -> None:
+    theta, reference, kv = [mass, *friction, stiffness], sine(0.0555, 1.0), KV * mass
+    loop = simulate(axis("stop", kv), theta, reference, PERIOD)
+    assert loop.position.max() < STOP + 2e-3 * (stiffness < 1e4) * 10 + 1e-4
+    assert np.abs(loop.position - exact("stop", theta, reference, kv)).max() < 1e-9
+
+
+def random_stops(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
+    friction = rng.choice([0, 1], 2) * 10 ** rng.uniform([-1, -1], [2, 1])
+    theta = [10 ** rng.uniform(-1, 1.5), *friction, 10 ** rng.uniform(3, 10)]
+    return theta, sine(STOP * rng.uniform(1.01, 1.6), 10 ** rng.uniform(-0.3, 0.7), 800)
+
+
+def test_random_stops_are_met_within_a_micrometre_or_refused_with_a_sentence() -> None:
+    rng, met = np.random.default_rng(1), 0
+    for _ in range(40):
+        theta, reference = random_stops(rng)
+        try:
+            loop = simulate(axis("stops"), theta, reference, PERIOD)
+        except EstimationError as error:
+            assert "too fast to follow" in str(error)
+            continue
+        met += 1
+        assert np.abs(loop.position - exact("stops", theta, reference)).max() < 1e-6, theta
+    assert met > 35
+
+
+def test_axis_pressed_against_a_stop_rests_where_the_forces_balance() -> None:
+    reference = np.r_[np.zeros(10), np.full(3000, 0.07)]
+    loop = simulate(axis("stop"), [1.0, 2.0, 0.1, 1e6], reference, PERIOD)
+    pushed = KV * KP * (0.07 - loop.position[-1])
+    assert 1e6 * (loop.position[-1] - STOP) == pytest.approx(pushed, abs=0.11)
+    assert np.all(loop.velocity[-100:] == 0)
+
+
+def random_jumps(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
+    friction = np.array([rng.choice([0, 1]), 1]) * 10 ** rng.uniform([-1, -1], [1.5, 1])
+    theta = [10 ** rng.uniform(-0.5, 1), *friction, 10 ** rng.uniform(-1, 2)]
+    motion = sine(10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-0.6, 0.7), 800)
+    steps = np.round(motion / motion.max()) * motion.max()
+    return theta, [motion, steps][rng.integers(2)]
+
+
+def test_random_jumps_are_crossed_or_rested_in_as_in_closed_form() -> None:
+    """With friction, so that the motion is not chaotic."""
+    rng, rested = np.random.default_rng(2), 0.0
+    for _ in range(40):
+        theta, reference = random_jumps(rng)
+        loop = simulate(axis("jump"), theta, reference, PERIOD)
+        rested += np.mean((loop.velocity == 0) & (np.abs(loop.position) < 1e-12))
+        assert np.abs(loop.position - exact("jump", theta, reference)).max() < 1e-9, theta
+    assert rested > 5
+
+
+def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
+    """A force of 5 N to either side, and nothing else: it slides along the jump, then leaves."""
+    reference = np.r_[np.linspace(0, 0.012, 400), np.full(100, 0.012)]
+    loop = simulate(axis("jump"), [1.0, 2.0, 0.0, 5.0], reference, PERIOD)
+    held = np.abs(KV * KP * reference) < 5.0
+    assert np.all(loop.position[held] == 0)
+    assert np.all(loop.mode[held] == 0)
+    assert loop.direction[held] == pytest.approx(loop.force[held] / 5.0)
+    assert loop.position[~held].max() > 1e-3
+
+
+def without_feedback(name: str, *resistance: sympy.Expr) -> GeneratedAxis:
+    """The reference is the drive's force."""
+    used = {symbol for term in resistance for symbol in term.free_symbols}
+    return build(
+        newton(
+            name,
+            coordinate=x,
+            parameters=tuple(p for p in (M, Fv, J, k) if p is M or p.symbol in used),
+            inertia=M,
+            resistance=resistance,
+            drive=Drive(gain=1.0),
+            control=ControlLaw(
+                name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION
+            ),
+        )
+    )
+
+
+def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_into_rest() -> None:
+    """Its velocity falls by half in 23 ms and would never be nothing."""
+    made = without_feedback("swing", viscous(Fv, x), J * sympy.sign(q))
+    theta = [1.0, 30.0, 40.0]
+    loop = simulate(made, theta, np.zeros(1200), PERIOD, start=0.01)
+    exact = closed_loop(
+        PiecewiseAxis(1.0, 30.0, 0.0, [0.0], [(0.0, -40.0), (0.0, 40.0)]),
+        lambda *_: 0.0,
+        np.r_[0.01, np.zeros(199)],
+        PERIOD,
+    )
+    assert np.abs(loop.position[:200] - exact).max() < 1e-9
+    assert (np.diff(np.sign(exact)) != 0).sum() > 10
+    assert np.all(loop.velocity[-100:] == 0)
+    assert np.abs(loop.position[-100:]).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("other", "kind"), [("bumper", "stop"), ("leap", "jump"), ("choice", "jump")]
+)
+def test_other_ways_to_write_it_are_the_same(other: str, kind: str) -> None:
+    theta = [1.0, 2.0, 0.3, 1e5 if kind == "stop" else 2.0]
+    reference = sine(0.07, 1.0, 800)
+    one, two = (simulate(axis(name), theta, reference, PERIOD) for name in (kind, other))
+    assert np.abs(one.position - two.position).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["stops", "jump"])
+def test_batch_and_virtual_machine_take_the_same_events(kind: str) -> None:
+    rng = np.random.default_rng(3)
+    drawn = [(random_stops if kind == "stops" else random_jumps)(rng) for _ in range(36)]
+    theta = np.array([each for each, _ in drawn])
+    reference = np.column_stack([each for _, each in drawn])
+    batch = simulate_batch(axis(kind), theta, reference, PERIOD, signals=FIELDS)
+    for lane in range(36):
+        given = (theta[lane], np.ascontiguousarray(reference[:, lane]), PERIOD)
+        if lane in batch.failures:
+            with pytest.raises(EstimationError) as alone:
+                simulate(axis(kind), *given)
+            assert batch.failures[lane] == str(alone.value)
+            continue
+        single = simulate(axis(kind), *given)
+        for field in FIELDS:
+            assert np.array_equal(batch[field][:, lane], getattr(single, field)), field
+        if lane % 9 == 0:
+            virtual = simulate(axis(kind, native=False), *given)
+            assert np.abs(virtual.position - single.position).max() < 1e-9
+
+
+def test_contact_that_no_step_resolves_is_refused_by_name_alone_and_in_a_batch() -> None:
+    theta, reference = np.array([[1.0, 0.0, 0.0, 1e13], [1.0, 0.0, 0.0, 1e6]]), sine(0.06, 1.0, 500)
+    with pytest.raises(EstimationError, match=r"too fast to follow at sample \d+ .*k = 1e\+13"):
+        simulate(axis("stop"), theta[0], reference, PERIOD)
+    batch = simulate_batch(axis("stop"), theta, reference, PERIOD)
+    assert set(batch.failures) == {0}
+    assert np.all(np.isfinite(batch["position"][:, 1]))
+    with pytest.raises(EstimationError, match="too fast to follow"):
+        simulate(axis("stop", native=False), theta[0], reference, PERIOD)
+
+
+def test_continuous_law_meets_the_stop_at_the_same_time_whatever_the_period() -> None:
+    law = cascade_pd(kp=KP, kv=KV, period=PERIOD, continuous=True)
+    loose = newton(
+        "continuous",
+        coordinate=x,
+        parameters=(M, Fc),
+        inertia=M,
+        resistance=(coulomb(Fc, x), 1e7 * sympy.Max(0, q - sympy.Float(STOP))),
+        drive=Drive(gain=1.0),
+        control=law,
+    )
+    made = build(loose)
+    coarse = np.linspace(0.0, 0.09, 301)
+    fine = np.linspace(0.0, 0.09, 2401)
+    one = simulate(made, [1.0, 0.2], coarse, PERIOD)
+    two = simulate(made, [1.0, 0.2], fine, PERIOD / 8)
+    assert one.position.max() > STOP
+    assert np.abs(one.position - two.position[::8]).max() < 1e-9
+
+
+def wavy(force: Callable[[sympy.Expr], sympy.Expr]) -> GeneratedAxis:
+    return build(
+        newton(
+            "wavy",
+            coordinate=x,
+            parameters=(M, Fv, J),
+            inertia=M,
+            resistance=(viscous(Fv, x), J * force(q)),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=KP, kv=100.0, period=PERIOD),
+        )
+    )
+
+
+WAVES: dict[str, Callable[[sympy.Expr], sympy.Expr]] = {
+    "cogging once a sample": lambda q: sympy.sin(2 * sympy.pi * q / 1e-3),
+    "a bump between two samples": lambda q: 300 * sympy.exp(-(((q - 0.1003) / 5e-5) ** 2)),
+    "a step between two samples": lambda q: sympy.tanh((q - 0.1003) / 2e-5),
+    "a notch": lambda q: 100 / (1 + ((q - 0.1003) / 5e-5) ** 2),
+    "cogging and a stop": lambda q: (
+        sympy.sin(2 * sympy.pi * q / 1e-3) + 1e6 * sympy.Max(0, q - sympy.Float(0.19))
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WAVES)
+def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> None:
+    """As far as the steps are meant to: a wave is right within 2e-6 of its size (`PASSED`).
+
+    Of the notch, 100 N, that is 2e-4 N, and 1e-7 m by the loop's stiffness of 2000 N/m; it keeps
+    a tenth of it. The finest steps pass a fiftieth of its width, and limit nothing here.
+    """
+    made, theta = wavy(WAVES[name]), [2.0, 20.0, 1.0]
+    reference = trajectory((Move(0.2, 1.0, 20.0),), PERIOD)
+    chosen = simulate(made, theta, reference, PERIOD)
+    exact = simulate(made, theta, reference, PERIOD, substeps=1024)
+    assert np.abs(chosen.position - exact.position).max() < 1e-8
+    assert np.abs(chosen.force - exact.force).max() < 1e-6 * np.abs(exact.force).max()
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
+    made = wavy(
+        lambda q: sympy.sin(q / 1e-8) + 1e6 * int(stopped) * sympy.Max(0, q - sympy.Float(0.19))
+    )
+    reference = trajectory((Move(0.05, 1.0, 20.0),), PERIOD)
+    with pytest.raises(EstimationError, match="wave of the position"):
+        simulate(made, [2.0, 20.0, 1.0], reference, PERIOD)
+
+
+def test_bounce_under_a_constant_force_keeps_its_energy() -> None:
+    """Without friction or control: 100 bounces of a ball on a stiff spring, 0.03 ms each."""
+    made = without_feedback("ball", k * sympy.Max(0, q))
+    loop = simulate(made, [1.0, 1e10], np.full(20_000, 10.0), PERIOD, start=-0.05)
+    depth = np.maximum(loop.position, 0.0)
+    energy = loop.velocity**2 / 2 - 10 * loop.position + 1e10 * depth**2 / 2
+    assert (np.diff(np.sign(loop.velocity)) < 0).sum() > 90
+    assert np.abs(energy / energy[0] - 1).max() < 1e-7

@@ -1,0 +1,124 @@
+"""A loop counts as running away by what moves it: its reference, its load, noise and counts."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import (
+    MEASURED_VELOCITY,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    EstimationError,
+    GeneratedAxis,
+    Parameter,
+    build,
+    cascade_pd,
+    gravity,
+    newton,
+    simulate,
+    simulate_batch,
+    viscous,
+)
+from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
+
+PERIOD, KP, MASS, GRAVITY, SAG = 1e-3, 40.0, 1.0, 9.80665, 2.3e-3
+KV = MASS * GRAVITY / (KP * SAG)
+TIME = PERIOD * np.arange(1500)
+SMALL = 1e-5 * np.sin(2 * np.pi * TIME)
+THETA = np.array([MASS, 1.0])
+
+
+@cache
+def vertical(sign: float = 1.0, kind: str = "cascade") -> GeneratedAxis:
+    """A weight on an axis whose loop has no integral part, so that it hangs below its reference."""
+    x = Coordinate("x")
+    m, b = Parameter("m", "kg", nominal=MASS), Parameter("b", "N/(m/s)")
+    cascade = cascade_pd(kp=KP, kv=KV, period=PERIOD)
+    law = {
+        "cascade": cascade,
+        "late": replace(cascade, delay=2),
+        "brake": ControlLaw(name="brake", period=PERIOD, output=-50 * MEASURED_VELOCITY),
+    }[kind]
+    return build(
+        newton(
+            "vertical",
+            coordinate=x,
+            parameters=(m, b),
+            inertia=m,
+            resistance=(viscous(b, x), gravity(m)),
+            drive=Drive(gain=sign),
+            control=law,
+        )
+    )
+
+
+def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> None:
+    loop = simulate(vertical(), THETA, SMALL, PERIOD)
+    assert np.abs(loop.position - SMALL).max() > allowed_distance(np.ptp(SMALL), 0.0)
+    assert loop.position[500:] == pytest.approx(-SAG, abs=3e-5)
+    batch = simulate_batch(vertical(), np.array([THETA, THETA * 1.1]), SMALL, PERIOD)
+    assert not batch.failures
+    assert batch["position"][500:, 1] == pytest.approx(-1.1 * SAG, abs=3e-5)
+
+
+@pytest.mark.parametrize("reference", [SMALL, 1e3 * SMALL], ids=["small", "large"])
+def test_a_loop_that_runs_away_is_refused_however_far_its_load_moves_it(
+    reference: np.ndarray,
+) -> None:
+    with pytest.raises(EstimationError, match=r"diverges: the position leaves the range at sample"):
+        simulate(vertical(-1.0), THETA, reference, PERIOD)
+    light = THETA * 0.03  # the sampled loop swings ever further
+    batch = simulate_batch(vertical(), np.array([THETA, light]), reference, PERIOD)
+    assert set(batch.failures) == {1}
+    assert "diverges" in batch.failures[1]
+
+
+def test_an_axis_moved_by_the_noise_of_its_encoder_alone_is_simulated() -> None:
+    level = 1e-9 * np.sin(2 * np.pi * TIME)
+    noise = np.random.default_rng(1).normal(0.0, 1e-5, len(TIME))
+    still = build(vertical().axis)
+    loop = simulate(still, [MASS, 1.0], level - SAG, PERIOD, start=-SAG, position_noise=noise)
+    assert np.abs(loop.position).max() > 0
+
+
+def test_distances_are_of_the_reference_and_of_the_way_to_it() -> None:
+    assert allowed_distance(0.2, 0.0) == pytest.approx(20.0)
+    assert allowed_distance(0.2, 0.5) == pytest.approx(50.0)
+    assert allowed_distance(0.0, 0.0) == math.inf
+
+
+@pytest.mark.parametrize("kind", ["cascade", "late"])
+def test_widened_distance_is_a_hundred_times_the_sag(kind: str) -> None:
+    given = (np.array([THETA, 2 * THETA]), np.array([0.0, 0.3]))
+    wide = widened_distance(vertical(kind=kind), *given, None, 0.0)
+    assert wide == pytest.approx([100 * SAG, 200 * SAG], rel=1e-6)
+
+
+def test_widened_distance_is_that_of_noise_and_counts_where_they_are_larger() -> None:
+    given = (vertical(), THETA[None, :], np.zeros(1))
+    noise = np.array([-0.01, 0.02, 0.0])
+    assert widened_distance(*given, noise, 0.0) == pytest.approx([3.0])
+    assert widened_distance(*given, noise, 0.05) == pytest.approx([5.0])
+    assert widened_distance(*given, None, 0.05) == pytest.approx([5.0])
+
+
+def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
+    wide = widened_distance(vertical(kind="brake"), THETA[None, :], np.zeros(1), None, 0.0)
+    assert wide == math.inf
+    loop = simulate(vertical(kind="brake"), THETA, SMALL, PERIOD)
+    assert loop.position[-1] < -100 * np.ptp(SMALL), "it sinks, as slowly as it is braked"
+
+
+def test_a_force_without_a_load_gives_no_way() -> None:
+    x = Coordinate("x")
+    m, k = Parameter("m", "kg", nominal=MASS), Parameter("k", "N/m")
+    axis = newton(
+        "level", coordinate=x, parameters=(m, k), inertia=m, resistance=(k * x.symbol,),
+        drive=Drive(gain=1.0), control=cascade_pd(kp=KP, kv=KV, period=PERIOD),
+    )  # fmt: skip
+    given = (np.array([[MASS, 1.0]]), np.zeros(1))
+    assert widened_distance(build(axis), *given, None, 0.0) == 0

@@ -1,0 +1,561 @@
+"""The loop for every kind of friction, load and law, against independent solutions."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from axisid import (
+    MEASURED_POSITION,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    EstimationError,
+    ModelError,
+    Parameter,
+    UsageError,
+    build,
+    coulomb,
+    derive,
+    load_axis,
+    newton,
+    simulate,
+    simulate_batch,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.lowering.loop_settings import LoopSettings
+from axisid.codegen.runtime.native import Native
+from axisid.codegen.runtime.virtual_loop import VirtualLoop
+from axisid.estimation.simulation.closed_loop import signals_before
+from tests.estimation.axes import AXES
+from tests.estimation.exact_axis import ExactAxis, closed_loop
+from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
+
+BUILT = {name: build(axis) for name, axis in AXES.items()}
+VIRTUAL = {name: build(axis, native=False) for name, axis in AXES.items()}
+PERIOD = 1e-3
+FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
+
+
+def motion_of(axis: GeneratedAxis, seconds: float = 0.6) -> np.ndarray:
+    """A motion with rests and reversals, of a size that suits the axis."""
+    assert axis.axis.control is not None
+    size = 0.02 if axis.axis.coordinate.unit == "m" else 0.8
+    t = np.arange(round(seconds / axis.axis.control.period)) * axis.axis.control.period
+    return size * np.clip(1.5 * np.sin(2 * np.pi * t / 0.4), -1, 1)
+
+
+def period_of(axis: GeneratedAxis) -> float:
+    assert axis.axis.control is not None
+    return axis.axis.control.period
+
+
+@pytest.mark.parametrize("name", AXES)
+@settings(max_examples=8)
+@given(data=st.data())
+def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -> None:
+    axis, machine = BUILT[name], VIRTUAL[name]
+    factors = data.draw(st.lists(st.floats(0.5, 1.5), min_size=len(axis.parameters)))
+    theta = axis.nominal * factors[: len(axis.parameters)]
+    seed = data.draw(st.integers(0, 1000))
+    reference = motion_of(axis)
+    law = axis.axis.control
+    assert law is not None
+    noise = 1e-6 * np.random.default_rng(seed).normal(size=len(reference))
+    options: dict[str, Any] = {
+        "position_noise": data.draw(st.sampled_from([None, noise])),
+        "resolution": 0.0 if law.continuous else data.draw(st.sampled_from([0.0, 1e-6])),
+        "substeps": data.draw(st.sampled_from([None, 1, 3])),
+    }
+    native = simulate(axis, theta, reference, law.period, **options)
+    virtual = simulate(machine, theta, reference, law.period, **options)
+    for field in (*FIELDS, "direction_before", "measured_position"):
+        got, expected = getattr(native, field), getattr(virtual, field)
+        scale = max(np.abs(expected).max(), 1e-12)
+        assert np.abs(got - expected).max() <= 1e-9 * scale, field
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
+    axis = BUILT[name]
+    theta = axis.nominal
+    loop = simulate(axis, theta, motion_of(axis), period_of(axis))
+    for s in (loop.signals, signals_before(axis, theta, loop)):
+        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        error = np.abs(row @ theta + known[:, 0] - s.force)
+        assert error.max() < 1e-9 * np.abs(s.force).max()
+    assert set(np.unique(loop.mode)) <= {-1.0, 0.0, 1.0}
+    stuck = loop.mode == 0
+    assert np.all(loop.velocity[stuck] == 0)
+    assert np.all(loop.acceleration[stuck] == 0)
+    # While it sticks it may not move until the next sample, unless the law is continuous.
+    if not axis.axis.control or not axis.axis.control.continuous:
+        still = stuck[:-1]
+        assert np.all(loop.position[1:][still] == loop.position[:-1][still])
+    sliding = loop.velocity != 0
+    assert np.array_equal(loop.direction[sliding], np.sign(loop.velocity[sliding]))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_offset_axis_is_within_a_nanometre_of_the_closed_form(motion: str) -> None:
+    theta = np.array([100.2, 236.9, 24.8, -7.0])
+    loop = simulate(BUILT["offset"], theta, MOTIONS[motion], PERIOD)
+    position, force = closed_loop(ExactAxis(*theta), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
+    assert np.abs(loop.position - position).max() < 1e-9
+    assert np.abs(loop.force - force).max() < 2e-3
+
+
+def pendulum_events(
+    theta: np.ndarray, forces: np.ndarray, period: float, start: float
+) -> np.ndarray:
+    """Positions of the open pendulum by DOP853 with located velocity crossings."""
+    J, mgl, fc = theta
+    q, dq, positions = start, 0.0, []
+
+    def crosses(_: float, x: np.ndarray) -> float:
+        return float(x[1])
+
+    crosses.terminal = True  # type: ignore[attr-defined]
+    for tau in forces:
+        positions.append(q)
+        left = period
+        while left > 1e-15:
+            push = tau - mgl * np.sin(q)
+            if dq == 0 and abs(push) <= fc:
+                break
+            s = np.sign(dq) if dq else np.sign(push)
+            crosses.direction = -s  # type: ignore[attr-defined]
+            solution = solve_ivp(
+                lambda _, x, s=s, tau=tau: [x[1], (tau - mgl * np.sin(x[0]) - fc * s) / J],
+                (0, left),
+                [q, dq],
+                method="DOP853",
+                rtol=1e-12,
+                atol=1e-14,
+                events=crosses,
+            )
+            q, dq = solution.y[:, -1]
+            if solution.status == 1:
+                dq = 0.0
+            left -= solution.t[-1]
+    return np.array(positions)
+
+
+def pendulum_forces() -> np.ndarray:
+    t = np.arange(800) * 5e-3
+    return 0.6 * np.sin(2 * np.pi * 0.8 * t) * (t < 1.6)
+
+
+def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_dop853_with_events() -> None:
+    axis = BUILT["open_pendulum"]
+    theta = np.array([0.0626, 1.0, 0.2])
+    forces = pendulum_forces()
+    loop = simulate(axis, theta, forces, 5e-3, start=0.3)
+    expected = pendulum_events(theta, forces, 5e-3, 0.3)
+    assert (loop.mode == 0).sum() > 50
+    assert (np.diff(np.sign(loop.velocity)) != 0).sum() > 6
+    assert np.abs(loop.position - expected).max() < 1e-8
+
+
+def test_error_falls_with_the_fourth_power_of_the_step() -> None:
+    axis = BUILT["open_pendulum"]
+    theta = np.array([0.0626, 1.0, 0.12])
+    forces = 0.6 + 0.5 * np.sin(np.arange(60) / 9.0)  # it swings out without a reversal
+    exact = simulate(axis, theta, forces, 5e-3, substeps=64).position
+    errors = [
+        np.abs(simulate(axis, theta, forces, 5e-3, substeps=n).position - exact).max()
+        for n in (1, 2, 4)
+    ]
+    assert errors[0] / errors[1] > 2**3.8
+    assert errors[1] / errors[2] > 2**3.8
+
+
+def test_continuous_law_is_the_differential_equation() -> None:
+    """Against DOP853 on the loop as one equation, friction crossings and breakaway located."""
+    axis = BUILT["continuous"]
+    M, Fv, Fc = theta = np.array([100.2, 236.9, 24.8])
+    reference = 0.006 - 0.006 * np.cos(2 * np.pi * np.arange(800) / 400)
+    loop = simulate(axis, theta, reference, PERIOD)
+    assert np.abs(loop.control).max() < 9
+    q, dq, positions = 0.0, 0.0, []
+
+    def force(t: float, q: float, dq: float, k: int) -> float:
+        ahead = reference[min(k + 1, len(reference) - 1)]
+        r = reference[k] + (ahead - reference[k]) * t / PERIOD
+        return float(35.15 * np.clip(243.45 * (160.18 * (r - q) - dq), -10, 10))
+
+    for k in range(len(reference)):
+        positions.append(q)
+        t = 0.0
+        while t < PERIOD * (1 - 1e-12):
+            push = force(t, q, 0.0, k)
+            if dq == 0 and abs(push) <= Fc * (1 + 1e-12):
+                late = force(PERIOD, q, 0.0, k)
+                if abs(late) <= Fc:
+                    break
+                t = (
+                    PERIOD
+                    * (np.sign(late) * Fc - force(0, q, 0.0, k))
+                    / (late - force(0, q, 0.0, k))
+                )
+                push = late
+            s = np.sign(dq) if dq else np.sign(push)
+
+            def crosses(_: float, x: np.ndarray) -> float:
+                return float(x[1])
+
+            crosses.terminal = True  # type: ignore[attr-defined]
+            solution = solve_ivp(
+                lambda t, x, s=s, k=k: [x[1], (force(t, *x, k) - Fv * x[1] - Fc * s) / M],
+                (t, PERIOD),
+                [q, dq],
+                method="DOP853",
+                rtol=1e-11,
+                atol=1e-14,
+                events=crosses if dq else None,
+            )
+            q, dq = solution.y[:, -1]
+            dq = 0.0 if solution.status == 1 else dq
+            t = solution.t[-1]
+    assert np.abs(loop.position - positions).max() < 2e-9
+
+
+def test_continuous_loop_is_stiffer_in_law_than_in_plant_and_still_resolved() -> None:
+    reference = 0.01 - 0.01 * np.cos(2 * np.pi * np.arange(500) / 400)
+    theta = np.array([100.2, 236.9, 24.8])
+    once = simulate(BUILT["continuous"], theta, reference, PERIOD).position
+    finer = simulate(BUILT["continuous"], theta, reference, PERIOD, substeps=8).position
+    assert np.abs(once - finer).max() < 1e-8
+
+
+def test_delay_applies_a_control_whole_samples_later() -> None:
+    axis = AXES["delayed"]
+    assert axis.control is not None
+    at_once = build(replace(axis, control=replace(axis.control, delay=0)))
+    reference = np.r_[np.zeros(5), np.full(20, 1e-4)]
+    theta = np.array([100.0, 0.0, 1e9])  # so much friction that it never moves
+    prompt = simulate(at_once, theta, reference, PERIOD).control
+    late = simulate(BUILT["delayed"], theta, reference, PERIOD).control
+    assert late[2:] == pytest.approx(prompt[:-2], abs=1e-12)
+    assert prompt[5] > 0
+    assert np.all(late[:7] == 0)
+
+
+def test_control_saturates_at_the_drive_limit() -> None:
+    loop = simulate(
+        BUILT["offset"], BUILT["offset"].nominal, np.r_[0.0, np.full(200, 0.05)], PERIOD
+    )
+    assert np.abs(loop.control).max() == 10.0
+    assert np.abs(loop.force).max() == pytest.approx(351.5)
+
+
+def test_encoder_counts_are_what_the_law_measures() -> None:
+    axis, resolution = BUILT["offset"], 1e-5
+    loop = simulate(axis, axis.nominal, sine(1.0, 0.01, 0.5), PERIOD, resolution=resolution)
+    counts = loop.measured_position / resolution
+    assert counts == pytest.approx(np.round(counts), abs=1e-6)
+    assert np.abs(loop.measured_position - loop.position).max() <= resolution / 2 * (1 + 1e-9)
+    expected = 243.45 * (160.18 * (sine(1.0, 0.01, 0.5) - loop.measured_position) - loop.velocity)
+    assert loop.control == pytest.approx(np.clip(expected, -10, 10), abs=1e-6)
+
+
+def test_one_sided_friction_sticks_within_its_own_bounds() -> None:
+    axis = BUILT["one_sided"]
+    theta = np.array([100.0, 30.0, 8.0])
+    loop = simulate(axis, theta, MOTIONS["0.1 Hz, 5 mm stick-slip"], PERIOD)
+    stuck = loop.force[loop.mode == 0]
+    assert len(stuck) > 100
+    assert stuck.min() >= -8.0 - 1e-9
+    assert stuck.max() <= 30.0 + 1e-9
+    assert stuck.max() > 20.0
+
+
+def test_jump_of_the_reference_restarts_the_motion() -> None:
+    axis = BUILT["offset"]
+    reference = np.r_[np.zeros(20), np.full(80, 1e-4)]
+    loop = simulate(axis, np.array([100.0, 200.0, 20.0, 0.0]), reference, PERIOD)
+    assert np.all(loop.mode[:20] == 0)
+    assert loop.mode[20] == 1
+    assert loop.acceleration[20] == pytest.approx((loop.force[20] - 20.0) / 100.0)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Generator) -> None:
+    axis = BUILT["offset"]
+    lanes = 37
+    theta = axis.nominal * rng.uniform(0.7, 1.3, (lanes, 4))
+    reference = motion_of(axis)[:, None] * rng.uniform(0.5, 1.5, lanes)
+    noise = 1e-6 * rng.normal(size=reference.shape)
+    start = 1e-4 * rng.normal(size=lanes)
+    batch = simulate_batch(
+        axis,
+        theta,
+        reference,
+        PERIOD,
+        start=start,
+        position_noise=noise,
+        signals=(*FIELDS, "direction_before"),
+        threads=threads,
+    )
+    assert not batch.failures
+    for lane in range(lanes):
+        single = simulate(
+            axis,
+            theta[lane],
+            reference[:, lane],
+            PERIOD,
+            start=start[lane],
+            position_noise=noise[:, lane],
+        )
+        for field in (*FIELDS, "direction_before"):
+            assert np.array_equal(batch[field][:, lane], getattr(single, field)), field
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_batch_of_every_axis_equals_its_single_simulation(name: str) -> None:
+    axis = BUILT[name]
+    theta = axis.nominal * np.array([[1.0], [1.2]])
+    reference = motion_of(axis)
+    batch = simulate_batch(axis, theta, reference, period_of(axis), substeps=2)
+    for lane in range(2):
+        single = simulate(axis, theta[lane], reference, period_of(axis), substeps=2)
+        assert batch["position"][:, lane] == pytest.approx(single.position, rel=1e-12, abs=1e-15)
+
+
+def test_batch_in_the_virtual_machine_is_the_same() -> None:
+    theta = BUILT["offset"].nominal * np.array([[1.0], [1.1]])
+    reference = motion_of(BUILT["offset"], 0.2)
+    native = simulate_batch(BUILT["offset"], theta, reference, PERIOD)
+    virtual = simulate_batch(VIRTUAL["offset"], theta, reference, PERIOD)
+    assert native["force"] == pytest.approx(virtual["force"], rel=1e-12)
+
+
+def test_shared_and_strided_signals_need_no_copy(rng: np.random.Generator) -> None:
+    axis = BUILT["offset"]
+    theta = np.tile(axis.nominal, (5, 1))
+    wide = np.repeat(motion_of(axis)[:, None], 10, axis=1)
+    whole = simulate_batch(axis, theta, motion_of(axis), PERIOD)["position"]
+    strided = simulate_batch(axis, theta, wide[:, ::2], PERIOD)["position"]
+    by_lane = simulate_batch(axis, theta, np.asfortranarray(wide[:, :5]), PERIOD)["position"]
+    assert np.array_equal(whole, strided)
+    assert np.array_equal(whole, by_lane)
+
+
+def test_failing_lane_does_not_end_the_others() -> None:
+    axis = build(replace(AXES["offset"], drive=Drive(gain=35.15)))
+    theta = np.tile(axis.nominal, (3, 1))
+    theta[1, 0] = 0.1
+    reference = motion_of(axis)
+    batch = simulate_batch(axis, theta, reference, PERIOD)
+    assert set(batch.failures) == {1}
+    assert "M = 0.1 kg" in batch.failures[1]
+    stopped = int(np.flatnonzero(np.isnan(batch["force"][:, 1]))[0])
+    assert f"at sample {stopped} " in batch.failures[1]
+    assert np.all(np.isfinite(batch["position"][:, [0, 2]]))
+    single = simulate(axis, theta[0], reference, PERIOD)
+    # The light lane asks for more steps in a sample, of all lanes.
+    assert batch["position"][:, 0] == pytest.approx(single.position, abs=1e-10)
+
+
+@pytest.mark.parametrize("built", [BUILT, VIRTUAL], ids=["native", "virtual machine"])
+def test_control_that_is_not_a_number_ends_the_simulation(
+    built: dict[str, GeneratedAxis],
+) -> None:
+    axis = AXES["offset"]
+    assert axis.control is not None
+    root = sympy.sqrt(MEASURED_POSITION - 1e-5)
+    law = replace(axis.control, output=axis.control.output + root)
+    native = built is BUILT
+    broken = build(replace(axis, control=law), native=native)
+    with pytest.raises(EstimationError, match="position is not finite at sample"):
+        simulate(broken, broken.nominal, motion_of(broken), PERIOD)
+
+
+@pytest.mark.parametrize("built", [BUILT, VIRTUAL], ids=["native", "virtual machine"])
+def test_runaway_loop_ends_with_sample_and_parameters(built: dict[str, GeneratedAxis]) -> None:
+    axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=built is BUILT)
+    with pytest.raises(EstimationError, match=r"leaves the range at sample \d+ \(.* s\) with M ="):
+        simulate(axis, axis.nominal, motion_of(axis), PERIOD)
+
+
+def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
+    axis = BUILT["continuous"]
+    text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
+    guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
+    settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
+    monkeypatch.setattr("axisid.codegen.runtime.virtual_loop._MOST_EVENTS", (1, 1))
+    library = guarded.library()
+    assert library is not None
+    reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
+    status, stopped, _ = library.simulate(reference, None, theta, 0.0, settings_)
+    loop = VirtualLoop(axis.functions, theta, settings_)
+    again, where, _ = loop.run(reference, None, 0.0)
+    assert (status, stopped) == (again, where) == (3, stopped)
+    monkeypatch.setattr(
+        "axisid.codegen.runtime.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
+    )
+    with pytest.raises(EstimationError, match="changes the friction direction without end at sa"):
+        simulate(axis, theta, reference, PERIOD)
+
+
+def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
+    axis = BUILT["offset"]
+    nominal = axis.nominal
+    theta = np.array(
+        [nominal, [1.0, 4000.0, 20.0, 0.0], np.full(4, np.nan), [0.0, 1, 1, 1], [-100.0, 1, 1, 1]]
+    )
+    reference = motion_of(axis)
+    batch = simulate_batch(axis, theta, reference, PERIOD)
+    assert set(batch.failures) == {2, 3, 4}
+    assert "M = nan, Fv = nan, Fc = nan, F0 = nan. Give finite parameters" in batch.failures[2]
+    assert all("no positive inertia" in batch.failures[lane] for lane in (3, 4))
+    assert np.all(np.isnan(batch["position"][:, 2:]))
+    for lane in (0, 1):
+        single = simulate(axis, theta[lane], reference, PERIOD)
+        assert np.array_equal(batch["position"][:, lane], single.position)
+
+
+def test_lanes_run_away_by_their_own_reference() -> None:
+    axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)))
+    small = 1e-6 * np.sin(np.arange(200) / 9.0)
+    references = np.column_stack([small, 1e6 * small])
+    theta = np.tile([100.0, 200.0, 0.0, 0.0], (2, 1))  # no friction holds it
+    batch = simulate_batch(axis, theta, references, PERIOD)
+    for lane in range(2):
+        with pytest.raises(EstimationError) as alone:
+            simulate(axis, theta[lane], references[:, lane], PERIOD)
+        assert batch.failures[lane] == str(alone.value)
+
+
+def test_fields_of_packed_records_are_read_right() -> None:
+    axis = BUILT["offset"]
+    log = np.zeros(300, dtype=[("n", "<i4"), ("r", "<f8", (2,)), ("s", "<f8")])
+    log["r"] = motion_of(axis)[:300, None]
+    log["s"] = motion_of(axis)[:300]
+    theta = np.tile(axis.nominal, (2, 1))
+    plain = simulate_batch(axis, theta, np.array(log["r"]), PERIOD)["position"]
+    assert np.array_equal(simulate_batch(axis, theta, log["r"], PERIOD)["position"], plain)
+    assert np.array_equal(simulate_batch(axis, theta, log["s"], PERIOD)["position"], plain)
+    assert np.array_equal(simulate(axis, axis.nominal, log["s"], PERIOD).position, plain[:, 0])
+
+
+def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
+    x = Coordinate("x")
+    m, c = Parameter("m", "kg", nominal=1.0), Parameter("c", "N")
+    law = ControlLaw(name="push", period=PERIOD, output=sympy.Symbol("reference", real=True))
+    axis = newton(
+        "pushed",
+        coordinate=x,
+        parameters=(m, c),
+        inertia=m,
+        resistance=(coulomb(c, x),),
+        drive=Drive(gain=1.0),
+        control=law,
+    )
+    loop = simulate(axis, [1.0, 2.0], np.array([0.0, 2.0, 2.0, -2.0, 0.0]), PERIOD, start=0.0)
+    assert np.all(loop.mode == 0)
+    assert np.all(loop.position == 0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"parameters": [1.0, 2.0]}, "has 4 parameters .*; 2 were given"),
+        ({"parameters": [[1.0]]}, "parameters: the shape is"),
+        ({"reference": []}, "reference: the shape is"),
+        ({"reference": [0.0, np.nan]}, "reference is empty or not finite"),
+        ({"period": 0.0}, "period is 0.0 s"),
+        ({"period": np.nan}, "period is nan s"),
+        ({"position_noise": [0.0]}, "noise has 1 samples, the reference 3"),
+        ({"position_noise": [0.0, np.nan, 0.0]}, "give as many, finite"),
+        ({"resolution": -1.0}, "resolution is -1.0"),
+        ({"substeps": -2}, "substeps are -2"),
+        ({"substeps": 2.5}, "substeps are 2.5"),
+        ({"substeps": 10**19}, "substeps are 1000"),
+    ],
+)
+def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {
+        "parameters": BUILT["offset"].nominal,
+        "reference": [0.0, 1e-3, 0.0],
+        "period": PERIOD,
+        **arguments,
+    }
+    with pytest.raises(UsageError, match=message):
+        simulate(BUILT["offset"], **given)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"parameters": np.ones((2, 3))}, "has 4 parameters"),
+        ({"reference": np.zeros((5, 3))}, r"reference \(5, 3\)"),
+        ({"position_noise": np.zeros((5, 3))}, "noise has the shape"),
+        ({"signals": ("speed",)}, "there is no signal speed"),
+        ({"start": [0.0]}, "one position a lane"),
+        ({"parameters": np.ones((0, 4))}, "at least one lane"),
+        ({"signals": "position"}, "list of names"),
+        ({"signals": ("before",)}, "direction_before"),
+    ],
+)
+def test_bad_batches_are_explained(change: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {
+        "parameters": np.tile(BUILT["offset"].nominal, (2, 1)),
+        "reference": np.zeros(5),
+        **change,
+    }
+    with pytest.raises(UsageError, match=message):
+        simulate_batch(BUILT["offset"], period=PERIOD, **given)
+
+
+def test_resolution_needs_a_sampled_law() -> None:
+    axis = BUILT["continuous"]
+    with pytest.raises(UsageError, match="0 with a continuous law"):
+        simulate(axis, axis.nominal, [0.0, 1e-3], PERIOD, resolution=1e-6)
+
+
+@pytest.mark.parametrize("changes", [{"delay": 1}, {"delay": -1}, {"delay": 1.5}, {"delay": 1000}])
+def test_impossible_delays_are_refused(changes: dict[str, Any]) -> None:
+    law = load_axis("emps2015").control
+    assert law is not None
+    with pytest.raises(ModelError, match="delay"):
+        replace(law, continuous="delay" in changes and changes["delay"] == 1, **changes)
+
+
+def test_arrays_given_are_not_changed() -> None:
+    axis = BUILT["offset"]
+    theta, reference = axis.nominal, motion_of(axis)
+    noise = np.full(len(reference), 1e-7)
+    before = [theta.copy(), reference.copy(), noise.copy()]
+    simulate(axis, theta, reference, PERIOD, position_noise=noise)
+    simulate_batch(axis, theta[None, :], reference, PERIOD, position_noise=noise[:, None])
+    assert all(np.array_equal(a, b) for a, b in zip(before, (theta, reference, noise), strict=True))
+
+
+def test_axis_on_a_free_slide_keeps_its_momentum() -> None:
+    """No friction at all: a(+) = a(-), and the axis neither sticks nor chatters."""
+    x = Coordinate("x")
+    m = Parameter("m", "kg", nominal=2.0)
+    law = ControlLaw(name="push", period=PERIOD, output=sympy.Symbol("reference", real=True))
+    axis = build(
+        newton(
+            "slide",
+            coordinate=x,
+            parameters=(m,),
+            inertia=m,
+            resistance=(),
+            drive=Drive(gain=1.0),
+            control=law,
+        )
+    )
+    push = np.r_[np.zeros(10), np.full(10, 4.0), np.zeros(10)]
+    loop = simulate(axis, [2.0], push, PERIOD)
+    assert np.all(loop.position[:11] == 0)
+    assert loop.velocity[20:] == pytest.approx(np.full(10, 0.02))

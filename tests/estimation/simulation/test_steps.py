@@ -1,0 +1,243 @@
+"""The steps that a simulation chooses by itself."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    MEASURED_POSITION,
+    REFERENCE,
+    Constant,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    EstimationError,
+    Parameter,
+    build,
+    cascade_pd,
+    gain,
+    newton,
+    simulate,
+    simulate_batch,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(600)
+SINE = 0.05 * np.sin(2 * np.pi * 2 * TIME)
+STEP = np.where(TIME < 0.1, 0.0, 0.04)  # the loop overshoots it
+REST = np.zeros(600)
+
+
+def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
+    """A light axis with one stiff term ``value * term``; the 4 leaves its unit unchecked."""
+    x = Coordinate("x")
+    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value / 4)
+    return build(
+        newton(
+            "stiff",
+            coordinate=x,
+            parameters=(m, p),
+            inertia=m,
+            resistance=(4 * p * term(x),),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("term", "value", "reference", "start", "allowed"),
+    [
+        (lambda x: x.velocity, 4000.0, SINE, 0.0, 1e-9),
+        (lambda x: sympy.Max(0, x.symbol - 0.03), 1e6, SINE, 0.0, 1e-6),
+        (lambda x: sympy.Max(0, x.symbol - 0.0402), 1e7, STEP, 0.0, 1e-6),
+        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, SINE, 0.0, 1e-8),
+        (lambda x: x.velocity * sympy.Abs(x.velocity), 2e4, REST, 0.05, 1e-8),
+        (lambda x: sympy.tanh(x.velocity / 1e-4), 5.0, SINE, 0.0, 1e-9),
+        (lambda x: sympy.cos(2 * sympy.pi * x.symbol / 0.003125), 50.0, SINE, 0.0, 1e-9),
+        (
+            lambda x: sympy.sign(x.velocity) * sympy.exp(-sympy.Abs(x.velocity) / 1e-3),
+            5.0,
+            SINE,
+            0.0,
+            1e-9,
+        ),
+    ],
+    ids=[
+        "damping",
+        "end stop",
+        "end stop met by the overshoot only",
+        "quadratic drag",
+        "quadratic drag, released away from a constant reference",
+        "smoothed friction",
+        "cogging finer than a grid",
+        "Stribeck",
+    ],
+)
+def test_stiff_terms_are_resolved_by_themselves(
+    term: Callable[[Coordinate], sympy.Expr],
+    value: float,
+    reference: np.ndarray,
+    start: float,
+    allowed: float,
+) -> None:
+    axis = stiff(term, value)
+    chosen = simulate(axis, axis.nominal, reference, PERIOD, start=start).position
+    exact = simulate(axis, axis.nominal, reference, PERIOD, start=start, substeps=1024).position
+    assert np.abs(chosen - exact).max() < allowed
+
+
+def test_lane_takes_the_steps_it_takes_alone_whatever_the_other_references() -> None:
+    axis = stiff(lambda x: x.velocity * sympy.Abs(x.velocity), 400.0)
+    references = np.column_stack([0.1 * SINE, SINE, STEP, REST, 5 * STEP])
+    theta = np.tile(axis.nominal, (5, 1)) * np.array([1.0, 1.1, 0.9, 1.0, 1.3])[:, None]
+    batch = simulate_batch(axis, theta, references, PERIOD, signals=["position", "control"])
+    assert set(batch.signals) == {"position", "control"}
+    for lane in range(5):
+        alone = simulate(axis, theta[lane], np.ascontiguousarray(references[:, lane]), PERIOD)
+        assert np.array_equal(batch["position"][:, lane], alone.position)
+        assert np.array_equal(batch["control"][:, lane], alone.control)
+
+
+def test_steps_that_were_too_few_to_survive_are_taken_anew() -> None:
+    """With one step a sample the drag throws the axis out of range at once."""
+    axis = stiff(lambda x: x.velocity**3, 1e10)
+    theta = np.vstack([axis.nominal, [1.0, 0.0]])
+    few = simulate_batch(axis, theta, SINE, PERIOD, substeps=1)
+    assert set(few.failures) == {0}
+    enough = simulate_batch(axis, theta, SINE, PERIOD)
+    assert not enough.failures
+    assert np.all(np.isfinite(enough["position"]))
+
+
+@pytest.mark.parametrize("uniform", [True, False])
+def test_axis_too_stiff_for_any_allowed_step_is_refused_by_name(*, uniform: bool) -> None:
+    """Its steps would be unstable, and the result wrong."""
+    axis = stiff(lambda x: x.velocity * (1 if uniform else 1 + x.symbol**2), 1e9)
+    assert axis.uniform == uniform
+    with pytest.raises(EstimationError, match="too stiff to simulate"):
+        simulate(axis, axis.nominal, SINE, PERIOD)
+    theta = np.vstack([axis.nominal, [1.0, 10.0]])
+    batch = simulate_batch(axis, theta, SINE, PERIOD)
+    assert set(batch.failures) == {0}
+    assert "too stiff to simulate" in batch.failures[0]
+    assert np.all(np.isnan(batch["position"][:, 0]))
+    alone = simulate(axis, theta[1], SINE, PERIOD)
+    assert np.array_equal(batch["position"][:, 1], alone.position)
+
+
+@pytest.mark.parametrize(
+    ("mass", "damping"), [(5.0, 1250.0), (2.0, 1600.0), (1.0, 50.0), (1.0, 100.0), (3.0, 600.0)]
+)
+def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
+    mass: float, damping: float
+) -> None:
+    """Rate times period over the resolved step is a power of 2: rounding must not decide."""
+    axis = stiff(lambda x: x.velocity, 1.0)
+    theta = np.array([mass, damping])
+    alone = simulate(axis, theta, SINE, PERIOD)
+    for lanes in (1, 2, 40):
+        batch = simulate_batch(axis, np.tile(theta, (lanes, 1)), SINE, PERIOD)
+        assert np.array_equal(batch["position"][:, 0], alone.position)
+
+
+def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
+    """Nothing but the law's position gain is fast here."""
+    x = Coordinate("x")
+    m, b = Parameter("m", "kg", nominal=1.0), Parameter("b", "N/(m/s)", nominal=2.0)
+    spring = ControlLaw(
+        name="spring",
+        period=PERIOD,
+        gains={"kp": 1e5},
+        output=gain("kp") * (REFERENCE - MEASURED_POSITION),
+        continuous=True,
+    )
+    axis = build(
+        newton(
+            "sprung",
+            coordinate=x,
+            parameters=(m, b),
+            inertia=m,
+            resistance=(viscous(b, x),),
+            drive=Drive(gain=1.0),
+            control=spring,
+        )
+    )
+    alone = simulate(axis, axis.nominal, SINE, PERIOD).position
+    exact = simulate(axis, axis.nominal, SINE, PERIOD, substeps=1024).position
+    assert np.abs(alone - exact).max() < 1e-8
+    batch = simulate_batch(axis, np.tile(axis.nominal, (3, 1)), SINE, PERIOD)
+    assert np.array_equal(batch["position"][:, 1], alone)
+
+
+Q = Coordinate("q", unit="rad")
+INERTIA = Parameter("J", "kg m^2", nominal=2.0)
+TORQUE = Parameter("c", "N m", nominal=3.0)
+C, ANGLE, SPEED = TORQUE.symbol, Q.symbol, Q.velocity * Constant(1.0, "s").symbol
+
+
+@cache
+def loaded(resistance: sympy.Expr) -> GeneratedAxis:
+    """An inertia under a resistance."""
+    return build(
+        newton(
+            "loaded",
+            coordinate=Q,
+            parameters=(INERTIA, TORQUE),
+            inertia=INERTIA,
+            resistance=(viscous(Constant(0.5, "N m/(rad/s)"), Q), resistance),
+            drive=Drive(gain=1.0),
+            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
+        ),
+        native=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("resistance", "start", "says"),
+    [
+        (
+            C / SPEED,
+            0.0,
+            r"force has no finite value at rest at q = 0 rad with J = 2 kg m\^2, c = 3 N m; "
+            r"see the term c/.*dq\S*\. Write one that is finite wherever",
+        ),
+        (C * sympy.log(ANGLE), 0.0, r"no finite value .* see the term c\*log\(q\)\."),
+        (C * sympy.sqrt(ANGLE - 1), 0.5, r"at q = 0\.5 rad .* c\*sqrt\(q - 1\)\."),
+        (
+            1e300 * C * sympy.exp(ANGLE),
+            0.0,
+            r"its force is 3e\+300 N m at rest at q = 0 rad with .*, beside which no drive counts; "
+            r"see the term \S*c\*exp\(q\)\. Correct its factor, its units",
+        ),
+        (C * sympy.exp(-900 * ANGLE), -0.5, r"its force is .* c\*exp\(-900\*q\)\."),
+    ],
+    ids=str,
+)
+def test_axis_whose_force_at_rest_no_motion_starts_from_is_refused_by_the_term(
+    resistance: sympy.Expr, start: float, says: str
+) -> None:
+    axis = loaded(resistance)
+    with pytest.raises(EstimationError, match=f"^axis 'loaded' cannot be simulated: .*{says}"):
+        simulate(axis, axis.nominal, start + REST, PERIOD)
+    batch = simulate_batch(axis, axis.nominal[None, :], start + REST, PERIOD)
+    assert set(batch.failures) == {0}
+    with pytest.raises(EstimationError, match=says):
+        raise EstimationError(batch.failures[0])
+
+
+def test_axis_whose_force_is_finite_where_it_starts_is_simulated() -> None:
+    axis = loaded(C * sympy.log(ANGLE))
+    loop = simulate(axis, axis.nominal, 2.0 + REST, PERIOD)
+    assert np.isfinite(loop.position).all()
+
+
+def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> None:
+    axis = loaded(C * sympy.log(ANGLE))
+    with pytest.raises(EstimationError, match=r"'loaded' has no positive inertia with J = 0 kg"):
+        simulate(axis, [0.0, 3.0], 2.0 + REST, PERIOD)

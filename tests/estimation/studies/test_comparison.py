@@ -1,0 +1,460 @@
+"""Comparing models: the law behind the data is found, and a richer one only where it is needed."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    Axis,
+    Comparison,
+    Coordinate,
+    DataError,
+    Drive,
+    EstimationError,
+    Parameter,
+    Prefilter,
+    Record,
+    UsageError,
+    build,
+    compare,
+    friction_ladder,
+    identify,
+    load_axis,
+    newton,
+    simulate,
+    spring,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.studies.comparison import _recommend
+from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks
+
+Run = Callable[..., tuple[int, str, str]]
+
+ZOH = Prefilter(hold="zoh", drop=(48, 0))
+RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+OPTIONS = [
+    *"--cutoff 100 --decimate 10 --drop 49 0 --hold raw".split(),
+    *"--reversals keep --sample-period 1e-3".split(),
+]
+
+
+@pytest.fixture(scope="module")
+def ladder() -> dict[str, GeneratedAxis]:
+    return {name: build(axis) for name, axis in friction_ladder(load_axis("emps2015")).items()}
+
+
+@pytest.fixture(scope="module")
+def symmetric(ladder: dict[str, GeneratedAxis], twin: Record) -> Comparison:
+    return compare(ladder, twin, ZOH)
+
+
+def directional_twin(axis: GeneratedAxis, unlike: float) -> Record:
+    """The paper's experiment with friction that differs by direction, by a share of it."""
+    truth = dict(zip(axis.names, [100.2, 236.9, 236.9, 24.8, 24.8], strict=True))
+    truth["Fvm"] *= 1 + unlike
+    truth["Fcm"] *= 1 + unlike
+    experiment = load_axis("emps2015").experiment
+    assert experiment is not None
+    return twin_record(replace(axis.axis, experiment=replace(experiment, truth=truth)))
+
+
+def test_symmetric_friction_is_not_taken_for_a_directional_one(symmetric: Comparison) -> None:
+    assert symmetric.recommended == "Coulomb"
+    assert all(t.wald_p > 0.05 and t.f_p > 0.05 for t in symmetric.tests[1:])
+    assert symmetric.tests[0].wald_p < 1e-16
+    assert "viscous" not in symmetric.tied
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parsimony_holds_whatever_the_noise(ladder: dict[str, GeneratedAxis], seed: int) -> None:
+    record = twin_record(ladder["Coulomb"], seed=seed)
+    assert compare(ladder, record, ZOH).recommended == "Coulomb"
+
+
+def test_directional_friction_is_found(ladder: dict[str, GeneratedAxis]) -> None:
+    found = compare(ladder, directional_twin(ladder["directional"], 0.1), ZOH)
+    assert found.recommended == "directional"
+    assert found.tied == ("directional",)
+    assert "richest candidate" in found.reason
+    last = found.tests[-1]
+    assert (last.smaller, last.larger, last.restrictions) == ("offset", "directional", 1)
+    assert last.wald_p < 1e-3
+
+
+def test_what_the_filter_rounds_is_not_taken_for_a_richer_law(emps: GeneratedAxis) -> None:
+    """With the recipe that finds curved friction on the real record, its twin has none."""
+    richer = friction_ladder(emps.axis, quadratic=True, stribeck=0.02)
+    laws = {name: richer[name] for name in ("offset", "directional", "quadratic", "Stribeck")}
+    found = compare(laws, twin_record(emps), RECIPE)
+    assert found.recommended == "offset"
+    assert all(test.wald_p > 0.05 for test in found.tests)
+
+
+def test_every_candidate_explains_the_same_rows(symmetric: Comparison) -> None:
+    first, *others = symmetric.candidates
+    for other in others:
+        assert np.array_equal(other.estimate.y, first.estimate.y)
+        assert np.array_equal(other.estimate.rows, first.estimate.rows)
+
+
+def test_a_parameter_without_information_is_named(symmetric: Comparison) -> None:
+    checks = {c.name: c for c in symmetric["offset"].checks}
+    assert not checks["F0"].informed
+    assert checks["F0"].p_value > 0.05
+    assert all(checks[name].informed for name in ("M", "Fv", "Fc"))
+    # Without the offset the model is the one before it.
+    poorer = symmetric["Coulomb"].equation.error_percent
+    assert checks["F0"].without_percent == pytest.approx(poorer, rel=1e-9)
+    assert "F0 of offset carries no information: it may be zero" in symmetric.summary()
+
+
+def test_held_out_errors_are_those_of_a_run_by_hand(
+    symmetric: Comparison, ladder: dict[str, GeneratedAxis], twin: Record
+) -> None:
+    """The simulation error of the third block, from a simulation and the filter alone."""
+    axis, estimate = ladder["Coulomb"], symmetric["Coulomb"].estimate
+    block = contiguous_blocks(len(estimate.y), symmetric.gap, 5)[2]
+    X, y = estimate.X, estimate.y
+    theta = np.linalg.lstsq(X[block.training], y[block.training], rcond=None)[0]
+    assert twin.reference is not None
+    loop = simulate(axis, theta, twin.reference, 1e-3, start=float(twin.position[0]))
+    held = np.concatenate([loop.force[:1], loop.force[:-1]])
+    filtered = symmetric.prefilter.reduce((loop.force + held) / 2, 1e-3)
+    error = (y - filtered)[block.held_out]
+    simulation = symmetric["Coulomb"].simulation
+    assert simulation is not None
+    assert simulation.squares[2] == pytest.approx(float(error @ error), rel=1e-6)
+    unseen = (y - X @ theta)[block.held_out]
+    assert symmetric["Coulomb"].equation.squares[2] == pytest.approx(float(unseen @ unseen))
+
+
+def test_by_instruments_too(ladder: dict[str, GeneratedAxis], twin: Record) -> None:
+    found = compare(ladder, twin, ZOH, "idm-iv")
+    assert found.recommended == "Coulomb"
+    estimate = identify(ladder["Coulomb"], twin, ZOH, ["idm-iv"])["idm-iv"]
+    assert np.array_equal(found["Coulomb"].estimate.physical, estimate.physical)
+    assert "Instruments are those" in found.summary()
+
+
+def test_candidates_that_cannot_be_told_apart_are_named(
+    ladder: dict[str, GeneratedAxis],
+) -> None:
+    """A difference of 1 % in friction is lost in the noise: the poorer law is taken, and told."""
+    record = directional_twin(ladder["directional"], 0.012)
+    found = compare(ladder, record, ZOH)
+    assert set(found.tied) > {found.recommended}
+    assert found[found.recommended].size == min(found[name].size for name in found.tied)
+    assert "cannot tell" in found.reason
+    for name in found.tied:
+        assert name in found.reason
+
+
+def test_an_excess_in_one_block_alone_is_no_tie(symmetric: Comparison) -> None:
+    """Its standard error is as large as itself, however large it is."""
+    best, other = symmetric.candidates[2:]
+    smooth, spike = np.ones(10), np.ones(10)
+    smooth[1:] += 1e-6  # the poorer model is a little better everywhere else
+    spike[0] = 1e4
+    pair = [
+        replace(candidate, equation=HeldOut(squares=squares, signal=1e3))
+        for candidate, squares in ((best, spike), (other, smooth))
+    ]
+    excess, deviation = pair[0].equation.excess(pair[1].equation)
+    assert 0.999 * deviation < excess <= deviation
+    chosen, tied, _ = _recommend(pair, 10)
+    assert (chosen, tied) == (other.name, (other.name,))
+
+
+def test_a_gain_below_one_percent_is_not_worth_a_parameter(symmetric: Comparison) -> None:
+    """However sure the blocks are of it."""
+    poorer, richer = symmetric.candidates[2:]
+    assert poorer.size < richer.size
+    for gain, chosen in ((1.005, poorer), (1.02, richer)):
+        squares = np.linspace(1.0, 1.001, 10)
+        pair = [
+            replace(poorer, equation=HeldOut(squares=gain**2 * squares, signal=1e3)),
+            replace(richer, equation=HeldOut(squares=squares, signal=1e3)),
+        ]
+        excess, deviation = pair[0].equation.excess(pair[1].equation)
+        assert excess > 10 * deviation
+        assert _recommend(pair, 10)[0] == chosen.name
+
+
+def test_axes_that_this_record_does_not_identify_are_left_out(
+    ladder: dict[str, GeneratedAxis], twin: Record
+) -> None:
+    axis = ladder["Coulomb"].axis
+    k, c = Parameter("k", "N/m"), Parameter("c", "N")
+    twice = replace(axis, name="twice", parameters=(*axis.parameters, k, c),
+                    force=axis.force + spring(k, axis.coordinate) + (k + c) * sympy.S.Zero
+                    + c * sympy.sign(axis.coordinate.velocity)
+                    * sympy.exp(axis.coordinate.symbol / 10**20))  # fmt: skip
+    found = compare([ladder["Coulomb"], ladder["viscous"], twice], twin, ZOH)
+    assert set(found.failures) == {"twice"}
+    assert "twice is left out" in found.summary()
+    alone = compare({"good": ladder["Coulomb"], "twice": twice}, twin, ZOH)
+    assert alone.recommended == "good"
+    assert "the only candidate" in alone.reason
+
+
+def test_without_a_loop_only_the_equation_is_compared(
+    ladder: dict[str, GeneratedAxis], twin: Record
+) -> None:
+    free = {name: replace(ladder[name].axis, control=None) for name in ("viscous", "Coulomb")}
+    found = compare(free, twin, ZOH)
+    assert found.recommended == "Coulomb"
+    assert all(c.simulation is None and "no control law" in c.reason for c in found.candidates)
+    assert "no simulation of viscous" in found.summary()
+    with pytest.raises(EstimationError, match="no control law"):
+        compare(free, twin, ZOH, "idm-iv")
+
+
+def test_one_law_in_two_parametrisations_is_told(
+    ladder: dict[str, GeneratedAxis], twin: Record
+) -> None:
+    axis = ladder["Coulomb"].axis
+    half = replace(axis, name="half", force=axis.force.subs(sympy.Symbol("Fc", real=True),
+                   2 * sympy.Symbol("Fc", real=True)))  # fmt: skip
+    found = compare([axis, half], twin, ZOH)
+    assert found.same == (("emps2015", "half"),)
+    assert "the same model in different parameters" in found.summary()
+
+
+def test_json_holds_numbers_only_and_everything_of_the_table(symmetric: Comparison) -> None:
+    result = json.loads(json.dumps(symmetric.to_dict(), allow_nan=False))
+    assert [c["name"] for c in result["candidates"]] == list(friction_ladder(load_axis("emps")))
+    assert result["recommended"] == "Coulomb"
+    assert result["held_out"]["blocks"] == 10
+    offset = result["candidates"][2]
+    assert {c["name"]: c["informed"] for c in offset["parameter_checks"]}["F0"] is False
+    assert offset["criteria"]["bic"] > offset["criteria"]["aic"]
+    assert len(offset["held_out_equation"]["squares_by_block"]) == 10
+
+
+def another(name: str, coordinate: Coordinate, drive: Drive) -> Axis:
+    q = coordinate
+    inertia = Parameter("J", "kg" if q.unit == "m" else "kg m^2", nominal=1.0)
+    c = Parameter("c", "N" if q.unit == "m" else "N m")
+    return newton(
+        name,
+        coordinate=q,
+        parameters=(inertia, c),
+        inertia=inertia,
+        resistance=(c * sympy.sign(q.velocity),),
+        drive=drive,
+    )
+
+
+def test_axes_that_cannot_be_compared_are_refused(twin: Record) -> None:
+    q, drive = Coordinate("q"), Drive(gain=35.15, limit=10.0)
+    axis = another("one", q, drive)
+    cases: list[tuple[list[Axis], str]] = [
+        ([], "0 candidates cannot be compared"),
+        ([axis], "1 candidate cannot be compared"),
+        ([axis, axis], "'one' is the same axis as 'one'"),
+        ([axis, another("two", Coordinate("x"), drive)], "the coordinate x in m, 'one' q in m"),
+        ([axis, another("two", Coordinate("q", "rad"), drive)], "the coordinate q in rad"),
+        ([axis, another("two", q, Drive(gain=1.0))], "different drives .1 N/V against 35.15 N/V"),
+        ([axis, replace(load_axis("emps2015"), name="one")], "two candidates are named 'one'"),
+    ]
+    for axes, message in cases:
+        with pytest.raises(UsageError, match=message):
+            compare(axes, twin)
+    with pytest.raises(UsageError, match="no comparison by 'ddm-ls'"):
+        compare([axis, load_axis("emps2015")], twin, method="ddm-ls")
+
+
+def test_records_that_serve_no_candidate_are_refused(
+    ladder: dict[str, GeneratedAxis], twin: Record
+) -> None:
+    n = 1200
+    still = Record(
+        time=twin.time[:n],
+        position=np.linspace(0, 1, n),
+        control=np.linspace(1, 2, n),
+        sample_period=1e-3,
+    )
+    richest = {name: ladder[name] for name in ("offset", "directional")}
+    with pytest.raises(EstimationError, match="none of the candidates is identified: the record"):
+        compare(richest, still, ZOH)
+    found = compare(ladder, still, ZOH)
+    assert set(found.failures) == set(richest)
+    assert found.recommended is None
+    assert "recommended: none; the smallest held-out error" in found.summary()
+    short = Record(
+        time=twin.time[:900],
+        position=twin.position[:900],
+        control=twin.control[:900] if twin.control is not None else None,
+        sample_period=1e-3,
+    )
+    with pytest.raises(DataError, match="a gap of 43 rows"):
+        compare(ladder, short, ZOH)
+    silent = Record(time=twin.time, position=twin.position, sample_period=1e-3)
+    with pytest.raises(DataError, match="neither a force nor a control"):
+        compare(ladder, silent, ZOH)
+
+
+def test_a_record_without_any_noise_is_compared(ladder: dict[str, GeneratedAxis]) -> None:
+    """Residuals of rounding alone: every figure is still a number or left out."""
+    axis = another("smooth", Coordinate("q"), Drive(gain=1.0))
+    q = axis.coordinate
+    b = Parameter("b", "N/(m/s)")
+    smooth = replace(axis, parameters=(axis.parameters[0], b),
+                     force=axis.parameters[0] * q.acceleration + b * q.velocity)  # fmt: skip
+    rich = replace(smooth, name="rich", parameters=(*smooth.parameters, axis.parameters[1]),
+                   force=smooth.force + axis.parameters[1].symbol)  # fmt: skip
+    t = np.arange(4000) * 1e-3
+    position = np.sin(9 * t) + 0.3 * np.sin(23 * t)
+    unfiltered = Prefilter(cutoff=200.0, decimate=1, hold="raw", reversals="keep")
+    _, dq, ddq = unfiltered.motion(position, 1e-3)
+    record = Record(time=t, position=position, force=2 * ddq + 3 * dq, sample_period=1e-3)
+    found = compare([smooth, rich], record, unfiltered)
+    assert found.recommended == "smooth"
+    assert "nan" not in found.summary()
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_real_record_gives_the_published_directional_friction(
+    run: Run, emps_file: Path, tmp_path: Path
+) -> None:
+    """Row 2 of the published table to every printed digit, and the choice of its authors."""
+    file = tmp_path / "compare.json"
+    code, out, err = run("compare", emps_file, "--ladder", "emps", *OPTIONS, "--json", file)
+    assert (code, err) == (0, "")
+    result = json.loads(file.read_text())
+    by_name = {c["name"]: c for c in result["candidates"]}
+    estimate = by_name["directional"]["estimate"]
+    published = {
+        "M": "95.1540",
+        "Fvp": "166.7061",
+        "Fvm": "240.4236",
+        "Fcp": "20.1440",
+        "Fcm": "20.6277",
+    }
+    printed = {name: f"{p['value']:.4f}" for name, p in estimate["parameters"].items()}
+    assert printed == published
+    assert f"{estimate['equation_error_percent']:.4f}" == "3.1117"
+    assert f"{by_name['offset']['estimate']['equation_error_percent']:.4f}" == "4.0834"
+    assert result["recommended"] == "directional"
+    assert result["tied"] == ["directional"]
+    assert by_name["directional"]["held_out_equation"]["error_percent"] < 3.3
+    assert by_name["offset"]["held_out_equation"]["error_percent"] > 4.0
+    simulated = {n: c["held_out_simulation"]["error_percent"] for n, c in by_name.items()}
+    assert min(simulated, key=lambda name: simulated[name]) == "directional"
+    assert result["tests"][-1]["wald_p"] < 1e-10
+    assert "recommended: directional; its held-out error 3.1" in out
+    assert "Every parameter of every candidate carries information" in out
+
+
+AXIS = """
+from axisid import Coordinate, Drive, Parameter, cascade_pd, coulomb, newton, viscous
+
+q = Coordinate("q")
+M, Fv, Fc = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N")
+axis = newton(
+    "{name}", coordinate=q, parameters={parameters}, inertia=M, resistance={resistance},
+    drive=Drive(gain=35.15, unit="V", limit=10.0),
+    control=cascade_pd(kp=160.18, kv=243.45, period=1e-3),
+)
+"""
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record) -> Path:
+    """Two axes and a log, in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.py").write_text(
+        AXIS.format(name="stage", parameters="(M, Fv)", resistance="viscous(Fv, q)")
+    )
+    both = "(viscous(Fv, q), coulomb(Fc, q))"
+    text = AXIS.format(name="stage", parameters="(M, Fv, Fc)", resistance=both)
+    (tmp_path / "b.py").write_text(text)
+    (tmp_path / "c.py").write_text(text.replace("stage", "third").replace("gain=35.15", "gain=7"))
+    channels = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
+    header = "time,position,reference,control"
+    np.savetxt(tmp_path / "log.csv", channels, delimiter=",", header=header, comments="")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "log.csv --axes a.py b.py --hold zoh",
+        "--axes a.py b.py log.csv --hold zoh",
+        "--hold zoh --axes a.py --axes b.py log.csv",
+        "--axes a.py --hold zoh --axes b.py -- log.csv",
+        "log.csv --axes=a.py --axes=b.py --hold zoh",
+    ],
+)
+def test_axes_are_listed_in_any_usual_way(run: Run, files: Path, arguments: str) -> None:
+    code, out, err = run("compare", "--no-native", "--json", "out.json", *arguments.split())
+    assert code == 0, err
+    result = json.loads((files / "out.json").read_text())
+    # Two axes of one name go by what they were called on the command line.
+    assert [c["name"] for c in result["candidates"]] == ["stage", "b.py"]
+    assert "recommended: b.py" in out
+
+
+def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files: Path) -> None:
+    text = (files / "b.py").read_text().replace("stage", "poor").replace("coulomb(Fc, q)", "Fc")
+    (files / "d.py").write_text(text)
+    arguments = (
+        "log.csv --axes a.py b.py d.py --leave-out Fv --hold zoh --no-native --json out.json"
+    )
+    code, out, err = run("compare", *arguments.split())
+    assert code == 0, err
+    candidates = json.loads((files / "out.json").read_text())["candidates"]
+    assert [[*c["estimate"]["parameters"]] for c in candidates] == [["M"], ["M", "Fc"], ["M", "Fc"]]
+    assert [c["left_out"] for c in candidates] == [{"Fv": 0.0}] * 3
+    assert "left out: Fv = 0 N/(m/s)\n" in out
+    arguments = arguments.replace("Fv", "Fc")
+    assert run("compare", *arguments.replace("d.py", "").split())[0] == 2  # one axis twice
+    code, out, err = run("compare", *arguments.replace("a.py", "").split())
+    assert (code, out) == (2, "")
+    code, out, err = run("compare", *"log.csv --ladder b.py --leave-out Fc".split())
+    assert (code, out) == (2, "")
+    assert "the ladder's rung 'Coulomb' is with Fc, which is friction" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("log.csv --axes a.py b.py --leave-out Fz", "--leave-out Fz: none of the candidates has"),
+        ("log.csv", "name the candidates: --axes AXIS AXIS..., or --ladder AXIS"),
+        ("log.csv --axes", "requires an argument"),
+        ("log.csv --axes --ladder a.py", "--axes names no axis before --ladder"),
+        ("log.csv --axes a.py", "1 candidate cannot be compared"),
+        ("log.csv --axes a.py a.py", "is the same axis as 'stage'"),
+        ("log.csv --axes a.py b.py b.py", "the axis b.py is given twice"),
+        ("log.csv --axes a.py c.py", "different drives"),
+        ("log.csv --axes a.py b.py --stribeck 0.1", "rungs of a ladder; add --ladder"),
+        ("log.csv --axes a.py b.py --json b.py", "an input of this run"),
+        ("--ladder emps2015 --columns time=t", "describe a record"),
+    ],
+)
+def test_bad_command_lines_exit_2(run: Run, files: Path, arguments: str, message: str) -> None:
+    code, out, err = run("compare", *arguments.split())
+    assert (code, out) == (2, "")
+    assert message in err
+
+
+def test_a_stribeck_velocity_of_nothing_exits_4(run: Run, files: Path) -> None:
+    code, _, err = run("compare", "log.csv", "--ladder", "a.py", "--stribeck", "-1")
+    assert code == 4
+    assert "give a positive number" in err
+
+
+def test_ladder_and_axes_together(run: Run, files: Path) -> None:
+    arguments = "log.csv --ladder a.py --axes b.py --quadratic --hold zoh --json -".split()
+    code, out, _ = run("compare", *arguments)
+    assert code == 0
+    result = json.loads(out)
+    names = [c["name"] for c in result["candidates"]]
+    assert names == ["viscous", "Coulomb", "offset", "directional", "quadratic", "stage"]
+    assert result["same"] == [["Coulomb", "stage"]]

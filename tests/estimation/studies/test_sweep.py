@@ -1,0 +1,124 @@
+"""The sweep over cut-offs: least squares drifts, instruments hold, one is recommended."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, identify, sweep
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.signals.prefilter import matching_decimation
+from axisid.estimation.studies.sweep import default_cutoffs
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def swept(emps2015: GeneratedAxis, twin: Record) -> Sweep:
+    return sweep(emps2015, twin, (25.0, 50.0, 100.0, 200.0, 400.0), Prefilter(hold="zoh"))
+
+
+def masses(result: Sweep, method: str) -> np.ndarray:
+    return np.array([e.physical[0] for e in result.estimates(method) if e is not None])
+
+
+def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
+    ls, iv = masses(swept, "idm-ls"), masses(swept, "idm-iv")
+    assert np.all(np.abs(iv / 100.2 - 1) < 0.01)
+    assert ls[0] == pytest.approx(100.2, rel=0.01)
+    assert np.all(np.diff(ls) < 0)
+    assert ls[-1] < 20
+
+
+def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
+    assert swept.recommended <= 100
+    assert "instruments agree" in swept.reason
+    chosen = swept.results[swept.cutoffs.index(swept.recommended)]
+    assert chosen["idm-ls"].physical == pytest.approx(chosen["idm-iv"].physical, rel=0.01)
+
+
+def test_decimation_follows_the_cutoff(swept: Sweep) -> None:
+    for result in swept.results:
+        assert result.prefilter.remarks(1e-3) == ()
+    assert matching_decimation(40.0, 1e-3) == 10
+    assert matching_decimation(400.0, 1e-3) == 2
+
+
+def test_without_instruments_the_lowest_is_recommended(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = sweep(emps2015, twin, (60.0, 30.0), methods=["idm-ls"])
+    assert result.cutoffs == (30.0, 60.0)
+    assert result.recommended == 30.0
+    assert "no instruments" in result.reason
+
+
+def test_cutoffs_that_give_nothing_are_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = sweep(emps2015, twin, (0.2, 60.0))
+    assert set(result.failures) == {0.2}
+    assert "0.2 Hz gave no estimate" in result.summary()
+    with pytest.raises(EstimationError, match="no cut-off gave an estimate"):
+        sweep(emps2015, twin, (0.2,))
+
+
+def test_default_cutoffs_are_in_equal_ratios() -> None:
+    cutoffs = default_cutoffs(1000.0, points=4)
+    assert cutoffs == (20.0, 54.3, 147.0, 400.0)
+    for bad in ({"lowest": 0.0}, {"lowest": 50.0, "highest": 10.0}, {"points": 0}):
+        with pytest.raises(UsageError, match="are no range"):
+            default_cutoffs(1000.0, **bad)  # type: ignore[arg-type]
+
+
+def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path: Path) -> None:
+    figure, file = tmp_path / "sweep.png", tmp_path / "sweep.json"
+    options = ("--from", 30, "--to", 300, "--points", 3, "--hold", "zoh")
+    code, out, err = run("sweep", "emps2015", *options, "--figure", figure, "--json", file)
+    assert (code, err) == (0, "")
+    assert "IDM-LS M [kg]" in out
+    assert "recommended: " in out
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    result = json.loads(file.read_text())
+    assert len(result["results"]) == 3
+    assert result["recommended_cutoff"] in [r["prefilter"]["cutoff"] for r in result["results"]]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--from", 300, "--to", 30), "are no range"),
+        (("--to", 900), "not below 500 Hz"),
+        (("--figure", "sweep.xyz"), "the name must end in"),
+        (("--figure", "no/such/sweep.png"), "the folder does not exist"),
+    ],
+)
+def test_bad_options_exit_2(
+    run: Run,
+    tmp_path: Path,
+    options: tuple[object, ...],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run("sweep", "emps2015", "--points", 2, *options)
+    assert code == 2
+    assert message in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
+    result = sweep(emps, emps_record, (40.0, 150.0), Prefilter(hold="zoh"))
+    assert np.all(np.abs(masses(result, "idm-iv") - 95.1) < 0.6)
+
+
+def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin: Record) -> None:
+    swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
+    result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))
+    beside = swept.beside(result)
+    assert beside.cutoffs == (30.0, 60.0, 90.0)
+    assert [r.prefilter.decimate for r in beside.results] == [14, 12, 5]
+    assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]
+    assert beside.results[1]["idm-iv"] is result["idm-iv"]
+    value = result["idm-iv"].parameters["M"]
+    assert f"{value.corrected:.5g}" in str(beside).split("\n\n")[0].splitlines()[3].split()

@@ -1,0 +1,151 @@
+"""Frozen estimates on another record."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record, validate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.commands.main import cli
+from axisid.estimation.studies.validation import MethodValidation
+from axisid.presentation.report.page import report_html
+
+
+@pytest.mark.parametrize("hold", ["raw", "zoh"])
+def test_on_its_own_record_an_estimate_has_its_own_errors(
+    emps2015: GeneratedAxis, hold: str
+) -> None:
+    record = twin_record(emps2015)
+    result = identify(emps2015, record, Prefilter(hold=hold))  # type: ignore[arg-type]
+    for validation in validate(result, record):
+        estimate = result[validation.method]
+        assert validation.equation_error_percent == pytest.approx(
+            estimate.equation_error_percent, rel=1e-9
+        )
+        assert validation.simulation_error_percent == pytest.approx(
+            estimate.simulation_error_percent, rel=1e-9
+        )
+        assert validation.reason == ""
+
+
+def test_position_figures_are_those_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), methods=["idm-iv"])
+    other = twin_record(emps2015, seed=7)
+    (validation,) = validate(result, other)
+    assert other.reference is not None
+    physical, first = result["idm-iv"].physical, float(other.position[0])
+    loop = simulate(emps2015, physical, other.reference, other.period, start=first)
+    start, end = result.prefilter.dropped(other.period)
+    off = (other.position - loop.position)[start : len(other) - end]
+    left = (other.reference - other.position)[start : len(other) - end]
+    assert validation.position_error_rms == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-9)
+    assert validation.tracking_error_percent == pytest.approx(
+        100 * np.linalg.norm(off) / np.linalg.norm(left), rel=1e-9
+    )
+
+
+def test_a_better_estimate_validates_better(emps2015: GeneratedAxis) -> None:
+    """Under the inappropriate filter LS is far off, IV is not: a second record shows it."""
+    inappropriate = Prefilter(cutoff=180.0, decimate=3)
+    result = identify(emps2015, twin_record(emps2015), inappropriate, methods=["idm-ls", "idm-iv"])
+    ls, iv = validate(replace(result, asked=Prefilter()), twin_record(emps2015, seed=11))
+    assert ls.position_error_rms is not None
+    assert iv.position_error_rms is not None
+    assert ls.tracking_error_percent is not None
+    assert iv.tracking_error_percent is not None
+    assert iv.tracking_error_percent < ls.tracking_error_percent
+    assert iv.equation_error_percent < ls.equation_error_percent
+
+
+def test_record_without_reference_has_an_equation_error_only(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015)
+    result = identify(emps2015, record, methods=["idm-ls"])
+    (validation,) = validate(result, replace(record, reference=None))
+    assert validation.equation_error_percent > 0
+    assert validation.simulation_error_percent is None
+    assert "no reference column" in validation.reason
+
+
+def test_a_validation_prints_its_table_and_names_its_record(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), methods=["idm-ls", "idm-iv"])
+    held = validate(result, twin_record(emps2015, seed=3))
+    assert held["idm-iv"] is held.methods[1]
+    text = str(held)
+    assert text.startswith(f"Frozen estimates on {held.record.provenance.source}, 7801 samples")
+    lines = [line.split() for line in text.splitlines()]
+    rms = [f"{held[method].position_error_rms:#.4g}" for method in ("idm-ls", "idm-iv")]
+    assert ["position", "error,", "rms", "m", *rms] in lines
+    assert f"{held['idm-iv'].simulation_error_percent:#.4g}" in text  # no digit is stripped
+    assert repr(held).startswith("validation on twin of emps2015")
+    page = report_html(result, validation=held)
+    assert f"On {held.record.provenance.source}, 7801 samples of 1 ms." in page
+    assert "the estimates hold: no equation error is both beyond 10 % and beyond 2 times" in text
+    same = validate(result, result.record)
+    assert same.same_record
+    assert "the record that the estimates were made from" in str(same)
+    other = validate(result, twin_record(load_axis("emps")))
+    assert "idm-ls, idm-iv: does not hold on this record" in str(other)
+    assert "does not hold on this record" in report_html(result, validation=other)
+
+
+@pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, False)])
+def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, holds: bool) -> None:
+    one = MethodValidation(
+        method="idm-ls",
+        equation_error_percent=error,
+        own_equation_error_percent=1.0,
+        simulation_error_percent=None,
+        position_error_rms=None,
+        tracking_error_percent=None,
+        reason="",
+    )
+    assert one.holds is holds
+
+
+def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: GeneratedAxis) -> None:
+    """A measured force is taken as it is, though the estimates' own force was held by the drive."""
+    first, second = twin_record(emps2015), twin_record(emps2015, seed=3)
+    assert second.control is not None
+    measured = replace(second, force=35.15 * second.control, control=None)
+    estimates = identify(emps2015, first, methods=["idm-ls"])
+    assert estimates.prefilter.hold == "zoh"
+    found = validate(estimates, measured)["idm-ls"].equation_error_percent
+    raw = identify(emps2015, first, Prefilter(hold="zoh"), ["idm-ls"])
+    as_raw = validate(replace(raw, asked=Prefilter(hold="raw")), measured)["idm-ls"]
+    assert found == pytest.approx(as_raw.equation_error_percent, rel=1e-12)
+
+
+def bare(axis: GeneratedAxis) -> Record:
+    return replace(twin_record(axis, seed=3), reference=None)
+
+
+def write_csv(file: Path, record: Record) -> None:
+    assert record.reference is not None
+    assert record.control is not None
+    columns = np.column_stack([record.time, record.position, record.reference, record.control])
+    np.savetxt(file, columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.17g")
+
+
+def test_command_line_prints_and_writes_the_validation(
+    emps2015: GeneratedAxis, tmp_path: Path
+) -> None:
+    file, out = tmp_path / "second.csv", tmp_path / "result.json"
+    write_csv(file, twin_record(emps2015, seed=3))
+    names = "time=t,position=q,reference=r,control=u"
+    arguments = ["identify", "emps2015", "--columns", names, "--validate", str(file)]
+    done = CliRunner().invoke(cli, [*arguments, "--json", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "Frozen estimates on" in done.output
+    assert "of the tracking error" in done.output
+    methods = json.loads(out.read_text())["validation"]["methods"]
+    assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    assert all(m["tracking_error_percent"] > 0 for m in methods)
+    assert "idm-ls" not in " ".join(
+        v.reason for v in validate(identify(emps2015, twin_record(emps2015)), bare(emps2015))
+    )
+    assert CliRunner().invoke(cli, [*arguments, "--json", str(file)]).exit_code == 2
+    assert file.read_text().startswith("t,q,r,u")

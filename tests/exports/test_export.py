@@ -1,0 +1,315 @@
+"""Exports: the same from a result as from its file, loadable, refused where they would be wrong."""
+
+import csv
+import io
+import json
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from axisid import (
+    DataError,
+    Identification,
+    Record,
+    UsageError,
+    export,
+    identify,
+    load_axis,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.commands.export import _TARGETS
+from axisid.commands.options.inputs import METHODS as OFFERED
+from axisid.commands.templates import scaffold
+from axisid.estimation.estimates.study import METHODS
+from axisid.estimation.estimates.value import Value
+from axisid.exports.export import _FUNCTIONS, _TABLES
+from axisid.exports.parameter_tables import with_deviation
+from tests.estimation.estimates.test_partially_linear import stribeck_axis
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+@pytest.fixture
+def file(result: Identification, tmp_path: Path) -> Path:
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps(result.to_dict()))
+    return path
+
+
+def test_the_command_offers_what_there_is() -> None:
+    assert list(_TARGETS) == [*_FUNCTIONS, *_TABLES]
+    assert OFFERED == METHODS
+
+
+@pytest.mark.parametrize("target", _TARGETS)
+def test_a_result_and_its_file_give_the_same_text(
+    run: Run, result: Identification, file: Path, tmp_path: Path, target: str
+) -> None:
+    wanted = export(result, target)
+    code, out, err = run("export", file, "--axis", "emps2015", "--to", target)
+    assert (code, out, err) == (0, wanted, "")
+    other = tmp_path / "out"
+    command = ("export", file, "--axis", "emps2015", "--to", target, "-o", other)
+    assert run(*command) == (0, "", "")
+    assert other.read_text() == wanted
+    one = export(file, target, axis="emps2015", method="ddm-ls")
+    assert one == export(result, target, method="ddm-ls") != wanted
+
+
+def test_functions_say_where_their_numbers_come_from(result: Identification) -> None:
+    mass = result["idm-iv"].parameters["M"]
+    for target in ("c", "st", "python"):
+        text = export(result, target)
+        assert repr(mass.value) in text
+        assert f"kg, +- {mass.sd_hac:.3g}, {mass.interval[0]:.6g} to {mass.interval[1]:.6g}" in text
+        for part in ("IDM-IV", result.record.provenance.source, result.axis.signature):
+            assert part in text
+    assert "0 up to a speed of 0.001 m/s" in export(result, "c", dead_zone=1e-3)
+
+
+def test_json_and_csv_hold_every_method_and_parameter(result: Identification) -> None:
+    written = json.loads(export(result, "json"))
+    rows = list(csv.DictReader(io.StringIO(export(result, "csv"))))
+    assert written["schema"] == "axisid.parameters/1"
+    assert len(rows) == 12
+    for row in rows:
+        value = result[row["method"]].parameters[row["parameter"]]
+        figures = written["parameters"][row["method"]][row["parameter"]]
+        assert float(row["value"]) == value.value == figures["value"]
+        assert float(row["sd_hac"]) == value.sd_hac == figures["sd_hac"]
+        assert float(row["sd_iid"]) == value.sd == figures["sd_iid"]
+        assert row["interval_covariance"] == "hac" == figures["interval_covariance"]
+        interval = (float(row["lower_95"]), float(row["upper_95"]))
+        assert interval == value.interval == tuple(figures["interval_95"])
+        assert row["unit"] == value.unit == figures["unit"]
+
+
+def test_toml_takes_the_place_of_a_declarations_parameters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = scaffold("mine", newton=True, toml=True)
+    Path("mine.toml").write_text(text)
+    axis = load_axis("mine.toml")
+    found = identify(axis, twin_record(axis), methods=["idm-iv"])
+    made = export(found, "toml")
+    table = made[made.index("[parameters]") : made.index("# No part")]
+    pasted = re.sub(r"\[parameters\].*?(?=\n\[)", lambda _: table, text, flags=re.DOTALL)
+    Path("mine.toml").write_text(pasted)
+    again = load_axis("mine.toml")
+    assert {p.name: p.nominal for p in again.parameters} == {
+        name: v.value for name, v in found["idm-iv"].parameters.items()
+    }
+    for before, after in zip(axis.parameters, again.parameters, strict=True):
+        assert after == replace(before, nominal=after.nominal)
+    figures = tomllib.loads(made)["identified"]
+    mass = found["idm-iv"].parameters["m"]
+    assert figures["parameters"]["m"] == {
+        "value": mass.value,
+        "unit": "kg",
+        "sd_hac": mass.sd_hac,
+        "interval_95": list(mass.interval),
+        "interval_covariance": "hac",
+    }
+    assert figures["method"] == "idm-iv"
+
+
+def test_toml_leaves_out_a_bound_that_the_estimate_breaks(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    declared = emps2015.axis
+    first = replace(
+        declared.parameters[0], nominal=90.0, upper=95.0, description='a "b" \u00e9\x7f'
+    )
+    axis = replace(declared, parameters=(first, *declared.parameters[1:]))
+    text = export(identify(axis, twin, methods=["idm-ls"]), "toml")
+    mass = tomllib.loads(text)["parameters"]["M"]
+    assert set(mass) == {"unit", "nominal", "lower", "description"}
+    assert mass["description"] == first.description
+    assert "# outside its bound upper = 95.0" in text
+
+
+def test_latex_is_a_table_without_packages(result: Identification) -> None:
+    lines = export(result, "latex", method="idm-iv").splitlines()
+    assert lines[1] == r"\begin{tabular}{llr}"
+    mass, viscous = (result["idm-iv"].parameters[name] for name in ("M", "Fv"))
+    assert lines[5] == rf"$M$ & $\mathrm{{kg}}$ & ${mass.value:.3f} \pm {mass.sd_hac:.3f}$ \\"
+    entry = rf"${viscous.value:.2f} \pm {viscous.sd_hac:.2f}$"
+    assert lines[6] == rf"$F_{{\mathrm{{v}}}}$ & $\mathrm{{N/(m/s)}}$ & {entry} \\"
+    assert lines[-1] == r"\end{tabular}"
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [
+        (203.5034, 4.4103, r"203.5 \pm 4.4"),
+        (1.23456e-5, 2.2e-7, r"(1.235 \pm 0.022) \cdot 10^{-5}"),
+        (-7.2e8, 3.1e6, r"(-7.200 \pm 0.031) \cdot 10^{8}"),
+        (0.0, 0.5, r"0.00 \pm 0.50"),
+        (1.5, 0.0, r"1.500000 \pm 0.000000"),
+        (12.0, 340.0, r"12 \pm 340"),
+        (5e-324, 0.0, r"(0.000000 \pm 0.000000) \cdot 10^{-300}"),
+    ],
+)
+def test_digits_are_those_that_the_deviation_warrants(value: float, sd: float, text: str) -> None:
+    made = Value(value=value, unit="1", sd=sd, sd_robust=sd, sd_hac=sd, interval=(0.0, 1.0))
+    assert with_deviation(made) == text
+
+
+def test_partially_linear_axes_are_exported_too() -> None:
+    axis = stribeck_axis()
+    found = identify(axis, twin_record(axis), methods=["idm-ls"])
+    text = export(found, "st")
+    assert "EXP(" in text
+    assert repr(found["idm-ls"].parameters["v"].value).split("e")[0] in text
+
+
+def test_numbers_of_another_axis_are_refused(run: Run, file: Path, tmp_path: Path) -> None:
+    code, out, err = run("export", file, "--axis", "emps", "--to", "c")
+    assert (code, out) == (2, "")
+    assert "of the axis 'emps2015', but 'emps' as it is declared now has" in err
+    edited = tmp_path / "edited.py"
+    edited.write_text(
+        "from dataclasses import replace\nfrom axisid import Drive, load_axis\n"
+        "axis = replace(load_axis('emps2015'), drive=Drive(gain=35.0))\n"
+    )
+    code, _, err = run("export", file, "--axis", edited, "--to", "csv")
+    assert code == 2
+    assert "identify again" in err
+
+
+def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], str]:
+    def made(written: dict[str, Any]) -> str:
+        change(written)
+        return json.dumps(written)
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda _: "{", "is not JSON"),
+        (lambda _: "[" * 100_000, "is not JSON"),
+        (lambda _: "[1]", "it has no schema"),
+        (spoiled(lambda w: w.update(schema="axisid.sweep/1")), "'axisid.sweep/1'"),
+        (spoiled(lambda w: w.pop("signature")), "no complete result"),
+        (spoiled(lambda w: w.update(record=3)), "no complete result"),
+        (spoiled(lambda w: w.update(estimates=[])), "lacks parameters"),
+        (spoiled(lambda w: w["estimates"][0]["parameters"].pop("M")), "lacks parameters"),
+        (
+            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=None)),
+            "None is no number",
+        ),
+        (
+            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value="1; evil()")),
+            "is no number",
+        ),
+        (
+            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=10**400)),
+            "is no number",
+        ),
+    ],
+)
+def test_what_is_no_result_is_refused(
+    run: Run, file: Path, make: Callable[[dict[str, Any]], str], message: str
+) -> None:
+    file.write_text(make(json.loads(file.read_text())))
+    code, out, err = run("export", file, "--axis", "emps2015", "--to", "python")
+    assert (code, out) == (3, "")
+    assert message in err
+    assert len(err.splitlines()) == 1
+
+
+def test_bad_arguments_are_explained(
+    run: Run, file: Path, result: Identification, tmp_path: Path
+) -> None:
+    command = ("export", file, "--axis", "emps2015", "--to")
+    for arguments, message in (
+        (("c", "--dead-zone", "-1"), "the dead zone is -1.0"),
+        (("csv", "--dead-zone", "1"), "a dead zone is part of c, st, python, not of csv"),
+        (("rust",), "'rust' is not one of"),
+        (("c", "-o", file), "it is an input of this run"),
+        (("c", "-o", tmp_path / "no" / "x.c"), "the folder does not exist"),
+    ):
+        code, out, err = run(*command, *arguments)
+        assert (code, out) == (2, "")
+        assert message in err
+    assert run("export", tmp_path / "absent.json", "--axis", "emps2015", "--to", "c")[0] == 3
+    with pytest.raises(UsageError, match="no target 'rust'"):
+        export(result, "rust")
+    with pytest.raises(UsageError, match="does not hold the axis"):
+        export(file)
+    with pytest.raises(UsageError, match="no estimate by 'ols'"):
+        export(result, method="ols")
+    with pytest.raises(DataError, match="cannot be read"):
+        export(tmp_path, axis="emps2015")
+
+
+PENDULUM = """\
+name = "arm"
+coordinate = { name = "q", unit = "rad" }
+drive = { gain = 0.5, unit = "A", limit = 20.0 }
+control = { law = "cascade_pd_averaged", kp = 20.0, kv = 12.0, period = 1e-3 }
+parameters.m = { unit = "kg", nominal = 0.3, known = 0.24, known_sd = 0.001 }
+parameters.l = { unit = "m", nominal = 0.5 }
+parameters.fv = { unit = "N m/(rad/s)" }
+
+[newton]
+inertia = "m*l**2"
+resistance = ["fv*dq", "m*G*l*sin(q)"]
+
+[experiment]
+back_and_forth = { speeds = [1.0, 3.0], acceleration = 20.0, seconds = 0.3, repeat = 1 }
+truth = { m = 0.24, l = 0.5, fv = 0.02 }
+position_noise = 1e-6
+"""
+
+
+def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> None:
+    file = tmp_path / "arm.toml"
+    file.write_text(PENDULUM)
+    axis = load_axis(file)
+    result = identify(axis, twin_record(axis), methods=["idm-ls", "idm-iv"])
+    written = tmp_path / "arm.json"
+    written.write_text(json.dumps(result.to_dict()))
+    for source, given in ((result, None), (written, file)):
+        found = json.loads(export(source, "json", axis=given))["parameters"]["idm-iv"]
+        assert list(found) == [*result["idm-iv"].parameters, "m", "l"]
+        value = result.physical["idm-iv"].parameters["l"]
+        assert found["l"]["value"] == value.value
+        assert found["l"]["interval_95"] == list(value.interval)
+        assert found["m"]["value"] == result.physical["idm-iv"].parameters["m"].value
+        assert found["fv"]["value"] == result.physical["idm-iv"].parameters["fv"].value
+        table = export(source, "csv", axis=given)
+        assert f"arm,idm-iv,l,m,{value.value!r}," in table
+        assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)
+        assert "\nl = { value = " in export(source, "toml", axis=given)
+
+
+def test_deviations_are_those_that_the_intervals_are_of(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods="idm-ls", covariance="iid")
+    mass = result["idm-ls"].parameters["M"]
+    assert mass.sd != pytest.approx(mass.sd_hac, rel=0.1)
+    code, table = export(result, "c"), export(result, "latex")
+    assert "Standard deviations and 95 % intervals: i.i.d." in code
+    assert f"+- {mass.sd:.3g}, {mass.interval[0]:.6g} to {mass.interval[1]:.6g} (95 %)" in code
+    assert "value and standard deviation (i.i.d.)" in table
+    assert with_deviation(mass) in table
+    assert with_deviation(mass).endswith(f"{mass.sd:.2f}")
+    assert json.loads(export(result, "json"))["parameters"]["idm-ls"]["M"][
+        "interval_covariance"
+    ] == ("iid")

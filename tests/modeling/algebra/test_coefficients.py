@@ -1,0 +1,58 @@
+"""What multiplies products of parameters, in the functions that were declared."""
+
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axisid.modeling.algebra.coefficients import Coefficients
+from axisid.modeling.algebra.products import TooLargeError
+
+a, b, q = sympy.symbols("a b q", real=True)
+
+
+def test_the_functions_of_the_motion_stay_as_they_were_written() -> None:
+    found = Coefficients(a * (q - 2) ** 12 + (a + b) ** 2 * sympy.exp(q + 1) + (q - 3) ** 5, (a, b))
+    assert found[1, 0] == (q - 2) ** 12
+    assert found[1, 1] == 2 * sympy.exp(q + 1)
+    assert found[0, 2] == sympy.exp(q + 1)
+    assert found.rest == (q - 3) ** 5
+    assert found[5, 5] == 0
+
+
+def test_what_divides_out_is_no_parameter() -> None:
+    found = Coefficients((a**2 * q + a * b) / a, (a, b))
+    assert (found[1, 0], found[0, 1], found.rest) == (q, 1, 0)
+
+
+def test_choices_have_coefficients_that_are_chosen() -> None:
+    chosen = sympy.Piecewise((a * q, q < 0), (a * q**2 + b, True))
+    found = Coefficients(chosen, (a, b))
+    assert found[1, 0].subs(q, -2) == -2
+    assert found[1, 0].subs(q, 3) == 9
+    assert (found[0, 1].subs(q, -2), found[0, 1].subs(q, 3)) == (0, 1)
+
+
+TERMS = st.recursive(
+    st.sampled_from([a, b, q, sympy.cos(q), sympy.Integer(3)]),
+    lambda inner: st.one_of(
+        st.tuples(inner, inner).map(sum),
+        st.tuples(inner, inner).map(lambda t: t[0] * t[1]),
+        st.tuples(inner, st.integers(2, 3)).map(lambda t: t[0] ** t[1]),
+    ),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=50)
+@given(TERMS)
+def test_coefficients_are_those_of_the_polynomial(expression: sympy.Expr) -> None:
+    found = Coefficients(expression, (a, b))
+    for powers, weight in sympy.Poly(sympy.expand(expression), a, b).terms():
+        assert sympy.expand(found[tuple(powers)] - weight) == 0
+
+
+def test_too_many_products_are_refused() -> None:
+    symbols = sympy.symbols("p:12", real=True)
+    with pytest.raises(TooLargeError, match="too many products of parameters"):
+        Coefficients((sum(symbols) + q) ** 9, symbols)

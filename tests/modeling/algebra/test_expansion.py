@@ -1,0 +1,211 @@
+"""What algebra makes the same function has the same sum, and no expression takes long."""
+
+import time
+from fractions import Fraction
+
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sympy import Abs, And, Eq, Heaviside, Max, Min, Not, Or, Piecewise, Rational, sign
+
+from axisid import ModelError
+from axisid.modeling.algebra.constant_value import NotRealError
+from axisid.modeling.algebra.expansion import Expansion
+from axisid.modeling.algebra.products import TooLargeError
+from axisid.modeling.quantities.symbols import DIRECTION as D
+
+q, dq, a, b, c = sympy.symbols("q dq a b c", real=True)
+HALF = Rational(1, 2)
+
+
+def difference(one: sympy.Expr, other: sympy.Expr) -> dict[object, object]:
+    expansion = Expansion(dq)
+    left, right = expansion(sympy.sympify(one)), expansion(sympy.sympify(other))
+    left_over = {p: left.get(p, 0) - right.get(p, 0) for p in left.keys() | right.keys()}
+    return {p: weight for p, weight in left_over.items() if abs(weight) > 1e-30}
+
+
+ALIKE = {
+    "squares of waves": (sympy.sin(q) ** 2 + sympy.cos(q) ** 2, 1),
+    "a product of waves": (sympy.sin(2 * q), 2 * sympy.sin(q) * sympy.cos(q)),
+    "a power of a wave": (sympy.cos(q) ** 3, (3 * sympy.cos(q) + sympy.cos(3 * q)) / 4),
+    "sines of two angles": (
+        2 * sympy.sin(a * q) * sympy.sin(b),
+        sympy.cos(a * q - b) - sympy.cos(a * q + b),
+    ),
+    "a phase": (
+        sympy.sin(q + HALF),
+        sympy.sin(q) * sympy.cos(HALF) + sympy.cos(q) * sympy.sin(HALF),
+    ),
+    "a turned phase": (
+        sympy.cos(HALF - q),
+        sympy.cos(q) * sympy.cos(HALF) + sympy.sin(q) * sympy.sin(HALF),
+    ),
+    "a modulus by its sign": (Abs(dq), D * dq),
+    "a square of a modulus": (Abs(q - 1) ** 2, q**2 - 2 * q + 1),
+    "a modulus times its sign": (Abs(q - 1) * sign(1 - q), 1 - q),
+    "a root of a modulus": (sympy.sqrt(Abs(dq)) * dq, Abs(dq) ** Rational(3, 2) * D),
+    "a power of a product": (Abs(q * dq) ** HALF, sympy.sqrt(Abs(q)) * sympy.sqrt(Abs(dq))),
+    "signs multiply": (sign(3 * q * dq), sign(q) * D),
+    "a square of a direction": (D**2, 1),
+    "a step by the direction": (Heaviside(dq), (1 + D) / 2),
+    "a sum in an exponent": (sympy.exp(q + 1), sympy.E * sympy.exp(q)),
+    "a narrow bell": (sympy.exp(-(((q - 2) / 1e-3) ** 2)), sympy.exp(-(((2 - q) / 1e-3) ** 2))),
+    "a power of a known base": (3 ** (q + 2 * a), 9**a * 3**q),
+    "a power of a sum": ((1 + q) ** (a + 1), (1 + q) ** a * (1 + q)),
+    "a broken power": ((q + 1) ** Rational(3, 2), sympy.sqrt(q + 1) * (q + 1)),
+    "a factor under a root": (sympy.sqrt(4 * q + 8), 2 * sympy.sqrt(q + 2)),
+    "a factor of a divisor": (1 / (2 * q + 2), 1 / (q + 1) / 2),
+    "a root of a square": (sympy.sqrt(q**2 * (1 + a**2)), Abs(q) * sympy.sqrt(1 + a**2)),
+    "a factor in a logarithm": (
+        sympy.log(2 * (1 + q**2)),
+        sympy.log(2, evaluate=False) + sympy.log(1 + q**2),
+    ),
+    "an argument": (Max(0, (q + 1) ** 2 - 3), Max(0, q**2 + 2 * q - 2)),
+    "the order of arguments": (Min(a * (q + 1), b), Min(b, a * q + a)),
+    "odd functions": (
+        sympy.tanh(a - q) + sympy.atan(1 - b),
+        -sympy.tanh(q - a) - sympy.atan(b - 1),
+    ),
+    "even functions": (sympy.cosh(a - q), sympy.cosh(q - a)),
+    "a choice by a step": (Piecewise((a, q < 0), (b, True)), b + (a - b) * Heaviside(-q)),
+    "a choice by the velocity": (
+        Piecewise((a, dq < 0), (b, True)),
+        (a + b) / 2 + (b - a) * D / 2,
+    ),
+    "two conditions": (
+        Piecewise((1, And(q > 0, q < 3)), (0, True)),
+        Heaviside(q) * Heaviside(3 - q),
+    ),
+    "one of two conditions": (
+        Piecewise((a, Or(q < 0, q > 3)), (b, True)),
+        Piecewise((b, And(q >= 0, q <= 3)), (a, True)),
+    ),
+    "the other way round": (
+        Piecewise((a, Not(q < 1, evaluate=False)), (b, True)),
+        Piecewise((b, q < 1), (a, True)),
+    ),
+    "equal or not": (
+        Piecewise((a, Eq(sign(q), sign(b))), (c, True)),
+        Piecewise((c, sympy.Ne(sign(q), sign(b))), (a, True)),
+    ),
+    "many pieces": (
+        a * Piecewise(*[(i * q, q < i) for i in range(30)], (q**2, True)),
+        Piecewise(*[(i * a * q, 2 * q < 2 * i) for i in range(30)], (a * q**2, True)),
+    ),
+    "one part of many pieces twice": (
+        Piecewise(*[(i, q < i) for i in range(9)], (0, True)) ** 2,
+        Piecewise(*[(i**2, q < i) for i in range(9)], (0, True)),
+    ),
+    "what cancels": (
+        (a + b + c) ** 5 * (a - b) ** 2,
+        sympy.expand((a + b + c) ** 5 * (a - b) ** 2),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_the_same_function_has_the_same_sum(name: str) -> None:
+    assert not difference(*ALIKE[name])
+
+
+UNLIKE = [
+    (Abs(q), q),
+    (sympy.sqrt(q**2 + 1), sympy.sqrt(q**2)),
+    (sympy.exp(q), sympy.exp(2 * q)),
+    (Max(0, q), Max(0, 2 * q - 1)),
+    (Piecewise((a, q < 0), (b, True)), Piecewise((a, q < 1), (b, True))),
+    (
+        Piecewise(*[(i, q < i) for i in range(9)], (0, True)),
+        Piecewise(*[(i, q < 2 * i) for i in range(9)], (0, True)),
+    ),
+    (q**0.333333333333333, sympy.cbrt(q)),
+    (sympy.sin(a * q), sympy.sin(b * q)),
+    (sympy.atan2(q, dq), sympy.atan2(dq, q)),
+]
+
+
+@pytest.mark.parametrize(("one", "other"), UNLIKE, ids=str)
+def test_different_functions_have_different_sums(one: sympy.Expr, other: sympy.Expr) -> None:
+    assert difference(one, other)
+
+
+POLYNOMIALS = st.recursive(
+    st.sampled_from([q, dq, a, b, sympy.Integer(2), Rational(-1, 3), sympy.sin(q), Abs(dq)]),
+    lambda inner: st.one_of(
+        st.tuples(inner, inner).map(lambda t: t[0] + t[1]),
+        st.tuples(inner, inner).map(lambda t: t[0] * t[1]),
+        st.tuples(inner, st.integers(2, 4)).map(lambda t: t[0] ** t[1]),
+    ),
+    max_leaves=7,
+)
+
+
+@settings(max_examples=60)
+@given(POLYNOMIALS)
+def test_multiplying_out_by_sympy_changes_no_sum(expression: sympy.Expr) -> None:
+    assert not difference(expression, sympy.expand(expression))
+
+
+def test_values_stand_for_symbols() -> None:
+    expansion = Expansion(dq, {a: 2, b: Fraction(1, 3)})
+    assert float(expansion.number(sympy.exp(sympy.exp(-a) * b) - Max(a, 1) + sign(b))) == (
+        pytest.approx(float(sympy.exp(sympy.exp(-2) / 3) - 1), rel=1e-15)
+    )
+    with pytest.raises(NotRealError, match="is no number"):
+        expansion.number(a * q)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        sympy.acos(a),
+        sympy.log(-a),
+        (-a) ** HALF,
+        1 / (a - 2),
+        sympy.cosh(sympy.cosh(a**4)),
+        sympy.I * q,
+        sympy.oo * q,
+        sympy.atan(sympy.asin(a)) * q,
+    ],
+    ids=str,
+)
+def test_what_is_no_real_number_is_said(expression: sympy.Expr) -> None:
+    with pytest.raises(NotRealError):
+        Expansion(dq, {a: 2})(expression)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        (a + b + c + q + dq) ** 40,
+        sympy.prod(sympy.sin(i * q) + a for i in range(1, 30)),
+        sympy.prod(sign(q - i) + b for i in range(40)),
+        (1 + sympy.sqrt(1 + q)) ** 999,
+        sympy.prod(Piecewise((a + i, q < i), (b, True)) for i in range(60)),
+    ],
+    ids=range(5),
+)
+def test_what_would_take_for_ever_is_refused_at_once(expression: sympy.Expr) -> None:
+    begin = time.process_time()
+    with pytest.raises(TooLargeError, match="too many terms once it is multiplied out") as refusal:
+        Expansion(dq)(expression)
+    assert time.process_time() - begin < 5
+    assert isinstance(refusal.value, ModelError)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        a * sympy.log(sympy.cosh(q**0.333333333333333)),
+        sympy.cosh(q**0.333333333333333) ** 3.7 * sympy.log(1 + Abs(q) ** 0.123456789012345),
+        (a + b + c) ** 12 * q + (a - b) ** 20 * dq,
+        sympy.sin(q) ** 20 * sympy.cos(q) ** 20,
+    ],
+    ids=str,
+)
+def test_what_sympy_ponders_takes_no_time(expression: sympy.Expr) -> None:
+    begin = time.process_time()
+    assert Expansion(dq)(expression)
+    assert time.process_time() - begin < 1

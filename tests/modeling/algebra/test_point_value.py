@@ -1,0 +1,108 @@
+"""Zeros are told from what is small, and dependence from what cancels, by values at points."""
+
+import time
+
+import pytest
+import sympy
+from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
+
+from axisid.modeling.algebra.independence import intercept, where_zero, without
+from axisid.modeling.algebra.point_value import depends, value_at, vanishes, vanishes_where
+
+p, q, r = sympy.symbols("p q r", real=True)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        (p + 1) ** 2 - p**2 - 2 * p - 1,
+        (p + 0.1) ** 2 - p**2 - 0.2 * p - 0.01,
+        sympy.cosh(p) ** 2 - sympy.sinh(p) ** 2 - 1,
+        Max(0, (q + 1) ** 2 - 3) - Max(0, q**2 + 2 * q - 2),
+        Heaviside(q - p) + Heaviside(p - q) - 1,
+        Piecewise((p, q < 0), (r, True)) - Piecewise((p, q < 0), (r, True)) * (r + 1 - r),
+        sympy.sqrt(q**2 + 2 * q + 1) - Abs(q + 1),
+        (q - p) ** 12 - sympy.expand((q - p) ** 12),
+    ],
+    ids=str,
+)
+def test_what_is_zero_everywhere_vanishes(expression: sympy.Expr) -> None:
+    expected = not expression.has(Abs)  # a modulus counts as unknown
+    assert vanishes(expression) is expected
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        (p + 1) ** 2 - p**2 - 2 * p - 1 + 1e-9 * p,
+        1e-200 * p,
+        Max(0, q - 1000),
+        Min(0, q + 1000),
+        Abs(q - 1000) + q - 1000,
+        sign(q - 1000) + 1,
+        Piecewise((0, q < 1000), (p, True)),
+        sympy.exp(sympy.exp(sympy.exp(sympy.exp(sympy.exp(20 * q))))),
+        sympy.log(sympy.Integer(0) * p, evaluate=False),
+    ],
+    ids=str,
+)
+def test_what_is_zero_in_places_or_unknown_does_not(expression: sympy.Expr) -> None:
+    assert not vanishes(expression)
+
+
+def test_weights_of_impulses_are_looked_at_where_these_are() -> None:
+    assert vanishes_where(Max(0, q - p) * r, q - p, q)
+    assert vanishes_where(Max(0, q - p) * Max(0, r - q), 2 * q - 2 * p, q)
+    assert not vanishes_where(Max(0, q - p + 1) * r, q - p, q)
+    assert not vanishes_where(Max(0, r - 1000), q - p, q)
+    assert not vanishes_where(1 / (q - p), q - p, q)
+
+
+@pytest.mark.parametrize(
+    ("expression", "on"),
+    [
+        ((p**2 + p * q) / p - p, {q}),
+        (sign(p) * q, {p, q}),
+        (Piecewise((1, p < 0), (2, True)) * q, {p, q}),
+        (Max(0, q - 1000), {q}),
+        (q + Abs(p) - Abs(p), {q}),
+        ((q - p) ** 2 - q**2 + 2 * p * q, {p}),
+        (sympy.exp(p) * sympy.exp(-p) * q, {q}),
+    ],
+    ids=lambda given: " ".join(sorted(map(str, given))) if isinstance(given, set) else str(given),
+)
+def test_dependence_is_told_from_what_cancels(
+    expression: sympy.Expr, on: set[sympy.Symbol]
+) -> None:
+    assert {s for s in (p, q, r) if depends(expression, {s})} == on
+
+
+def test_what_does_not_depend_is_written_without() -> None:
+    assert without((p**2 + p * q) / p - p, {p}) == q
+    assert without((q - p) ** 2 - q**2 + 2 * p * q, {q}) == p**2
+    assert without(p * q, {q}) is None
+    assert where_zero(q / p, {p}) is None
+    found = intercept((p**2 + p * q) / p, {p: sympy.S.One})
+    assert sympy.expand(found) == q
+
+
+def test_values_are_those_of_a_side() -> None:
+    force = Piecewise((Max(q, p), q < 0), (Abs(q - p) * sign(r), q < 2), (Heaviside(q), True))
+    for place, wanted in ((-1, 3), (1, -2), (2, 1)):
+        assert value_at(force, {q: place, p: 3, r: -1}) == wanted
+    with pytest.raises((ValueError, ArithmeticError)):
+        value_at(1 / q, {q: 0})
+    with pytest.raises(ValueError, match="not real"):
+        value_at(sympy.log(q), {q: -1})
+    with pytest.raises(ValueError, match="no value"):
+        value_at(q * p, {q: 1})
+
+
+def test_a_deep_expression_takes_no_time() -> None:
+    deep = q
+    for _ in range(30):
+        deep = sympy.log(1 + sympy.cosh(3 * deep) ** sympy.Rational(1, 3))
+    begin = time.process_time()
+    assert depends(deep, {q})
+    assert not vanishes(deep)
+    assert time.process_time() - begin < 1

@@ -1,0 +1,292 @@
+"""What a declaration may say, and how mistakes are told."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy
+
+from axisid import (
+    MEASURED_POSITION,
+    REFERENCE,
+    Constant,
+    ControlLaw,
+    Coordinate,
+    Drive,
+    Experiment,
+    G,
+    Memory,
+    ModelError,
+    Move,
+    Parameter,
+    build,
+    derive,
+    lagrange,
+    load_axis,
+    newton,
+    viscous,
+)
+from axisid.modeling.declaration.control import gain
+
+q = Coordinate("q")
+M = Parameter("M", "kg", nominal=1.0)
+Fv = Parameter("Fv", "N/(m/s)")
+
+
+def declare(name: str = "test", **changes: Any) -> object:
+    declaration: dict[str, Any] = {
+        "coordinate": q,
+        "parameters": (M, Fv),
+        "inertia": M,
+        "resistance": (viscous(Fv, q),),
+        "drive": Drive(gain=1.0),
+    }
+    return newton(name, **{**declaration, **changes})
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("double", "keyword of C"),
+        ("lambda", "keyword of Python"),
+        ("null", "reserved"),
+        ("parameters", "reserved"),
+        ("sin", "mathematical function"),
+        ("_M", "a letter followed by"),
+        ("M" * 32, "a letter followed by"),
+        ("x); import os #", "a letter followed by"),
+        ("", "a letter followed by"),
+    ],
+)
+def test_names_that_text_cannot_carry_are_refused(name: str, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        Parameter(name, "kg")
+
+
+@pytest.mark.parametrize("name", ["pi", "G"])
+def test_names_of_constants_are_refused(name: str) -> None:
+    for make in (lambda: Parameter(name, "kg"), lambda: Coordinate(name)):
+        with pytest.raises(ModelError, match=rf"named '{name}', which is .* in every expression"):
+            make()
+
+
+def test_a_gain_may_be_g_but_not_pi() -> None:
+    def law(name: str) -> ControlLaw:
+        return ControlLaw(name="p", period=1e-3, output=gain(name), gains={name: 2.0})
+
+    assert law("G").gains == {"G": 2.0}
+    with pytest.raises(ModelError, match="named 'pi', which is the number pi"):
+        law("pi")
+
+
+@pytest.mark.parametrize(
+    ("resistance", "message"),
+    [
+        (
+            Fv * q.velocity * Constant(2.0, "1", "M").symbol,
+            "parameter 'M' and a constant have the same name. Rename one",
+        ),
+        (
+            Fv * q.velocity * Constant(2.0, "1", "dq").symbol,
+            "the coordinate 'dq' and a constant have the same name",
+        ),
+        (
+            M * G * Constant(2.0, "1", "n").symbol / Constant(3.0, "1", "n").symbol,
+            "two constants of different values are named 'n'",
+        ),
+    ],
+)
+def test_what_is_printed_alike_is_told_apart(resistance: sympy.Expr, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        declare(resistance=(resistance, viscous(Fv, q)))
+
+
+def test_eulers_number_is_no_parameter() -> None:
+    young = Parameter("E", "N")
+    declare(parameters=(M, young), resistance=(young.symbol,))
+    with pytest.raises(ModelError, match="parameter 'E' and a constant have the same name"):
+        declare(parameters=(M, young), resistance=(young * sympy.exp(1),))
+
+
+@pytest.mark.parametrize("factor", [sympy.I, sympy.sqrt(-2), (-1) ** sympy.Rational(1, 3)])
+def test_what_is_not_real_is_refused(factor: sympy.Expr) -> None:
+    with pytest.raises(ModelError, match=r"^axis 'test': .*(is not real|no finite real value)"):
+        derive(declare(resistance=(Fv * factor * q.velocity,)))  # type: ignore[arg-type]
+
+
+def test_names_that_differ_by_case_only_are_refused() -> None:
+    small = Parameter("m", "N")
+    with pytest.raises(ModelError, match="but for case"):
+        declare(parameters=(M, small), resistance=(small.symbol,))
+
+
+def test_parameter_named_like_the_velocity_is_refused() -> None:
+    with pytest.raises(ModelError, match="same name"):
+        declare(parameters=(M, Parameter("dq", "N")), resistance=(q.velocity,))
+
+
+def test_gain_named_like_a_parameter_is_refused() -> None:
+    law = ControlLaw(name="p", period=1e-3, output=sympy.Symbol("M", real=True), gains={"M": 1.0})
+    with pytest.raises(ModelError, match="same name"):
+        declare(control=law)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"resistance": (sympy.Symbol("b") * q.velocity,)}, "unknown symbols b;.*Parameter"),
+        ({"parameters": (M, Fv, Parameter("k", "N/m"))}, "k are declared but do not appear"),
+        ({"parameters": ()}, "unknown symbols"),
+        ({"inertia": M * q}, "use lagrange|Declare the axis with lagrange"),
+        ({"inertia": "M"}, "the inertia is 'M'"),
+        ({"resistance": ("Fv*dq",)}, "a resistance is 'Fv\\*dq'"),
+        ({"inertia": True}, "the inertia is True"),
+        ({"drive": 18.0}, "drive is 18.0; give a Drive"),
+        ({"control": 3}, "control is 3; give a ControlLaw"),
+        ({"coordinate": q, "parameters": ("M",)}, "parameters have 'M'; give Parameter objects"),
+        ({"resistance": (Fv * sympy.zoo,)}, "is not finite"),
+        ({"title": "two\nlines"}, "not one line"),
+        ({"columns": {"speed": "v"}}, "the roles are time"),
+        ({"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"m": 1.0})}, "truth has 'm'"),
+        (
+            {"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"M": math.nan})},
+            "truth of 'M' is nan",
+        ),
+    ],
+)
+def test_contradictory_declarations_are_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        declare(**changes)
+
+
+def test_axis_without_inertia_is_refused() -> None:
+    with pytest.raises(ModelError, match="needs an inertia"):
+        lagrange(
+            "flat",
+            coordinate=q,
+            parameters=(Fv,),
+            kinetic=0,
+            dissipation=Fv * q.velocity**2,
+            drive=Drive(gain=1.0),
+        )
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Parameter("M", "kg", nominal=math.inf),
+        lambda: Parameter("M", "kg", nominal=-1.0, lower=0.0),
+        lambda: Parameter("M", "furlong"),
+        lambda: Coordinate("q", unit="mm"),
+        lambda: Coordinate("do"),
+        lambda: Drive(gain=0.0),
+        lambda: Drive(gain=1.0, limit=-1.0),
+        lambda: Drive(gain=1.0, unit="bananas"),
+        lambda: Move(math.nan, 1.0, 1.0),
+        lambda: Move(1.0, 0.0, 1.0),
+        lambda: Experiment(moves=()),
+        lambda: Experiment(moves=("x",)),  # type: ignore[arg-type]
+        lambda: Experiment(moves=(Move(1, 1, 1),), seed=-1),
+        lambda: Move(0.1, 1e-12, 1.0),
+        lambda: Parameter("M", "kg", nominal="1"),  # type: ignore[arg-type]
+        lambda: Coordinate("row"),
+        lambda: Coordinate("known"),
+        lambda: Experiment(moves=(Move(1, 1, 1),), position_noise=-1.0),
+        lambda: ControlLaw(name="p", period=0.0, output=REFERENCE),
+        lambda: ControlLaw(name="p", period=1.0, output=sympy.Symbol("kp", real=True)),
+        lambda: ControlLaw(name="p", period=1.0, output=REFERENCE, gains={"kp": math.nan}),
+        lambda: ControlLaw(
+            name="p", period=1.0, output=REFERENCE, memory=(Memory("z", REFERENCE, REFERENCE),)
+        ),
+    ],
+)
+def test_impossible_parts_are_refused(make: Any) -> None:
+    with pytest.raises(ModelError):
+        make()
+
+
+def test_one_resistance_alone_is_a_list_of_one() -> None:
+    axis = declare(resistance=viscous(Fv, q))
+    assert axis == declare()
+
+
+def test_numbers_of_any_type_are_floats() -> None:
+    parameter = Parameter("M", "kg", nominal=sympy.Rational(1, 2))  # type: ignore[arg-type]
+    assert type(parameter.nominal) is float
+
+
+def test_functions_of_the_users_are_not_mistaken_for_sums() -> None:
+    plus = sympy.Function("Add")
+    axis = declare(resistance=(viscous(Fv, q), plus(q.symbol, q.velocity)))
+    with pytest.raises(ModelError, match="has the node Add, which cannot be generated"):
+        build(axis)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "number", [sympy.Float("1e400"), sympy.Integer(10) ** 400, sympy.Rational(10**400, 3)]
+)
+def test_numbers_too_large_for_a_float_are_refused(number: sympy.Expr) -> None:
+    with pytest.raises(ModelError, match="too large for a float"):
+        build(declare(resistance=(Fv * q.velocity, number * q.symbol)))  # type: ignore[arg-type]
+
+
+def test_division_by_a_gain_of_zero_is_refused() -> None:
+    law = ControlLaw(
+        name="p", period=1.0, output=REFERENCE / sympy.Symbol("T", real=True), gains={"T": 0.0}
+    )
+    with pytest.raises(ModelError, match="divides by a constant that is zero"):
+        build(declare(control=law))  # type: ignore[arg-type]
+
+
+def test_declarations_are_frozen() -> None:
+    axis = load_axis("emps")
+    with pytest.raises(AttributeError):
+        axis.name = "other"  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        axis.columns["time"] = "x"  # type: ignore[index]
+
+
+def test_memory_may_be_a_plain_number() -> None:
+    assert Memory("z", MEASURED_POSITION, 0).start == 0  # type: ignore[arg-type]
+
+
+AXIS_FILE = """
+from axisid import Coordinate, Drive, Parameter, newton
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=1.0)
+mine = newton("mine", coordinate=x, parameters=(m,), inertia=m, resistance=(),
+              drive=Drive(gain=1.0))
+"""
+
+
+def test_axis_is_found_in_a_file_whatever_its_variable(tmp_path: Path) -> None:
+    file = tmp_path / "my_axis.py"
+    file.write_text(AXIS_FILE)
+    assert load_axis(str(file)).name == "mine"
+    assert load_axis(f"{file}:mine").name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import nonsense_xyz\n", "does not import: ModuleNotFoundError at line 1"),
+        ("x = 1\n\n1/0\n", "ZeroDivisionError at line 3"),
+        ("def f(:\n", "SyntaxError at line 1"),
+        ("x = 1\n", "declares no axis"),
+        (AXIS_FILE + AXIS_FILE.replace("mine", "other"), "declares mine, other"),
+        ("from axisid import Parameter\n\nm = Parameter('if', 'kg')\n", "line 3: a parameter"),
+        ("raise SystemExit(0)\n", "does not import: SystemExit"),
+    ],
+)
+def test_bad_axis_files_are_explained(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "my_axis.py"
+    file.write_text(text)
+    with pytest.raises(ModelError, match=message):
+        load_axis(str(file))
+
+
+@pytest.mark.parametrize("name", ["nosuch", "nosuch.py", "emps.txt", ""])
+def test_missing_axis_is_explained(name: str) -> None:
+    with pytest.raises(ModelError, match="there is no axis"):
+        load_axis(name)

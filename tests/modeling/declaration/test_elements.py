@@ -1,0 +1,335 @@
+"""Every element against its closed form, its direction, and what it refuses."""
+
+import math
+import pickle
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import (
+    Constant,
+    Coordinate,
+    Drive,
+    G,
+    ModelError,
+    Parameter,
+    asymmetric_coulomb,
+    asymmetric_viscous,
+    build,
+    cogging,
+    coulomb,
+    cubic_spring,
+    derive,
+    end_stop,
+    gravity,
+    gravity_moment,
+    lagrange,
+    load_dependent,
+    motor_inertia,
+    newton,
+    offset,
+    periodic_coulomb,
+    quadratic,
+    spring,
+    stribeck,
+    viscous,
+)
+from axisid.modeling.declaration.axis import Axis
+from axisid.modeling.quantities.constants import with_numbers
+from axisid.modeling.quantities.symbols import DIRECTION
+
+q = Coordinate("q")
+theta = Coordinate("theta", unit="rad")
+M = Parameter("M", "kg", nominal=1.0)
+DRIVE = Drive(gain=1.0)
+a, b = Parameter("a", "N"), Parameter("b", "N")
+A, B = 3.0, 0.7  # their values
+
+finite = st.floats(-2.0, 2.0)
+Closed = Callable[[float, float], float]
+
+
+def p(unit: str, name: str = "a") -> Parameter:
+    return Parameter(name, unit)
+
+
+def sgn(x: float) -> float:
+    return float(np.sign(x))
+
+
+ELEMENTS: dict[str, tuple[sympy.Expr, Closed]] = {
+    "viscous": (viscous(p("N/(m/s)"), q), lambda _, v: A * v),
+    "asymmetric viscous": (
+        asymmetric_viscous(p("N/(m/s)"), p("N/(m/s)", "b"), q),
+        lambda _, v: A * v if v > 0 else B * v,
+    ),
+    "Coulomb": (coulomb(a, q), lambda _, v: A * sgn(v)),
+    "asymmetric Coulomb": (
+        asymmetric_coulomb(a, b, q),
+        lambda _, v: A if v > 0 else -B if v < 0 else (A - B) / 2,
+    ),
+    "quadratic": (quadratic(p("N/(m/s)^2"), q), lambda _, v: A * v * abs(v)),
+    "Stribeck, exponential": (
+        stribeck(a, q, velocity=0.4, exponent=1),
+        lambda _, v: A * math.exp(-abs(v) / 0.4) * sgn(v),
+    ),
+    "Stribeck, Gaussian": (
+        stribeck(a, q, velocity=0.4),
+        lambda _, v: A * math.exp(-((v / 0.4) ** 2)) * sgn(v),
+    ),
+    "Stribeck of another exponent": (
+        stribeck(a, q, velocity=0.4, exponent=0.6),
+        lambda _, v: A * math.exp(-((abs(v) / 0.4) ** 0.6)) * sgn(v),
+    ),
+    "load-dependent": (
+        load_dependent(p("1"), Constant(50.0, "N/m") * q - Constant(20.0, "N"), q),
+        lambda x, v: A * abs(50 * x - 20) * sgn(v),
+    ),
+    "periodic Coulomb": (
+        periodic_coulomb(a, b, q, period=0.3, harmonic=2),
+        lambda x, v: (
+            (A * math.cos(4 * math.pi * x / 0.3) + B * math.sin(4 * math.pi * x / 0.3)) * sgn(v)
+        ),
+    ),
+    "cogging": (
+        cogging(a, b, q, period=Constant(0.3, "m", "pitch")),
+        lambda x, _: A * math.cos(2 * math.pi * x / 0.3) + B * math.sin(2 * math.pi * x / 0.3),
+    ),
+    "offset": (offset(a), lambda *_: A),
+    "gravity": (gravity(p("kg")), lambda *_: 9.80665 * A),
+    "spring": (spring(p("N/m"), q, rest=0.2), lambda x, _: A * (x - 0.2)),
+    "spring at rest in 0": (spring(p("N/m"), q), lambda x, _: A * x),
+    "cubic spring": (cubic_spring(p("N/m^3"), q, rest=0.2), lambda x, _: A * (x - 0.2) ** 3),
+    "end stop": (
+        end_stop(q, lower=-0.5, upper=0.4, stiffness=900.0, dissipation=0.6),
+        lambda x, v: (
+            900 * max(0, x - 0.4) * max(0, 1 + 0.6 * v)
+            - 900 * max(0, -0.5 - x) * max(0, 1 - 0.6 * v)
+        ),
+    ),
+}
+ROTARY: dict[str, tuple[sympy.Expr, Closed]] = {
+    "gravity moment": (
+        gravity_moment(p("N m"), p("N m", "b"), theta),
+        lambda x, _: A * math.sin(x) + B * math.cos(x),
+    ),
+    "gravity moment of a first moment": (
+        gravity_moment(G * p("kg m"), 0, theta),
+        lambda x, _: 9.80665 * A * math.sin(x),
+    ),
+    "cogging of a motor": (
+        cogging(0, p("N m"), theta, period=2 * math.pi / 44),
+        lambda x, _: A * math.sin(44 * x),
+    ),
+}
+DISSIPATIVE = [
+    "viscous",
+    "asymmetric viscous",
+    "Coulomb",
+    "asymmetric Coulomb",
+    "quadratic",
+    "Stribeck, exponential",
+    "Stribeck, Gaussian",
+    "Stribeck of another exponent",
+    "load-dependent",
+]
+
+
+@cache
+def evaluator(element: sympy.Expr, coordinate: Coordinate) -> Callable[..., float]:
+    arguments = [coordinate.symbol, coordinate.velocity, a.symbol, b.symbol]
+    return sympy.lambdify(arguments, with_numbers(element), "math")  # type: ignore[no-any-return]
+
+
+def value(element: sympy.Expr, coordinate: Coordinate, x: float, v: float) -> float:
+    return float(evaluator(element, coordinate)(x, v, A, B))
+
+
+@pytest.mark.parametrize("name", [*ELEMENTS, *ROTARY])
+@given(x=finite, v=finite)
+def test_element_is_its_closed_form(name: str, x: float, v: float) -> None:
+    coordinate = q if name in ELEMENTS else theta
+    element, closed = {**ELEMENTS, **ROTARY}[name]
+    assert value(element, coordinate, x, v) == pytest.approx(closed(x, v), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", DISSIPATIVE)
+@given(x=finite, v=finite)
+def test_friction_with_positive_parameters_takes_power_out_of_the_motion(
+    name: str, x: float, v: float
+) -> None:
+    assert value(ELEMENTS[name][0], q, x, v) * v >= 0
+
+
+@pytest.mark.parametrize("name", ["spring", "cubic spring"])
+@given(x=finite)
+def test_springs_drive_back_to_their_rest(name: str, x: float) -> None:
+    assert value(ELEMENTS[name][0], q, x, 0.0) * (x - 0.2) >= 0
+
+
+@given(x=finite, v=st.floats(-9.0, 9.0))
+def test_end_stop_pushes_inwards_and_never_pulls(x: float, v: float) -> None:
+    force = value(ELEMENTS["end stop"][0], q, x, v)
+    if -0.5 <= x <= 0.4:
+        assert force == 0
+    else:
+        assert force * sgn(x) >= 0
+
+
+def test_cogging_does_no_work_over_its_period() -> None:
+    element = with_numbers(cogging(a, b, q, period=0.25, harmonic=3))
+    work = sympy.integrate(element, (q.symbol, 0, sympy.Rational(1, 4)))
+    assert abs(float(work.subs({a.symbol: A, b.symbol: B}))) < 1e-12
+
+
+def test_motor_inertia_is_the_energy_of_the_rotor() -> None:
+    rotor = Parameter("rotor", "kg m^2")
+    turns = 2 * math.pi / 0.005
+    reflected = with_numbers(motor_inertia(rotor, q, ratio=turns))
+    assert float(reflected.subs(rotor.symbol, 3e-4)) == pytest.approx(3e-4 * turns**2, rel=1e-14)
+
+
+def composed(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
+    return newton(
+        "composed",
+        coordinate=q,
+        parameters=(M, *parameters),
+        inertia=M,
+        resistance=resistance,
+        drive=DRIVE,
+    )
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_element_is_a_regressor_column_in_generated_code(
+    name: str, rng: np.random.Generator
+) -> None:
+    element, closed = ELEMENTS[name]
+    names = {str(s) for s in element.free_symbols}
+    units = {
+        "viscous": "N/(m/s)",
+        "asymmetric viscous": "N/(m/s)",
+        "quadratic": "N/(m/s)^2",
+        "load-dependent": "1",
+        "gravity": "kg",
+        "spring": "N/m",
+        "spring at rest in 0": "N/m",
+        "cubic spring": "N/m^3",
+    }
+    found = [p(units.get(name, "N"), n) for n in ("a", "b") if n in names]
+    axis = build(composed(element, parameters=tuple(found)), native=False)
+    x, v = rng.uniform(-1, 1, (2, 50))
+    theta = [0.0, *[{"a": A, "b": B}[f.name] for f in found]]
+    force = axis.rows("inverse_dynamics", x, v, 0.0 * x, np.sign(v), theta)[0][:, 0]
+    expected = [closed(xi, vi) for xi, vi in zip(x, v, strict=True)]
+    assert force == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_newton_and_lagrange_give_the_same_columns_for_what_both_can_say() -> None:
+    k, k3, fv, fq = (
+        Parameter("k", "N/m"),
+        Parameter("k3", "N/m^3"),
+        Parameter("fv", "N/(m/s)"),
+        Parameter("fq", "N/(m/s)^2"),
+    )
+    ca, cb, rest, pitch = p("N", "ca"), p("N", "cb"), Constant(0.2, "m"), Constant(0.3, "m")
+    parameters = (M, fv, a, fq, k, k3, ca, cb)
+    by_newton = derive(
+        composed(
+            gravity(M),
+            viscous(fv, q),
+            coulomb(a, q),
+            quadratic(fq, q),
+            spring(k, q, rest=0.2),
+            cubic_spring(k3, q, rest=0.2),
+            cogging(ca, cb, q, period=0.3),
+            parameters=parameters[1:],
+        )
+    )
+    dq, stretch, angle = q.velocity, q - rest, 2 * sympy.pi * q / pitch
+    turn = pitch / (2 * sympy.pi)
+    by_lagrange = derive(
+        lagrange(
+            "composed",
+            coordinate=q,
+            parameters=parameters,
+            kinetic=M * dq**2 / 2,
+            potential=M * G * q.symbol
+            + k * stretch**2 / 2
+            + k3 * stretch**4 / 4
+            + turn * (ca * sympy.sin(angle) - cb * sympy.cos(angle)),
+            dissipation=fv * dq**2 / 2 + a * sympy.Abs(dq) + fq * sympy.Abs(dq) ** 3 / 3,
+            drive=DRIVE,
+        )
+    )
+    arguments = [q.symbol, dq, q.acceleration, DIRECTION]
+    one, other = (
+        sympy.lambdify(arguments, list(m.idm.columns), "math") for m in (by_newton, by_lagrange)
+    )
+    for x, v in ((0.3, 0.7), (-0.2, -1.1)):
+        assert one(x, v, 0.4, sgn(v)) == pytest.approx(other(x, v, 0.4, sgn(v)), rel=1e-12)
+
+
+def test_unknown_in_a_nonlinear_place_is_accepted_and_named_by_the_derivation() -> None:
+    vs, d = Parameter("vs", "m/s", nominal=0.01), Parameter("d", "1", nominal=2.0)
+    axis = composed(
+        coulomb(a, q), stribeck(b, q, velocity=vs, exponent=d), parameters=(a, b, vs, d)
+    )
+    assert axis.unchecked_terms == ()
+    assert derive(axis).idm.nonlinear == (vs.symbol, d.symbol)
+
+
+def test_asymmetric_friction_beside_an_offset_is_told_to_be_one_too_many() -> None:
+    level = p("N", "level")
+    model = derive(composed(asymmetric_coulomb(a, b, q), offset(level), parameters=(a, b, level)))
+    assert len(model.base.hidden) == 1
+    assert len(model.axis.parameters) == 3
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: stribeck(a, q, velocity=0.0), "Stribeck velocity is 0.0; give a positive"),
+        (lambda: stribeck(a, q, velocity=0.1, exponent=-1), "exponent is -1; give a positive"),
+        (lambda: cogging(a, b, q, period=-0.1), "period is -0.1; give a positive"),
+        (lambda: cogging(a, b, q, period=0.1, harmonic=0), "harmonic is 0; give a whole"),
+        (lambda: cogging(a, b, q, period=math.nan), "period is nan; give a number"),
+        (lambda: motor_inertia(a, q, ratio=0.0), "gear ratio is 0.0"),
+        (lambda: end_stop(q, lower=0, upper=1, stiffness=-1.0), "stiffness is -1.0"),
+        (lambda: end_stop(q, lower=1, upper=0, stiffness=1.0), "at 1 and 0; give the lower"),
+        (lambda: viscous("Fv", q), "an amount of an element is 'Fv'"),  # type: ignore[arg-type]
+        (lambda: Constant(math.inf, "m"), "value of a constant is inf"),
+        (lambda: Constant(1.0, "mm"), "unit 'mm' cannot be read"),
+        (lambda: Constant(1.0, "m", "double"), "keyword of C"),
+    ],
+)
+def test_senseless_elements_are_refused(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        make()
+
+
+def test_constants_are_equal_by_name_value_and_unit_and_survive_a_pickle() -> None:
+    pitch = Constant(0.3, "m", "pitch")
+    assert pitch.symbol == Constant(0.3, "m", "pitch").symbol
+    for other in (Constant(0.4, "m", "pitch"), Constant(0.3, "s", "pitch"), Constant(0.3, "m")):
+        assert pitch.symbol != other.symbol
+    copied = pickle.loads(pickle.dumps(pitch.symbol))  # noqa: S301
+    assert copied == pitch.symbol
+    assert with_numbers(2 * copied) == sympy.Float(0.6)
+
+
+def test_constant_is_a_number_in_the_generated_code() -> None:
+    axis = composed(spring(p("N/m"), q, rest=Constant(0.2, "m", "rest")), parameters=(p("N/m"),))
+    assert "rest" not in str(derive(axis).idm.columns)
+    assert derive(axis).idm.columns[1] == q.symbol - 0.2
+
+
+def test_constant_of_zero_under_a_fraction_is_refused() -> None:
+    with pytest.raises(ModelError, match="not finite"):
+        composed(p("N m") / (q * 0 + Constant(0.0, "m")), parameters=(p("N m"),))

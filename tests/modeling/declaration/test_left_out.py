@@ -1,0 +1,108 @@
+"""Parameters that are left out: which value stands for each, and what is refused."""
+
+from dataclasses import replace
+
+import pytest
+import sympy
+
+from axisid import (
+    Axis,
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    UsageError,
+    coulomb,
+    fix,
+    leave_out,
+    load_axis,
+    newton,
+    stribeck,
+    viscous,
+)
+from axisid.modeling.declaration.left_out import left_out_text
+
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=5.0)
+b = Parameter("b", "N/(m/s)", lower=1.0, nominal=2.0)
+c = Parameter("c", "N")
+s = Parameter("s", "N", nominal=3.0)
+v = Parameter("v", "m/s", nominal=0.02, lower=1e-4)
+
+
+def stage(speed: Parameter | float = 0.02) -> Axis:
+    further = (speed,) if isinstance(speed, Parameter) else ()
+    return newton(
+        "stage",
+        coordinate=x,
+        parameters=(m, b, c, s, *further),
+        inertia=m,
+        resistance=(viscous(b, x), coulomb(c, x), stribeck(s, x, velocity=speed)),
+        drive=Drive(gain=1.0, unit="N"),
+    )
+
+
+def names(axis: Axis) -> list[str]:
+    return [p.name for p in axis.parameters]
+
+
+def test_a_linear_term_is_gone_and_told() -> None:
+    plain = leave_out(stage(), "s")
+    assert names(plain) == ["m", "b", "c"]
+    assert not plain.force.has(sympy.exp)
+    assert left_out_text(plain) == "s = 0 N"
+    assert left_out_text(stage()) == ""
+
+
+def test_what_is_known_stands_for_it_even_beyond_its_bounds() -> None:
+    held = leave_out(fix(stage(), s=(12.0, 0.5)), "s")
+    assert sympy.expand(held.force - stage().force.subs(s.symbol, 12.0)) == 0
+    assert left_out_text(held) == "s = 12 N"
+    assert leave_out(stage(), "b").left_out[0].known == 0.0  # below its lower bound
+    assert leave_out(stage(), b=7.0).left_out[0].known == 7.0
+
+
+def test_a_nonlinear_one_is_held_at_its_nominal_value() -> None:
+    held = leave_out(stage(v), "v")
+    assert names(held) == ["m", "b", "c", "s"]
+    assert left_out_text(held) == "v = 0.02 m/s"
+    with pytest.raises(UsageError, match=r"v enters nonlinearly and has no nominal value"):
+        leave_out(stage(Parameter("v", "m/s")), "v")
+
+
+def test_what_no_longer_appears_goes_too() -> None:
+    plain = leave_out(stage(v), "s")
+    assert names(plain) == ["m", "b", "c"]
+    assert left_out_text(plain) == "s = 0 N, v = 0.02 m/s"
+
+
+def test_left_out_one_after_the_other_adds_up() -> None:
+    both = leave_out(leave_out(stage(), "s"), "c")
+    assert both.force == leave_out(stage(), "s", "c").force
+    assert left_out_text(both) == "s = 0 N, c = 0 N"
+
+
+def test_the_twin_keeps_what_is_left_of_its_truth() -> None:
+    axis = load_axis("emps")
+    plain = leave_out(axis, "tau0")
+    assert plain.experiment is not None
+    assert axis.experiment is not None
+    assert set(plain.experiment.truth) == set(axis.experiment.truth) - {"tau0"}
+
+
+def test_what_cannot_be_left_out_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"no parameter 'z' to leave out; axis 'stage' has m, b"):
+        leave_out(stage(), "z")
+    with pytest.raises(UsageError, match="nothing left to identify without m, b, c, s"):
+        leave_out(stage(), "m", "b", "c", "s")
+    with pytest.raises(ModelError, match="an axis needs an inertia"):
+        leave_out(stage(), "m")
+    with pytest.raises(UsageError, match="give an Axis"):
+        leave_out("emps", "M")  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="stands for 's' is 'much'; give a number"):
+        leave_out(stage(), s="much")  # type: ignore[arg-type]
+
+
+def test_leaving_nothing_out_changes_nothing() -> None:
+    axis = stage()
+    assert leave_out(axis) == replace(axis)

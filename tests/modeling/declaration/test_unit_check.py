@@ -1,0 +1,340 @@
+"""The equation of motion in its units: what is caught, what passes, what is open and listed."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy
+
+from axisid import (
+    Constant,
+    Coordinate,
+    Drive,
+    G,
+    ModelError,
+    Parameter,
+    cogging,
+    coulomb,
+    gravity,
+    lagrange,
+    load_axis,
+    load_dependent,
+    motor_inertia,
+    newton,
+    offset,
+    spring,
+    stribeck,
+    viscous,
+)
+from axisid.modeling.declaration.axis import Axis
+
+q = Coordinate("q")
+theta = Coordinate("theta", unit="rad")
+M = Parameter("M", "kg", nominal=1.0)
+J = Parameter("J", "kg m^2", nominal=1.0)
+
+
+def p(unit: str, name: str = "p") -> Parameter:
+    return Parameter(name, unit)
+
+
+def linear(*resistance: sympy.Expr, parameters: tuple[Parameter, ...] = (), **more: Any) -> Axis:
+    return newton(
+        "test",
+        coordinate=q,
+        parameters=(M, *parameters),
+        inertia=M,
+        resistance=resistance,
+        **{"drive": Drive(gain=1.0), **more},
+    )
+
+
+def rotary(*resistance: sympy.Expr, parameters: tuple[Parameter, ...] = ()) -> Axis:
+    return newton(
+        "test",
+        coordinate=theta,
+        parameters=(J, *parameters),
+        inertia=J,
+        resistance=resistance,
+        drive=Drive(gain=1.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("element", "parameter", "message"),
+    [
+        (
+            viscous(p("N"), q),
+            p("N"),
+            r"the term dq\*p is in kg m\^2/s\^3 \(dq in m/s, p in N\), but the drive of a linear "
+            r"axis gives N",
+        ),
+        (coulomb(p("N/(m/s)"), q), p("N/(m/s)"), r"the term p\*sign\(dq\) is in N/\(m/s\)"),
+        (offset(p("N m")), p("N m"), "the term p is in N m .* gives N,"),
+        (p("N") * sympy.sin(q.symbol), p("N"), r"sin\(q\) takes a number, not m"),
+        (
+            p("N/m") * (q.symbol + q.velocity),
+            p("N/m"),
+            r"the term p\*\(dq \+ q\) do not fit: dq \+ q adds m.* and m.*; units must agree",
+        ),
+        (
+            spring(p("N/m"), q, rest=Constant(0.1, "s", "rest")),
+            p("N/m"),
+            "adds .*; units must agree",
+        ),
+        (gravity(p("N")), p("N"), r"the term G\*p is in .* \(G in m/s\^2, p in N\)"),
+        (
+            p("N") * sympy.exp(-q.velocity / Constant(0.1, "m")),
+            p("N"),
+            r"exp\(-dq/0\.1\) takes a number, not 1/s",
+        ),
+        (p("N") * sympy.sqrt(sympy.Abs(q.velocity)), p("N"), r"m\^\(3/2\)"),
+        (p("N") * sympy.Max(q.symbol, q.velocity), p("N"), "compares m.* and m"),
+        (
+            p("N") * sympy.Piecewise((1, q.symbol > q.velocity), (0, True)),
+            p("N"),
+            "compares m.* and m",
+        ),
+        (p("N") * q.symbol ** (q.velocity), p("N"), "the power in .* is in m/s"),
+        (p("N") * sympy.atan2(q.symbol, q.velocity), p("N"), "compares m.* and m"),
+        (p("N m/rad") * q, p("N m/rad"), "the term p\\*q is in kg m"),
+        (2 * p("kg") * q, p("kg"), r"the term 2\*p\*q is in kg m"),
+    ],
+)
+def test_wrong_unit_is_refused_with_the_term_and_both_units(
+    element: sympy.Expr, parameter: Parameter, message: str
+) -> None:
+    with pytest.raises(ModelError, match=f"^axis 'test': .*{message}"):
+        linear(element, parameters=(parameter,))
+
+
+def test_stribeck_velocity_of_a_wrong_unit_is_refused() -> None:
+    vs, level = p("m", "vs"), p("N")
+    with pytest.raises(ModelError, match=r"takes a number, not 1/s\^2"):
+        linear(stribeck(level, q, velocity=vs), parameters=(level, vs))
+
+
+HALF = sympy.Rational(1, 2)
+
+
+@pytest.mark.parametrize("half", [HALF, 0.5, sympy.Float(0.5, 30)], ids=str)
+def test_energy_of_a_wrong_unit_is_refused_however_its_half_is_written(half: Any) -> None:
+    def by_energy(parameter: Parameter) -> Axis:
+        return lagrange(
+            "test",
+            coordinate=theta,
+            parameters=(parameter,),
+            kinetic=half * parameter.symbol * theta.velocity**2,
+            drive=Drive(gain=1.0),
+        )
+
+    assert by_energy(J).unchecked_terms == ()
+    with pytest.raises(ModelError, match=r"the term .*M\*ddtheta is in .*, but the drive"):
+        by_energy(M)
+
+
+@pytest.mark.parametrize("factor", [1, 1.0, -1.0, 2, 2.0, -2.0, HALF, 0.5, -0.5], ids=repr)
+def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
+    wrong = p("N/(m/s)", "Fv")
+    with pytest.raises(ModelError, match=r"Fv\*q.* is in .* \(Fv in N/\(m/s\), q in m\)"):
+        linear(factor * wrong.symbol * q.symbol, parameters=(wrong,))
+
+
+@pytest.mark.parametrize("amount", [0.5, 1, 1.0, 2, -1, -2.0, HALF, 0.49, 3, sympy.pi, -2 * HALF])
+def test_a_known_load_may_be_any_plain_number(amount: Any) -> None:
+    """Which number it is says nothing of its unit; the loads of 0.49 and 0.5 are alike."""
+    (term,) = linear(offset(amount)).unchecked_terms
+    assert term.endswith("(right if its plain numbers stand for kg m/s^2)")
+
+
+@pytest.mark.parametrize("amount", [0.5, 2, -2, 3, 1.0])
+def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> None:
+    for motion in (sympy.sign(q.velocity), q.symbol, q.velocity * sympy.Abs(q.velocity)):
+        assert len(linear(amount * motion).unchecked_terms) == 1
+    assert len(rotary(amount * sympy.cos(theta.symbol)).unchecked_terms) == 1
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_load_without_an_amount_is_refused(sign: int) -> None:
+    with pytest.raises(ModelError, match=r"is in 1 .* gives N,"):
+        linear(sign * sympy.sign(q.velocity))
+
+
+@pytest.mark.parametrize("factor", [2, 0.5])
+def test_a_factor_excuses_no_constant(factor: float) -> None:
+    with pytest.raises(ModelError, match="arm in m"):
+        linear(factor * Constant(0.25, "m", "arm").symbol)
+
+
+UNDRIVEN = """
+name = "test"
+coordinate = { name = "x", unit = "rad" }
+
+[parameters]
+m = { unit = "kg m^2", nominal = 1.0 }
+k = { unit = "N m" }
+
+[drive]
+gain = 1.0
+"""
+
+
+@pytest.mark.parametrize("half", ["1/2*", "2/4*", "0.5*", ".5*", "1./2*"])
+def test_halves_of_a_toml_declaration_excuse_nothing(tmp_path: Path, half: str) -> None:
+    file = tmp_path / "axis.toml"
+    energies = f'[lagrange]\nkinetic = "{half}m*dx**2"\npotential = "{half}k*x**2"\n'
+    balance = f'[newton]\ninertia = "m"\nresistance = ["{half}k*x"]\n'
+    for law in (energies, balance):
+        file.write_text(UNDRIVEN + law)
+        assert load_axis(file).unchecked_terms == ()
+        for right, wrong in (("kg m^2", "kg"), ("N m", "N")):
+            file.write_text(UNDRIVEN.replace(f'"{right}"', f'"{wrong}"') + law)
+            with pytest.raises(ModelError, match="but the drive of a rotary axis gives N m"):
+                load_axis(file)
+
+
+@pytest.mark.parametrize("unit", ["N", "N/(rad/s)", "kg"])
+def test_rotary_axis_takes_no_force(unit: str) -> None:
+    with pytest.raises(ModelError, match="the drive of a rotary axis gives N m"):
+        rotary(coulomb(p(unit), theta), parameters=(p(unit),))
+
+
+def test_mass_as_inertia_of_a_rotary_axis_is_refused() -> None:
+    with pytest.raises(ModelError, match=r"the term M\*ddtheta is in .* gives N m"):
+        newton(
+            "test",
+            coordinate=theta,
+            parameters=(M,),
+            inertia=M,
+            resistance=(),
+            drive=Drive(gain=1.0),
+        )
+
+
+def test_inertia_that_adds_kilograms_and_their_moments_is_refused() -> None:
+    with pytest.raises(ModelError, match=r"J \+ M adds .*; units must agree"):
+        newton(
+            "test",
+            coordinate=q,
+            parameters=(M, J),
+            inertia=M + J.symbol,
+            resistance=(),
+            drive=Drive(gain=1.0),
+        )
+
+
+def test_energy_in_a_wrong_unit_is_refused_by_the_term_that_it_gives() -> None:
+    with pytest.raises(ModelError, match=r"sin\(theta\)"):
+        lagrange(
+            "test",
+            coordinate=theta,
+            parameters=(J, p("N")),
+            kinetic=J * theta.velocity**2 / 2,
+            potential=-p("N") * sympy.cos(theta.symbol),
+            drive=Drive(gain=1.0),
+        )
+
+
+@pytest.mark.parametrize(
+    ("axis", "open_terms"),
+    [
+        (lambda: rotary(p("N m") * sympy.sin(theta.symbol), parameters=(p("N m"),)), ()),
+        (lambda: rotary(p("N m s") * theta.velocity, parameters=(p("N m s"),)), ()),
+        (lambda: rotary(p("J/rad") * sympy.sin(3 * theta.symbol), parameters=(p("J/rad"),)), ()),
+        (lambda: linear(0.5 * p("N/(m/s)") * q.velocity, parameters=(p("N/(m/s)"),)), ()),
+        (lambda: linear(cogging(p("N"), 0, q, period=0.016), parameters=(p("N"),)), ()),
+        (lambda: linear(G * M), ()),
+        (lambda: linear(coulomb(3.0, q), spring(10, q, 0.1), viscous(2, q)), ()),
+        (
+            lambda: linear(load_dependent(p("1"), 50.0, q), parameters=(p("1"),)),
+            (),
+        ),
+        (
+            lambda: linear(9.81 * M),
+            (r"9.81*M (right if its plain numbers stand for m/s^2)",),
+        ),
+        (
+            lambda: linear(sympy.Integer(50)),
+            (r"50 (right if its plain numbers stand for kg m/s^2)",),
+        ),
+        (
+            lambda: linear(p("N/m") * (q.symbol - 0.25), parameters=(p("N/m"),)),
+            (r"p*(q - 0.25) (right if its plain numbers stand for m)",),
+        ),
+        (
+            lambda: linear(p("N") * sympy.sin(200 * q.symbol), parameters=(p("N"),)),
+            (r"p*sin(200*q) (right if its plain numbers stand for 1/m)",),
+        ),
+        (
+            lambda: linear(p("N") * sympy.tanh(q.velocity / 1e-3), parameters=(p("N"),)),
+            (r"p*tanh(1000.0*dq) (right if its plain numbers stand for s/m)",),
+        ),
+        (
+            lambda: linear(p("N") * sympy.sqrt(sympy.Abs(q.velocity) / 0.1), parameters=(p("N"),)),
+            None,
+        ),
+        (
+            lambda: linear(p("N/m") * sympy.Max(0, q.symbol - 0.2), parameters=(p("N/m"),)),
+            (r"p*Max(0, q - 0.2) (right if its plain numbers stand for m)",),
+        ),
+    ],
+)
+def test_right_declarations_pass_and_what_a_plain_number_leaves_open_is_listed(
+    axis: Any, open_terms: tuple[str, ...] | None
+) -> None:
+    declared = axis()
+    if open_terms is None:
+        assert len(declared.unchecked_terms) == 1
+    else:
+        assert declared.unchecked_terms == open_terms
+
+
+def test_constant_closes_what_a_number_leaves_open_and_is_held_to_its_unit() -> None:
+    arm, weight = Constant(0.25, "m", "arm"), p("N")
+    assert (
+        rotary(arm * weight * sympy.cos(theta.symbol), parameters=(weight,)).unchecked_terms == ()
+    )
+    with pytest.raises(ModelError, match=r"arm in m, p in N m"):
+        rotary(arm * p("N m") * sympy.cos(theta.symbol), parameters=(p("N m"),))
+
+
+def test_gear_ratio_makes_mass_of_a_rotors_inertia() -> None:
+    axis = newton(
+        "test",
+        coordinate=q,
+        parameters=(M, J),
+        inertia=M + motor_inertia(J, q, ratio=400.0),
+        resistance=(),
+        drive=Drive(gain=1.0),
+    )
+    assert axis.unchecked_terms == ()
+
+
+def test_power_of_a_speed_has_a_unit_of_its_own() -> None:
+    drag = p("N/(m/s)^(3/2)")
+    term = drag * sympy.Abs(q.velocity) ** sympy.Rational(3, 2) * sympy.sign(q.velocity)
+    assert linear(term, parameters=(drag,)).unchecked_terms == ()
+
+
+def test_profile_of_a_drive_is_a_number() -> None:
+    pitch = Constant(0.032, "m", "pitch")
+    fine = Drive(gain=1.0, profile=1 + 0.03 * sympy.cos(2 * sympy.pi * q / pitch))
+    assert linear(drive=fine).drive == fine
+    for profile, message in (
+        (1 + sympy.cos(q.symbol), "takes a number, not m"),
+        (pitch.symbol, "the drive's profile pitch is in m"),
+        (sympy.Symbol("z"), "unknown symbols z"),
+        (sympy.S.Zero, "not finite"),
+    ):
+        with pytest.raises(ModelError, match=message):
+            linear(drive=Drive(gain=1.0, profile=profile))
+
+
+def test_unchecked_terms_stand_in_the_generated_equations() -> None:
+    from axisid.codegen.artefacts.texts import axis_artefacts
+    from axisid.modeling.derivation.model import derive
+
+    assert (
+        "Units not checked\n  9.81*M" in axis_artefacts(derive(linear(9.81 * M)))["equations.txt"]
+    )
+    assert "Units" not in axis_artefacts(derive(linear(gravity(M))))["equations.txt"]

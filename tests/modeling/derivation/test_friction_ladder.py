@@ -1,0 +1,282 @@
+"""The friction ladder: what gives way, what stays, and that each law contains those before it."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+import sympy
+
+from axisid import (
+    Axis,
+    Constant,
+    Coordinate,
+    Drive,
+    ModelError,
+    Parameter,
+    asymmetric_coulomb,
+    asymmetric_viscous,
+    build,
+    fix,
+    lagrange,
+    load_axis,
+    newton,
+    quadratic,
+    stribeck,
+)
+from axisid.modeling.derivation.friction_ladder import friction_ladder
+from axisid.modeling.derivation.model import derive
+from axisid.modeling.quantities.units import parse_unit
+from tests.estimation.axes import AXES
+
+LAWS = ("viscous", "Coulomb", "offset", "directional")
+
+x = Coordinate("x")
+m = Parameter("m", "kg", nominal=5.0)
+b = Parameter("b", "N/(m/s)")
+c = Parameter("c", "N")
+k = Parameter("k", "N/m")
+w = Parameter("w", "N")
+v = Parameter("v", "m/s", nominal=0.1)
+
+
+def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
+    return newton(
+        "stage",
+        coordinate=x,
+        parameters=(m, *parameters),
+        inertia=m,
+        resistance=resistance,
+        drive=Drive(gain=18.0, unit="A"),
+    )
+
+
+def names(axis: Axis) -> list[str]:
+    return [p.name for p in axis.parameters]
+
+
+def spanned(small: Axis, large: Axis) -> bool:
+    """Whether the larger regressor's columns give the smaller's, exactly."""
+    inner, outer = derive(small).idm.columns, derive(large).idm.columns
+    weights = sympy.symbols(f"w0:{len(outer)}")
+    for column in inner:
+        missing = sympy.expand(column - sum(a * f for a, f in zip(weights, outer, strict=True)))
+        missing = missing.replace(sympy.Abs, lambda _: sympy.Symbol("speed"))
+        motion = sorted(missing.free_symbols - set(weights), key=str)
+        coefficients = sympy.Poly(missing, *motion).coeffs() if motion else [missing]
+        if not sympy.linsolve(coefficients, *weights):
+            return False
+    return True
+
+
+def test_every_law_contains_those_before_it() -> None:
+    ladder = friction_ladder(AXES["offset"])
+    assert tuple(ladder) == LAWS
+    rungs = list(ladder.values())
+    assert all(spanned(small, large) for small, large in pairwise(rungs))
+    assert not spanned(rungs[-1], rungs[-2])
+
+
+def test_declared_parameters_keep_their_names_and_the_declared_axis_is_a_rung() -> None:
+    axis = stage(b * x.velocity, c * sympy.sign(x.velocity), parameters=(b, c))
+    ladder = friction_ladder(axis)
+    assert ladder["Coulomb"] is axis
+    assert names(ladder["offset"]) == ["m", "b", "c", "F0"]
+    assert names(ladder["directional"]) == ["m", "bp", "bm", "cp", "cm"]
+
+
+def test_positive_parameters_oppose_the_motion_in_their_direction() -> None:
+    directional = friction_ladder(AXES["offset"])["directional"]
+    q = directional.coordinate
+    values = {"M": 0, "Fvp": 10, "Fvm": 20, "Fcp": 3, "Fcm": 5}
+    force = directional.force.subs({p.symbol: values[p.name] for p in directional.parameters})
+    assert [force.subs(q.velocity, v) for v in (2, -2)] == [23, -45]
+
+
+def test_springs_gravity_and_what_depends_on_the_position_stay() -> None:
+    axis = AXES["position_dependent"]
+    ladder = friction_ladder(axis)
+    assert names(ladder["viscous"]) == ["M", "Fb", "k", "Fv"]
+    assert names(ladder["Coulomb"]) == ["M", "Fb", "k", "Fv", "Fc"]
+    assert list(ladder)[-1] == "declared"
+    assert ladder["declared"] is axis
+    pendulum = friction_ladder(AXES["pendulum"])
+    assert names(pendulum["directional"]) == ["J", "mgl", "Fvp", "Fvm", "fcp", "fcm"]
+    assert str(pendulum["viscous"].parameters[-1].unit) == "N m/(rad/s)"
+
+
+def test_what_stays_is_not_multiplied_out() -> None:
+    power = (x.symbol - 2) ** 9
+    axis = stage(
+        k * power / 5 / x.symbol**8 * (1 + sympy.sign(x.velocity)),
+        (c + k * x.symbol) * (1 + sympy.sign(x.velocity)) * 2,
+        (b * x.velocity + c) * sympy.exp(-2),
+        3.5 * (x.symbol - 2) ** 9,
+        parameters=(k, c, b),
+    )
+    ladder = friction_ladder(axis)
+    assert names(ladder["Coulomb"]) == ["m", "k", "Fv", "Fc"]
+    force = ladder["viscous"].force
+    assert sum(node == power for node in sympy.preorder_traversal(force)) == 2
+    gone = {c.symbol: 0, b.symbol: 0, sympy.Symbol("Fv", real=True): 0}
+    assert sympy.expand(force.subs(gone) - axis.force.subs(gone)) == 0
+    assert not {b.symbol, c.symbol} & force.free_symbols
+
+
+def test_friction_whose_amount_is_known_but_not_its_velocity_gives_way() -> None:
+    known = Constant(3.0, "N") * sympy.exp(-((x.velocity / v.symbol) ** 2)) * sympy.sign(x.velocity)
+    axis = stage(known, b * x.velocity, k * x.symbol, parameters=(v, b, k))
+    assert names(friction_ladder(axis)["viscous"]) == ["m", "k", "b"]
+
+
+def test_velocity_terms_of_a_moving_inertia_stay() -> None:
+    crank = friction_ladder(AXES["crank"])["viscous"]
+    kept = AXES["crank"].force.subs(sympy.Symbol("fc", real=True), 0)
+    friction = crank.parameters[-1] * crank.coordinate.velocity
+    assert sympy.expand(crank.force - kept - friction) == 0
+
+
+def test_a_weight_tied_to_the_mass_and_known_friction_stay() -> None:
+    axis = stage(
+        m * sympy.Rational(981, 100),
+        3 * sympy.sign(x.velocity),
+        b * x.velocity,
+        parameters=(b,),
+    )
+    viscous = friction_ladder(axis)["viscous"]
+    assert viscous is axis
+    assert names(friction_ladder(axis)["offset"]) == ["m", "b", "Fc", "F0"]
+
+
+def test_new_names_avoid_those_that_are_taken() -> None:
+    taken = Parameter("fv", "N/m")
+    cubic = Parameter("c", "N/(m/s)^3")
+    axis = stage(taken * x.symbol, cubic * x.velocity**3, parameters=(taken, cubic))
+    assert names(friction_ladder(axis)["viscous"]) == ["m", "fv", "Fv_2"]
+
+
+@pytest.mark.parametrize("axis", AXES.values(), ids=AXES.keys())
+def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
+    for rung in friction_ladder(axis, quadratic=True, stribeck=0.01).values():
+        model, q = derive(rung), axis.coordinate
+        speed = parse_unit(f"{q.unit}/s")
+        sizes = {"Fv": q.force_unit / speed, "Fc": q.force_unit, "Fq": q.force_unit / speed**2}
+        for p in rung.parameters:
+            if p.name in sizes:
+                assert parse_unit(p.unit).same_dimension(sizes[p.name])
+        assert not model.base.changed or rung is axis or derive(axis).base.changed
+
+
+def test_richer_rungs_on_request_contain_the_directional_law() -> None:
+    ladder = friction_ladder(AXES["offset"], quadratic=True, stribeck=0.02)
+    assert tuple(ladder) == (*LAWS, "quadratic", "Stribeck")
+    assert spanned(ladder["directional"], ladder["quadratic"])
+    assert names(ladder["Stribeck"])[-1] == "Fs"
+    build(ladder["Stribeck"], native=False)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), "0.1"])
+def test_a_stribeck_velocity_that_is_none_is_refused(speed: object) -> None:
+    with pytest.raises(ModelError, match="Stribeck velocity is"):
+        friction_ladder(AXES["offset"], stribeck=speed)  # type: ignore[arg-type]
+
+
+def test_an_axis_that_differs_by_direction_is_the_directional_rung_by_its_own_names() -> None:
+    axis = load_axis("belt_axis")
+    ladder = friction_ladder(axis, quadratic=True)
+    assert tuple(ladder) == (*LAWS, "quadratic")
+    assert ladder["directional"] is axis
+    assert names(ladder["offset"]) == ["m", "Fv", "Fc", "F0"]
+    assert names(ladder["quadratic"]) == ["m", "Fvp", "Fvm", "Fcp", "Fcm", "Fq"]
+
+
+def test_one_direction_that_is_declared_keeps_its_name() -> None:
+    cm = Parameter("cm", "N")
+    axis = stage(b * x.velocity, asymmetric_coulomb(c, cm, x), parameters=(b, c, cm))
+    ladder = friction_ladder(axis)
+    assert ladder["offset"] is axis  # unequal levels are an equal one and an offset
+    assert names(ladder["directional"]) == ["m", "bp", "bm", "c", "cm"]
+
+
+SIGN, SPEED = sympy.sign(x.velocity), sympy.Abs(x.velocity)
+MORE = Parameter("more", "N/(m/s)")
+DRAG = Parameter("drag", "N/(m/s)^2")
+
+
+@pytest.mark.parametrize(
+    ("friction", "parameters", "law"),
+    [
+        ((c * SIGN, b * SPEED * SIGN), (b, c), "Coulomb"),
+        ((b * x.velocity, c * (2 * sympy.Heaviside(x.velocity) - 1)), (b, c), "Coulomb"),
+        ((b * x.velocity + c * SIGN, MORE * SPEED + w), (b, c, w, MORE), "directional"),
+        ((b * x.velocity + c * SIGN + w, w * SIGN), (b, c, w), "offset"),
+        (
+            (asymmetric_viscous(b, MORE, x), asymmetric_coulomb(c, w, x), quadratic(DRAG, x)),
+            (b, c, w, MORE, DRAG),
+            "quadratic",
+        ),
+        (
+            (
+                asymmetric_viscous(b, MORE, x),
+                asymmetric_coulomb(c, w, x),
+                stribeck(k, x, velocity=0.02),
+            ),
+            (b, c, w, MORE, k),
+            "Stribeck",
+        ),
+    ],
+)
+def test_a_law_is_recognised_however_it_is_written(
+    friction: tuple[sympy.Expr, ...], parameters: tuple[Parameter, ...], law: str
+) -> None:
+    force = [replace(p, unit="N") if p is k else p for p in parameters]
+    axis = stage(*friction, parameters=tuple(force))
+    ladder = friction_ladder(axis, quadratic=True, stribeck=0.02)
+    assert [name for name, rung in ladder.items() if rung is axis] == [law]
+    assert all(p.name in names(ladder[law]) for p in parameters)
+
+
+@pytest.mark.parametrize(
+    ("friction", "parameters"),
+    [
+        ((b * (x.velocity + Constant(0.1, "m/s") * SIGN),), (b,)),
+        ((b * x.velocity, MORE * SPEED), (b, MORE)),
+        ((b * x.velocity + Constant(1.0, "m^2/(N s^2)") * b.symbol**2 * SIGN,), (b,)),
+        ((b * x.velocity, c * sympy.tanh(x.velocity / v)), (b, c, v)),
+    ],
+)
+def test_another_law_is_a_rung_of_its_own(
+    friction: tuple[sympy.Expr, ...], parameters: tuple[Parameter, ...]
+) -> None:
+    axis = stage(*friction, parameters=parameters)
+    ladder = friction_ladder(axis)
+    assert tuple(ladder) == (*LAWS, "declared")
+    assert ladder["declared"] is axis
+
+
+def test_what_is_known_of_an_undirected_parameter_is_not_known_of_its_halves() -> None:
+    ladder = friction_ladder(fix(load_axis("emps"), Fc=(20.4, 0.1)))
+    known = {law: {p.name: p.known for p in rung.parameters} for law, rung in ladder.items()}
+    assert known["Coulomb"]["Fc"] == known["offset"]["Fc"] == 20.4
+    assert not any(known["directional"].values())
+    assert all(p.known_sd == 0 for p in ladder["directional"].parameters)
+
+
+def test_what_is_known_of_one_direction_stays_known() -> None:
+    ladder = friction_ladder(fix(load_axis("belt_axis"), Fcp=(26.0, 0.5)), quadratic=True)
+    for law in ("directional", "quadratic"):
+        known = {p.name: (p.known, p.known_sd) for p in ladder[law].parameters}
+        assert known["Fcp"] == (26.0, 0.5)
+        assert known["Fcm"] == (None, 0.0)
+    assert ladder["Coulomb"].parameters[-1].known is None
+
+
+def test_an_axis_without_friction_gets_it() -> None:
+    axis = lagrange(
+        "free",
+        coordinate=x,
+        parameters=(m, k),
+        kinetic=m * x.velocity**2 / 2,
+        potential=k * x.symbol**2 / 2,
+        drive=Drive(gain=1.0),
+    )
+    assert names(friction_ladder(axis)["Coulomb"]) == ["m", "k", "Fv", "Fc"]

@@ -1,0 +1,210 @@
+"""Every library axis declared the other way, Lagrange for Newton: the same regressors."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import LIBRARY, Constant, Drive, G, derive, end_stop, lagrange, load_axis, newton
+from axisid.modeling.declaration.axis import Axis
+from axisid.modeling.derivation.model import AxisModel
+from axisid.modeling.library import crank
+from axisid.modeling.quantities.symbols import DIRECTION, FORCE
+
+
+def other_way(name: str, **energies: sympy.Expr) -> Axis:
+    axis = load_axis(name)
+    return lagrange(
+        name,
+        coordinate=axis.coordinate,
+        parameters=axis.parameters,
+        drive=axis.drive,
+        **energies,
+    )
+
+
+def symbols(name: str) -> tuple[sympy.Symbol, ...]:
+    """Position, velocity, then the parameters."""
+    axis = load_axis(name)
+    return axis.coordinate.symbol, axis.coordinate.velocity, *(p.symbol for p in axis.parameters)
+
+
+def friction(dq: sympy.Symbol, fv: sympy.Symbol, fc: sympy.Symbol) -> sympy.Expr:
+    return fv * dq**2 / 2 + fc * sympy.Abs(dq)
+
+
+def _emps2015() -> Axis:
+    _, dq, M, Fv, Fc = symbols("emps2015")
+    return other_way("emps2015", kinetic=M * dq**2 / 2, dissipation=friction(dq, Fv, Fc))
+
+
+def _emps() -> Axis:
+    _, dq, M, Fv, Fc, tau0 = symbols("emps")
+    return other_way(
+        "emps",
+        kinetic=M * dq**2 / 2,
+        dissipation=friction(dq, Fv, Fc),
+        generalised_force=-tau0,
+    )
+
+
+def _pendulum() -> Axis:
+    q, dq, J, mx, fv, fc = symbols("pendulum")
+    return other_way(
+        "pendulum",
+        kinetic=J * dq**2 / 2,
+        potential=-mx * G * sympy.cos(q),
+        dissipation=friction(dq, fv, fc),
+    )
+
+
+def _vertical_screw() -> Axis:
+    q, dq, M, Fv, Fc, Fb, kb = symbols("vertical_screw")
+    pitch, rotor = Constant(0.01, "m"), Constant(3.2e-3, "kg m^2")
+    spin = 2 * sympy.pi * dq / pitch.symbol
+    return other_way(
+        "vertical_screw",
+        kinetic=M * dq**2 / 2 + rotor * spin**2 / 2,
+        potential=M * G * q - Fb * q + kb * q**2 / 2,
+        dissipation=friction(dq, Fv, Fc),
+    )
+
+
+def _belt_axis() -> Axis:
+    _, dq, m, Fvp, Fvm, Fcp, Fcm = symbols("belt_axis")
+    spin = 5 * dq / Constant(0.03, "m").symbol
+    forwards, backwards = (dq + sympy.Abs(dq)) / 2, (dq - sympy.Abs(dq)) / 2
+    return other_way(
+        "belt_axis",
+        kinetic=m * dq**2 / 2 + Constant(1.8e-4, "kg m^2") * spin**2 / 2,
+        dissipation=Fvp * forwards**2 / 2
+        + Fvm * backwards**2 / 2
+        + Fcp * forwards
+        - Fcm * backwards,
+    )
+
+
+def _rotary_table() -> Axis:
+    q, dq, J, fv, fc, ca, cb = symbols("rotary_table")
+    return other_way(
+        "rotary_table",
+        kinetic=J * dq**2 / 2,
+        potential=(ca * sympy.sin(66 * q) - cb * sympy.cos(66 * q)) / 66,
+        dissipation=friction(dq, fv, fc),
+    )
+
+
+def _valve() -> Axis:
+    q, dq, m, Fv, Fc, F0, k1, k3 = symbols("valve")
+    axis = load_axis("valve")
+    stops = end_stop(axis.coordinate, lower=-0.01, upper=0.01, stiffness=2e6, dissipation=2.0)
+    return other_way(
+        "valve",
+        kinetic=m * dq**2 / 2,
+        potential=F0 * q + k1 * q**2 / 2 + k3 * q**4 / 4,
+        dissipation=friction(dq, Fv, Fc),
+        generalised_force=-stops,
+    )
+
+
+def _crank() -> Axis:
+    """By d'Alembert: the slider's force of inertia and weight, times the lever ``x'``."""
+    q, dq, J, m, fv, fc = symbols("crank")
+    axis = load_axis("crank")
+    lever = crank.x.diff(q)
+    slider = lever * axis.coordinate.acceleration + lever.diff(q) * dq**2
+    return newton(
+        "crank",
+        coordinate=axis.coordinate,
+        parameters=axis.parameters,
+        inertia=J,
+        resistance=(m * (slider + G) * lever, fv * dq, fc * sympy.sign(dq)),
+        drive=axis.drive,
+    )
+
+
+def _linear_motor() -> Axis:
+    q, dq, M, Fv, Fc, Fa, Fb = symbols("linear_motor")
+    wave = 2 * sympy.pi / Constant(0.016, "m").symbol
+    return other_way(
+        "linear_motor",
+        kinetic=M * dq**2 / 2,
+        potential=(Fa * sympy.sin(wave * q) - Fb * sympy.cos(wave * q)) / wave,
+        dissipation=friction(dq, Fv, Fc),
+    )
+
+
+OTHER_WAY = {
+    "emps2015": _emps2015,
+    "emps": _emps,
+    "pendulum": _pendulum,
+    "vertical_screw": _vertical_screw,
+    "belt_axis": _belt_axis,
+    "rotary_table": _rotary_table,
+    "valve": _valve,
+    "crank": _crank,
+    "linear_motor": _linear_motor,
+}
+
+
+def rows(model: AxisModel, expressions: Iterable[sympy.Expr]) -> np.ndarray:
+    """The expressions at motions that slide in both directions, and reach the stops."""
+    q = model.axis.coordinate
+    arguments = [q.symbol, q.velocity, q.acceleration, FORCE, DIRECTION]
+    function = sympy.lambdify(arguments, list(expressions), "math")
+    motions = np.random.default_rng(7).normal(size=(20, 4)) * [0.3, 1, 10, 10]
+    return np.array([function(*motion, math.copysign(1, motion[1])) for motion in motions])
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_newton_and_lagrange_give_the_same_regressors(name: str) -> None:
+    one, other = derive(load_axis(name)), derive(OTHER_WAY[name]())
+    for regressor in ("idm", "ddm"):
+        first, second = (
+            m.idm if regressor == "idm" else m.ddm and m.ddm.regressor for m in (one, other)
+        )
+        assert (first is None) == (second is None)
+        if first is None or second is None:
+            continue
+        left = rows(one, (*first.columns, first.known))
+        right = rows(other, (*second.columns, second.known))
+        assert np.abs(left - right).max(axis=0) == pytest.approx(
+            0, abs=1e-10 * (1 + np.abs(left).max(axis=0)).max()
+        )
+
+
+@pytest.mark.parametrize("name", ["emps2015", "emps"])
+def test_for_the_emps_they_are_identical_expressions(name: str) -> None:
+    one, other = derive(load_axis(name)), derive(OTHER_WAY[name]())
+    assert one.idm == other.idm
+    assert one.ddm == other.ddm
+    assert one.parameter_map == other.parameter_map
+
+
+def test_every_library_axis_is_here() -> None:
+    assert set(OTHER_WAY) == set(LIBRARY)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_library_axes_can_be_identified_and_every_unit_is_checked(name: str) -> None:
+    axis = load_axis(name)
+    assert axis.unchecked_terms == ()
+    assert not derive(axis).hidden
+    assert axis.experiment is not None
+    assert set(axis.experiment.truth) == {p.name for p in axis.parameters}
+
+
+def test_profile_divides_the_force_balance() -> None:
+    axis = load_axis("linear_motor")
+    plain = derive(replace(axis, drive=Drive(gain=58.0)))
+    with_profile = derive(axis)
+    q = axis.coordinate.symbol
+    profile = 1 + 0.03 * sympy.cos(sympy.pi * q / 0.016)
+    left = rows(with_profile, [c * profile for c in with_profile.idm.columns])
+    assert left == pytest.approx(rows(plain, plain.idm.columns), rel=1e-12)
+    assert with_profile.ddm is None
+    assert "depends on q" in with_profile.ddm_refusal
+    assert plain.ddm is not None

@@ -1,0 +1,92 @@
+"""Units are exponents of kg, m, s, A; the whitelist has no traps."""
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid.modeling.quantities.units import _SYMBOLS, parse_unit
+from axisid.support.errors import ModelError
+
+
+@pytest.mark.parametrize(
+    ("text", "exponents"),
+    [
+        ("kg", (1, 0, 0, 0)),
+        ("N/(m/s)", (1, 0, -1, 0)),
+        ("N m", (1, 2, -2, 0)),
+        ("Nm", (1, 2, -2, 0)),
+        ("N*m/rad", (1, 2, -2, 0)),
+        ("m/s^2", (0, 1, -2, 0)),
+        ("m/s**2", (0, 1, -2, 0)),
+        ("V/(m/s)", (1, 1, -2, -1)),
+        ("1/s", (0, 0, -1, 0)),
+        ("s^-1", (0, 0, -1, 0)),
+        ("N/m/s", (1, 0, -3, 0)),
+        ("J", (1, 2, -2, 0)),
+        ("m^(1/2)", (0, Fraction(1, 2), 0, 0)),
+        ("N/(m/s)^(3/2)", (1, Fraction(-1, 2), Fraction(-1, 2), 0)),
+    ],
+)
+def test_units_are_read(text: str, exponents: tuple[int, ...]) -> None:
+    assert parse_unit(text).exponents == exponents
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Hz",
+        "mm",
+        "N/",
+        "(N",
+        "N)",
+        "N^",
+        "N^x",
+        "",
+        "  ",
+        "/s",
+        "N**",
+        "m^1.5",
+        "m^(1/0)",
+        "m^(1/2",
+        "m^(x/2)",
+        "µm",
+        "2 m",
+    ],
+)
+def test_other_texts_are_refused(text: str) -> None:
+    with pytest.raises(ModelError, match="unit"):
+        parse_unit(text)
+
+
+@pytest.mark.parametrize(("text", "meant"), [("Ns/m", "N s/m"), ("Nms/rad", "Nm s/rad")])
+def test_symbols_written_as_one_are_proposed_apart(text: str, meant: str) -> None:
+    with pytest.raises(ModelError, match=f"Did you mean '{meant}'"):
+        parse_unit(text)
+
+
+@pytest.mark.parametrize("text", ["ms", "mA", "mN/m"])
+def test_prefix_is_no_metre(text: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        parse_unit(text)
+    assert "Did you mean" not in str(caught.value)
+
+
+SYMBOLS = st.sampled_from(sorted(_SYMBOLS))
+
+
+@given(SYMBOLS, SYMBOLS)
+def test_products_and_quotients_are_consistent_with_text(left: str, right: str) -> None:
+    a, b = parse_unit(left), parse_unit(right)
+    assert (a * b).exponents == parse_unit(f"{left} {right}").exponents
+    assert (a / b).exponents == parse_unit(f"{left}/({right})").exponents
+    assert parse_unit(str(a / b)).same_dimension(a / b)
+
+
+@given(st.text(max_size=12))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    try:
+        parse_unit(text)
+    except ModelError as error:
+        assert str(error)

@@ -1,0 +1,246 @@
+"""Text becomes an expression of declared names, or a refusal that says where; at once, always."""
+
+import math
+import time
+import warnings
+
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axisid import UsageError
+from axisid.codegen.lowering.lower import Lowering
+from axisid.codegen.lowering.program import Builder
+from axisid.modeling.quantities.constants import Constant
+from axisid.modeling.text.dynamics import DYNAMICS
+from axisid.modeling.text.expression import read_expression
+from axisid.modeling.text.mistakes import TextError
+
+SYMBOLS = {name: sympy.Symbol(name, real=True) for name in ("m", "b", "c", "x", "dx", "ddx")}
+m, b, c, x, dx, ddx = SYMBOLS.values()
+
+
+def read(text: str) -> sympy.Expr:
+    return read_expression(text, SYMBOLS, DYNAMICS)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("m*ddx + b*dx + c*sign(dx)", m * ddx + b * dx + c * sympy.sign(dx)),
+        ("m*dx**2/2", m * dx**2 / 2),
+        ("1/2*m*dx**2", m * dx**2 / 2),
+        ("-6/8*b", sympy.Rational(-3, 4) * b),
+        ("1./2*b", b / 2),
+        ("0.5*b", 0.5 * b),
+        ("1/3*b", (1 / 3) * b),
+        ("x**(1/2)", sympy.sqrt(x)),
+        ("-c*abs(-x)", -c * sympy.Abs(x)),
+        ("b*tanh(dx/1e-3)", b * sympy.tanh(dx / sympy.Float(1e-3))),
+        ("b - c - x", b - c - x),
+        ("b/c/x", b / c / x),
+        ("b/c*x", b / c * x),
+        ("-x**2", -(x**2)),
+        ("2**-x", 2**-x),
+        ("x**2**3", x**8),
+        ("max(x, b)*atan2(x, dx)", sympy.Max(x, b) * sympy.atan2(x, dx)),
+        ("  (x\n\t+ b)\r\n", x + b),
+        (
+            "+".join(f"b*sin({i}*x)" for i in range(60)),
+            sum(b * sympy.sin(i * x) for i in range(60)),
+        ),
+        ("exp(2*x)", sympy.exp(2 * x)),
+        ("sin(x)**20*cos(x)**20", sympy.sin(x) ** 20 * sympy.cos(x) ** 20),
+        (
+            "*".join(f"sin({i}*x)" for i in range(1, 9)),
+            sympy.prod(sympy.sin(i * x) for i in range(1, 9)),
+        ),
+        (".5*x + 1.e-3", 0.5 * x + sympy.Float(1e-3)),
+    ],
+)
+def test_text_means_what_it_means_in_python(text: str, expected: sympy.Expr) -> None:
+    assert read(text) == expected
+
+
+@given(st.integers(-(10**9) + 1, 10**9 - 1), st.integers(1, 10**9 - 1))
+def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, below: int) -> None:
+    for divisor in (below, below & -below):
+        value = read(f"{above}/{divisor}")
+        assert float(value) == above / divisor
+        assert value.is_Rational == (
+            sympy.Rational(above, divisor) == sympy.Rational(above / divisor)
+        )
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "reason"),
+    [
+        ("__import__('os').system('true')", "column 12", "cannot be used"),
+        ("x.__class__", "column 2", "cannot be used"),
+        ("m*dxx", "column 3", "there is no name dxx; .* Did you mean 'dx'"),
+        ("m +\n  bb", "line 2, column 3", "there is no name bb"),
+        ("(lambda: x)()", "column 8", "':' cannot be used"),
+        ("print(x)", "column 1", "no such function; there are sin, "),
+        ("m(x + 1)", "column 1", r"write m\*\(...\) for a product"),
+        ("sin*x", "column 1", "sin is a function"),
+        ("x if b else c", "column 1", "cannot be used"),
+        ("2x", "column 1", r"2\*x"),
+        ("x^2", "column 2", r"write \*\* for a power"),
+        ("x b", "column 3", "missing here"),
+        ("x +", "column 4", "too early"),
+        ("x + ((b)", "column 5", "never closed"),
+        ("x)", "column 2", "never opened"),
+        (" ", "column 1", "it is empty"),
+        ("b + x/0", "column 7", "divides by zero"),
+        ("b + x/(c - c)", "column 8", "divides by zero"),
+        ("b + sqrt(-1)", "column 5", "has no value"),
+        ("sqrt(-x**2)", "column 1", "no finite real value"),
+        ("9**9**9**9", "column 4", "too large"),
+        ("x**21", "column 4", "the power 21 is beyond 20"),
+        ("(x**20)**20", "column 10", "the power 400 is beyond 20"),
+        ("exp(999999999*log(9*x))", "column 1", "in an exponent"),
+        ("exp(x)**(999999999*log(9*b)/x)", "column 10", "in an exponent"),
+        ("((x + 1)**20 + b)**20", "column 1", "more than 500 terms"),
+        ("(x + b + c + m + 1)**20", "column 1", "more than 500 terms"),
+        ("1/((x + b + c)**15 + 1)", "column 1", "more than 500 terms"),
+        ("*".join(f"sin({i}.{i}*x)" for i in range(1, 15)), "column 1", "fewer sines"),
+        ("((1 + sin(x))*(b + cos(3*x)))**9", "column 1", "more than 500 terms"),
+        ("sin(" * 7 + "x" + ")" * 7, "column 25", "functions are nested deeper"),
+        ("-" * 1500 + "x", "column 16", "nested deeper"),
+        ("(" * 1000, "column 46", "nested deeper"),
+        ("x+" * 1200 + "x", "column 2001", "2401 characters"),
+        ("sin(x, b)", "column 1", "give 1"),
+        ("sin(*x)", "column 5", "cannot be used"),
+        ("x\0", "column 2", "cannot be used"),
+        ("\u2212x", "column 1", "cannot be used"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_at_its_place(text: str, where: str, reason: str) -> None:
+    started = time.process_time()
+    with pytest.raises(TextError, match=reason) as refusal:
+        read(text)
+    assert refusal.value.where == where
+    assert time.process_time() - started < 1
+
+
+GIVEN = {"pi": math.pi, "G": 9.80665, "h": 1e300, "s": 10.0, "k": 2.0, "a": -1.0}
+CONSTANTS = {name: Constant(value, "1", name).symbol for name, value in GIVEN.items()}
+pi, G, h, s, k, a = CONSTANTS.values()
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "reason"),
+    [
+        ("x + pi**pi**pi**pi", "column 5", "too large"),
+        ("exp(exp(exp(pi)))", "column 1", "too large"),
+        ("2**pi**20", "column 1", "too large"),
+        ("cosh(pi**18)", "column 1", "too large"),
+        ("x*exp(h)", "column 3", "too large"),
+        ("2**h", "column 1", "too large"),
+        ("s**s**s", "column 1", "too large"),
+        ("exp(exp(exp(s)))", "column 5", "too large"),
+        ("x + 1e60**k", "column 5", r"1e\+120 with the numbers of its constants"),
+        ("h*x", "column 1", "beyond 1e[+]100"),
+        ("x*h*h", "column 1", "beyond 1e[+]100"),
+        ("exp(x + h)*exp(-x)", "column 1", "beyond 1e[+]100"),
+        ("exp(exp(x + h)*exp(-x))", "column 1", "beyond 1e[+]100"),
+        ("x**(3*s)", "column 5", r"the power 3\*s is beyond 20"),
+        ("(x + b + c + m + 1)**s", "column 1", "more than 500 terms"),
+        ("exp(s*s*log(9*x))", "column 1", "in an exponent"),
+        ("sqrt(1 - pi)", "column 1", "has no value"),
+        ("asin(pi)", "column 1", "has no value"),
+        ("log(log(pi - 3))", "column 1", "has no value"),
+        ("b + sqrt(a)", "column 5", "has no value"),
+        ("log(a)", "column 1", "has no value"),
+        ("a**0.5", "column 1", "not a real one"),
+        ("x/(k - 2)", "column 4", "divides by zero"),
+    ],
+)
+def test_constants_that_make_no_sane_number_are_refused_at_their_place(
+    text: str, where: str, reason: str
+) -> None:
+    started = time.process_time()
+    with pytest.raises(TextError, match=reason) as refusal:
+        read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS)
+    assert refusal.value.where == where
+    assert time.process_time() - started < 1
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("m*G*sin(pi*x)", m * G * sympy.sin(pi * x)),
+        ("sqrt(pi*G)*b", sympy.sqrt(pi * G) * b),
+        ("2**(25*k)*x", 2 ** (25 * k) * x),
+        ("(x + b)**k", (x + b) ** k),
+        ("abs(a)*x/s**15", sympy.Abs(a) * x / s**15),
+        ("max(k, pi)*atan2(k, s)", sympy.Max(k, pi) * sympy.atan2(k, s)),
+    ],
+)
+def test_constants_stay_symbols(text: str, expected: sympy.Expr) -> None:
+    assert read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS) == expected
+
+
+def test_pointer_stands_under_the_mistake_and_carries_no_control_characters() -> None:
+    with pytest.raises(TextError) as refusal:
+        read("b*dx\n + c*\x1b[31mv" + " " * 200)
+    line, caret = refusal.value.pointer.split("\n")
+    assert line.startswith(" + c*?[31mv")
+    assert caret.index("^") == 5
+
+
+def lowered(expression: sympy.Expr) -> None:
+    builder = Builder()
+    Lowering(builder, {s: builder.scalar(str(s)) for s in SYMBOLS.values()})(expression)
+
+
+FRAGMENTS = [
+    *SYMBOLS,
+    *DYNAMICS.functions,
+    *"+-*/(),.9 \n",
+    "**",
+    "1e3",
+    "0",
+    "2",
+    "pi",
+    "__class__",
+]
+NEARLY = st.lists(
+    st.sampled_from([*FRAGMENTS, "lambda ", "if", "'", "[", ":", "\\", "{"]), max_size=25
+)
+LEAVES = st.sampled_from([*SYMBOLS, "2", "0.5", "0", "pi", "20", "99999999", "1e308", "1e-9"])
+TREES = st.recursive(
+    LEAVES,
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "**"]), inner).map(
+            lambda t: f"({t[0]}{t[1]}{t[2]})"
+        ),
+        st.tuples(st.sampled_from(sorted(DYNAMICS.functions)), inner, inner).map(
+            lambda t: f"{t[0]}({', '.join(t[1 : 1 + DYNAMICS.functions[t[0]].arguments])})"
+        ),
+        inner.map(lambda e: f"-{e}"),
+    ),
+    max_leaves=12,
+)
+MUTATED = st.tuples(TREES, st.integers(0, 60), st.integers(0, 4), st.text(max_size=3)).map(
+    lambda t: t[0][: t[1]] + t[3] + t[0][t[1] + t[2] :]
+)
+
+
+@settings(max_examples=400)
+@given(st.one_of(st.text(max_size=40), NEARLY.map("".join), TREES, MUTATED))
+def test_any_text_is_an_expression_of_declared_names_that_lowers_or_is_refused(text: str) -> None:
+    started = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            expression = read(text)
+        except TextError as error:
+            assert isinstance(error, UsageError)
+            assert error.reason.endswith((".", "?"))
+            assert str(error)
+        else:
+            assert expression.free_symbols <= set(SYMBOLS.values())
+            lowered(expression)
+    assert time.process_time() - started < 2

@@ -1,0 +1,227 @@
+"""What a terminal shows is the text of a pipe, dressed; what a pipe gets is plain."""
+
+import io
+import os
+import pty
+import re
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import click
+import pytest
+
+from axisid import Identification, Record, derive, identify, load_axis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.console.progress import ProgressLine
+from axisid.presentation.console.terminal import emphasised, fit, show_text
+from axisid.presentation.formulas.axis_page import shown
+from axisid.presentation.text.tables import text_table
+from axisid.support.progress import each
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    return Terminal()
+
+
+def in_terminal(*arguments: str, columns: int = 120, **environment: str) -> str:
+    """What the command line draws on a terminal of its own."""
+    main, other = pty.openpty()
+    variables = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "COLUMNS")}
+    variables |= {"TERM": "xterm", "COLUMNS": str(columns), **environment}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "axisid", *arguments],
+        stdin=other,
+        stdout=other,
+        stderr=other,
+        env=variables,
+    )
+    os.close(other)
+    drawn = b""
+    while True:
+        try:
+            part = os.read(main, 1 << 16)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        drawn += part
+    os.close(main)
+    assert process.wait() == 0, drawn
+    return drawn.decode().replace("\r\n", "\n")
+
+
+def test_on_a_terminal_the_verdict_is_coloured_and_the_text_the_same(
+    result: Identification,
+) -> None:
+    drawn = in_terminal("identify", "emps2015")
+    assert click.style("pass   ", fg="green") in drawn
+    assert re.search(r"\x1b\[2mnote   independent residuals: ", drawn)
+    visible = drawn.rpartition("\r\x1b[K")[2]  # after a progress line, on a busy machine
+    assert click.unstyle(visible) == result.summary()
+
+
+@pytest.mark.parametrize(
+    ("variables", "coloured"),
+    [({}, True), ({"NO_COLOR": ""}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)],
+)
+def test_colours_can_be_refused(
+    terminal: Terminal,
+    monkeypatch: pytest.MonkeyPatch,
+    variables: dict[str, str],
+    coloured: bool,
+) -> None:
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "stdout", terminal)
+    show_text("FAIL   one: two\n")
+    assert ("\x1b" in terminal.getvalue()) == coloured
+    assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
+
+
+def test_on_a_pipe_there_is_nothing_but_text(run: Run, result: Identification) -> None:
+    assert run("identify", "emps2015") == (0, result.summary(), "")
+
+
+def test_emphasis_changes_no_character(result: Identification) -> None:
+    text = result.summary() + "-      one: not evaluated, since\n       two\nrecommended: three\n"
+    dressed = emphasised(text)
+    assert click.unstyle(dressed) == text
+    assert click.style("       two", dim=True) in dressed
+    header = next(line for line in text.splitlines() if "IDM-LS" in line)
+    assert click.style(header, bold=True) in dressed
+
+
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_a_narrow_terminal_gets_every_word_within_its_width(
+    result: Identification, width: int
+) -> None:
+    text = f"{result.summary()}\nTable 1. A title\n{result.summary()}\n"
+    text += shown(derive(load_axis("emps")), "text")
+    narrow = fit(text, width)
+    assert max(map(len, narrow.splitlines())) <= width
+    assert {w for w in text.split() if set(w) != {"-"}} <= set(narrow.split())
+
+
+def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:
+    table = text_table(
+        ["", "unit", "ONE", "sd", "TWO", "sd"],
+        [["M", "kg", "95.1", "0.2", "96.1", "0.3"], ["long name", "N", "1", "2", "3", "4"]],
+    )
+    assert fit(f"{table}\n", 40) == f"{table}\n"
+    title = "x" * 45
+    assert fit(f"{title}\n\n{table}\nsaid.\n", 44) == f"{title}\n\n{table}\nsaid.\n"
+    wide = text_table(
+        ["", "unit", "FIRST METHOD", "sd", "SECOND METHOD", "sd"],
+        [["M", "kg", "95.1", "0.2", "96.1", "0.3"], ["long name", "N", "1", "2", "3", "4"]],
+    )
+    assert fit(f"{wide}\nand so on.\n", 42).splitlines() == [
+        "           unit  FIRST METHOD   sd",
+        "----------------------------------",
+        "M            kg          95.1  0.2",
+        "long name     N             1    2",
+        "",
+        "           unit  SECOND METHOD   sd",
+        "-----------------------------------",
+        "M            kg           96.1  0.3",
+        "long name     N              3    4",
+        "and so on.",
+    ]
+
+
+def test_progress_appears_late_says_the_step_and_is_erased(terminal: Terminal) -> None:
+    with ProgressLine("working", terminal, delay=0.05, interval=0.01) as line:
+        for _ in each(["a", "b"], line, str.upper):
+            time.sleep(0.1)
+    drawn = terminal.getvalue()
+    lines = [part.strip() for part in drawn.split("\r\x1b[K")]
+    assert lines[0] == lines[-1] == ""
+    assert any(s.startswith("A (1 of 2), 0 s") for s in lines)
+    assert any(s.startswith("B (2 of 2), 0 s") for s in lines)
+    assert drawn.endswith("\r\x1b[K")
+
+
+def test_what_is_quick_shows_no_progress(terminal: Terminal) -> None:
+    with ProgressLine("working", terminal):
+        pass
+    assert terminal.getvalue() == ""
+
+
+def test_no_terminal_no_progress(monkeypatch: pytest.MonkeyPatch, terminal: Terminal) -> None:
+    for stream, term in ((io.StringIO(), "xterm"), (terminal, "dumb")):
+        monkeypatch.setenv("TERM", term)
+        with ProgressLine("working", stream, delay=0.0, interval=0.01):
+            time.sleep(0.05)
+        assert stream.getvalue() == ""
+
+
+def test_a_warning_or_an_error_takes_the_place_of_the_line(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def show(message: Warning | str, *_: object) -> None:
+        terminal.write(f"said: {message}\n")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        monkeypatch.setattr(warnings, "showwarning", show)
+        with (
+            pytest.raises(ValueError, match="broken"),
+            ProgressLine("working", terminal, delay=0.0, interval=0.01),
+        ):
+            time.sleep(0.05)
+            warnings.warn("careful", RuntimeWarning, stacklevel=1)
+            raise ValueError("broken")
+        assert warnings.showwarning is show
+    assert "\r\x1b[Ksaid: careful\n" in terminal.getvalue()
+    assert terminal.getvalue().endswith("\r\x1b[K")
+
+
+def test_sweep_and_compare_announce_their_steps(emps2015: GeneratedAxis, twin: Record) -> None:
+    from axisid import compare, friction_ladder, sweep
+
+    said: list[tuple[int, int, str]] = []
+    sweep(emps2015, twin, (60.0, 30.0), methods=["idm-ls"], progress=lambda *s: said.append(s))
+    assert said == [(0, 2, "cut-off 30 Hz"), (1, 2, "cut-off 60 Hz")]
+    said.clear()
+    compare(friction_ladder(emps2015.axis), twin, progress=lambda *s: said.append(s))
+    assert [s[0] for s in said] == [*range(4)] * 2
+    assert said[0] == (0, 4, "estimate of viscous")
+    assert said[4] == (0, 4, "held-out rows of viscous")
+    assert all(a[0] < b[0] or b[0] == 0 for a, b in pairwise(said))
+
+
+def test_a_title_that_the_locale_cannot_print_is_no_fault(tmp_path: Path) -> None:
+    axis = tmp_path / "mine.py"
+    axis.write_text(
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "axis = replace(load_axis('emps2015'), title='Pr\u00fcfstand')\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "axisid", "show", str(axis)],
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(b"emps2015: Pr")

@@ -1,0 +1,115 @@
+"""What is written as JSON is what the schema documents, no more and no less."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from axisid import Record, identify, load_axis, sweep, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+
+
+@pytest.fixture(scope="module")
+def schema(root: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(
+        (root / "docs" / "schema" / "results-1.json").read_text(encoding="utf-8")
+    )
+    return document
+
+
+@pytest.fixture(scope="module")
+def checker(schema: dict[str, Any]) -> Draft202012Validator:
+    return Draft202012Validator(schema)
+
+
+def test_schema_is_one(schema: dict[str, Any]) -> None:
+    Draft202012Validator.check_schema(schema)
+
+
+def test_identification_with_everything(checker: Draft202012Validator, run: Any) -> None:
+    code, out, _ = run("identify", "emps2015", "--draws", "20", "--json", "-")
+    assert code == 0
+    checker.validate(json.loads(out))
+
+
+def test_identification_with_a_second_record(
+    checker: Draft202012Validator, run: Any, tmp_path: Path, twin: Record
+) -> None:
+    import numpy as np
+
+    path = tmp_path / "second.csv"
+    assert twin.reference is not None
+    assert twin.control is not None
+    table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
+    np.savetxt(path, table, delimiter=",", header="time,position,reference,control", comments="")
+    _, out, _ = run("identify", "emps2015", "--validate", str(path), "--json", "-")
+    written = json.loads(out)
+    checker.validate(written)
+    assert written["validation"]["methods"]
+
+
+def test_identification_that_lacks_what_can_be_lacking(
+    checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    for axis, record in (
+        (replace(emps2015.axis, control=None), twin),
+        (emps2015.axis, replace(twin, reference=None)),
+    ):
+        written = identify(axis, record).to_dict()
+        checker.validate(written)
+        assert written["instruments"] is None
+        assert written["law_check"]["passed"] is None
+    checker.validate(identify(emps2015, twin, methods="ddm-iv").to_dict())
+
+
+def test_physical_parameters_by_known_values(
+    checker: Draft202012Validator, run: Any, root: Path, tmp_path: Path
+) -> None:
+    declared = (root / "examples" / "pendulum.py").read_text(encoding="utf-8")
+    mass = 'm, l = Parameter("m", "kg", nominal=1.0), Parameter("l", "m", nominal=0.3)'
+    for old, new in (
+        ("theta = Coord", f"{mass}\ntheta = Coord"),
+        ("J, mgl, fv", "J, m, l, fv"),
+        ("-mgl *", "-9.81 * m * l *"),
+        ('"mgl": 1.0', '"m": 0.5, "l": 0.2'),
+    ):
+        assert old in declared
+        declared = declared.replace(old, new)
+    (tmp_path / "rod.py").write_text(declared)
+    plain, fixed = (
+        json.loads(run("identify", tmp_path / "rod.py", *options, "--json", "-")[1])
+        for options in ([], ["--fix", "m=0.5+-0.01", "--fix", "J=0.0626"])
+    )
+    for written in (plain, fixed):
+        checker.validate(written)
+    names = [set(w["estimates"][0]["physical"]["parameters"]) for w in (plain, fixed)]
+    assert names == [{"J", "fv", "fc"}, {"J", "m", "l", "fv", "fc"}]
+    physical = fixed["estimates"][2]["physical"]
+    assert physical["base"] == {"m_l": "l*m"}
+    assert physical["fixed"] == {
+        "J": {"value": 0.0626, "sd": 0.0},
+        "m": {"value": 0.5, "sd": 0.01},
+    }
+    assert physical["parameters"]["l"]["value"] == pytest.approx(0.2, rel=1e-3)
+    assert physical["parameters"]["l"]["sd"] == pytest.approx(0.2 * 0.02, rel=1e-2)
+    assert [c["status"] for c in fixed["verdict"] if c["name"] == "fixed values"] == ["pass"]
+
+
+def test_sweep(checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record) -> None:
+    checker.validate(sweep(emps2015, twin, (30.0, 90.0)).to_dict())
+
+
+def test_comparison(checker: Draft202012Validator, run: Any) -> None:
+    _, out, _ = run("compare", "--ladder", "emps2015", "--json", "-")
+    written = json.loads(out)
+    checker.validate(written)
+    assert written["schema"] == "axisid.comparison/1"
+
+
+def test_a_name_that_is_not_documented_is_found(checker: Draft202012Validator) -> None:
+    written = identify(load_axis("emps2015"), twin_record(load_axis("emps2015"))).to_dict()
+    written["estimates"][0]["secret"] = 1
+    assert not checker.is_valid(written)

@@ -1,0 +1,184 @@
+"""The page of an axis: complete, narrow enough, and formulas that typeset."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import sympy
+from matplotlib.mathtext import MathTextParser
+
+from axisid import Axis, Coordinate, Drive, Parameter, derive, fix, lagrange, load_axis, newton
+from axisid.presentation.formulas.axis_page import FORMATS, shown
+from axisid.presentation.formulas.latex import symbol_latex, unit_latex
+
+Run = Callable[..., tuple[int, str, str]]
+
+ROOT = Path(__file__).resolve().parents[3]
+x = Coordinate("x")
+m, J = Parameter("m", "kg", nominal=1.0), Parameter("J", "kg m^2")
+carried = Parameter("K", "kg")
+waves = tuple(Parameter(f"a_{i}", "N", description=r"50 % of a #1 \ {cog} _ ^ ~") for i in range(9))
+
+WIDE = newton(
+    "wide",
+    title="many terms & signs: 100 % {of} <it>",
+    coordinate=x,
+    parameters=(m, *waves),
+    inertia=m,
+    resistance=[a * sympy.sin(100 * i * x.symbol) ** 2 for i, a in enumerate(waves, 1)],
+    drive=Drive(gain=1.0, unit="N m/rad", relative_sd=0.01),
+)
+MERGED = newton(
+    "merged",
+    coordinate=x,
+    parameters=(m, carried),
+    inertia=m + 4 * carried,
+    resistance=(),
+    drive=Drive(gain=1.0),
+)
+CRANK = lagrange(
+    "crank",
+    coordinate=Coordinate("phi", unit="rad"),
+    parameters=(J,),
+    kinetic=J
+    * (1 + sympy.sin(sympy.Symbol("phi", real=True)) ** 2)
+    * sympy.Symbol("dphi", real=True) ** 2,
+    drive=Drive(gain=1.0),
+)
+PHI, RADIUS = Coordinate("phi", unit="rad"), Parameter("r", "m", nominal=0.3)
+ROD = lagrange(
+    "rod",
+    coordinate=PHI,
+    parameters=(m, RADIUS, J),
+    kinetic=(m * RADIUS**2 + J) * PHI.velocity**2 / 2,
+    potential=-9.81 * m * RADIUS * sympy.cos(PHI.symbol),
+    drive=Drive(gain=1.0),
+)
+AXES = [
+    ROD,
+    load_axis("emps"),
+    load_axis(ROOT / "examples" / "pendulum.py"),
+    WIDE,
+    MERGED,
+    CRANK,
+]
+
+
+def name(axis: Axis) -> str:
+    return axis.name
+
+
+@pytest.mark.parametrize("axis", AXES, ids=name)
+def test_text_is_at_most_96_columns_wide_and_plain(axis: Axis) -> None:
+    text = shown(derive(axis))
+    assert max(map(len, text.splitlines())) <= 96
+    assert not re.search(r"[\t\x1b]| $", text, re.MULTILINE)
+
+
+def test_page_of_the_library_axis_says_everything(run: Run) -> None:
+    code, out, err = run("show", "emps")
+    assert (code, err) == (0, "")
+    for line in (
+        "emps: EMPS, public benchmark record of 2019",
+        "  tau = M*ddq + Fv*dq + Fc*sign(dq) + tau0  [N]",
+        "  inertia = M",
+        "  M     [kg]       nominal 100, at least 0, mass",
+        "  Fv     [N/(m/s)]  : dq",
+        "  theta2 = Fv/M    [1/s]    : -dq",
+        "  Fv = theta2/theta1",
+        "  every parameter has an effect of its own",
+        "  tau = 35.15065188 N/V times the control",
+        "  q2 next = q1",
+        "  kp = 160.18",
+        "  position = qm",
+    ):
+        assert line in out.splitlines(), line
+
+
+def test_what_cannot_be_told_apart_and_why_there_is_no_direct_model_are_said() -> None:
+    page = shown(derive(MERGED))
+    assert "m_plus_K = 4*K + m  [kg]" in page
+    words = " ".join(page.split())
+    assert "only 4*K + m: no motion shows a change of m -4, K +1" in words
+    assert "only 4*K + m: the rest follows if one of m, K is known" in words
+    text = " ".join(shown(derive(CRANK)).split())
+    assert "none: axis 'crank' has no direct regressor: its inertia" in text
+    assert "none: least squares only" in text
+
+
+def test_base_parameters_and_what_follows_from_known_values_are_said() -> None:
+    page = shown(derive(fix(ROD, m=(1.0, 0.02))))
+    for line in (
+        "  tau = ddphi*(J + m*r**2) + 9.81*m*r*sin(phi)  [N m]",
+        "  inertia = J + m*r**2",
+        "  m  [kg]      nominal 1, known to be 1 +- 0.02",
+        "  m_r = m*r  [kg m]",
+        "  J_plus_m_r2 = J + m*r**2  [kg m^2]",
+        "  J_plus_m_r2  [kg m^2]  : ddphi",
+        "  m, r and J follow from a record, with m = 1 +- 0.02 kg known",
+    ):
+        assert line in page.splitlines(), line
+    assert "no motion shows a change of m +m, r -r, J +m*r**2" in " ".join(page.split())
+    plain = " ".join(shown(derive(ROD)).split())
+    assert "the rest follows if one of m, r, J is known" in plain
+
+
+def environments(text: str) -> list[str]:
+    """Formulas of the aligned blocks, balanced braces and environments on the way."""
+    opened: list[str] = []
+    for kind, environment in re.findall(r"\\(begin|end)\{([a-z*]+)\}", text):
+        if kind == "begin":
+            opened.append(environment)
+        else:
+            assert opened.pop() == environment
+    assert opened == []
+    bare = re.sub(r"\\[\\{}]", "", text)
+    assert bare.count("{") == bare.count("}")
+    assert text.count(r"\left") == text.count(r"\right")
+    blocks = re.findall(r"\\begin\{align(?:ed|\*)\}\n(.*?)\n\\end", text, re.DOTALL)
+    return [line for block in blocks for line in re.split(r" \\\\\n", block)]
+
+
+@pytest.mark.parametrize("form", ["latex", "markdown"])
+@pytest.mark.parametrize("axis", AXES, ids=name)
+def test_every_formula_typesets(axis: Axis, form: str) -> None:
+    formulas = environments(shown(derive(axis), form))
+    assert len(formulas) > 4
+    parser = MathTextParser("path")
+    for formula in formulas:
+        assert formula.count("&") == 1
+        parser.parse(f"${formula.replace('&', '')}$")
+
+
+def test_the_latex_document_escapes_what_latex_reads() -> None:
+    text = shown(derive(WIDE), "latex")
+    assert (
+        r"\section*{wide: many terms \& signs: 100 \% \{of\} \textless{}it\textgreater{}}" in text
+    )
+    assert (
+        r"50 \% of a \#1 \textbackslash{} \{cog\} \_ \textasciicircum{} \textasciitilde{}" in text
+    )
+    assert text.startswith(r"\documentclass{article}")
+    assert text.endswith("\\end{document}\n")
+
+
+def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
+    text = shown(derive(load_axis("emps2015")), "markdown")
+    assert r"M\, \ddot{q} + F_{\mathrm{v}}\, \dot{q}" in text
+    assert symbol_latex("Fvm") == r"F_{\mathrm{vm}}"
+    assert symbol_latex("Xi") == r"\Xi"
+    assert symbol_latex("fv") == r"\mathit{fv}"
+    assert symbol_latex("tau0") == r"\tau_{0}"
+    assert symbol_latex("J_motor_2") == r"J_{\mathrm{motor},2}".replace(",", r",\,")
+    assert symbol_latex("xdot") == r"\mathit{xdot}"
+    assert unit_latex("N m/s^2") == r"\mathrm{N\,m/s^{2}}"
+    assert unit_latex("1/(kg m^2)") == r"\mathrm{1/(kg\,m^{2})}"
+    assert unit_latex("s^(1/2)") == r"\mathrm{s^{1/2}}"
+
+
+def test_formats_are_those_of_the_command(run: Run) -> None:
+    for form in FORMATS:
+        assert run("show", "emps2015", "--format", form)[0] == 0
+    assert run("show", "emps2015", "--format", "pdf")[0] == 2
+    assert run("show", "nosuch")[0] == 4

@@ -1,0 +1,509 @@
+"""Figures as data say what is true of the result, and matplotlib draws every one of them."""
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import sympy
+from matplotlib import font_manager
+
+from axisid import (
+    Constant,
+    Coordinate,
+    Drive,
+    Identification,
+    Parameter,
+    Prefilter,
+    Record,
+    Sweep,
+    UsageError,
+    build,
+    coulomb,
+    identify,
+    newton,
+    sweep,
+    validate,
+    viscous,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.studies.friction_curve import Friction, friction
+from axisid.presentation.formulas.numbers import readable_unit
+from axisid.presentation.plots.estimate import (
+    autocorrelation_plot,
+    convergence_plot,
+    force_plot,
+    spectrum_plot,
+)
+from axisid.presentation.plots.friction import friction_plot
+from axisid.presentation.plots.matplotlib import drawn, rendered
+from axisid.presentation.plots.plot import NoPlot, Panel, Plot, Series, drawable
+from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
+from axisid.presentation.plots.ticks import Thousands, log_ticks
+
+x = Coordinate("x")
+m, k = Parameter("m", "kg", nominal=2.0), Parameter("k", "N/m")
+b, c = Parameter("b", "N/(m/s)"), Parameter("c", "N")
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, Prefilter(reversals="keep"))
+
+
+@pytest.fixture(scope="module")
+def swept(emps2015: GeneratedAxis, twin: Record) -> Sweep:
+    return sweep(emps2015, twin, (30.0, 90.0), methods=["idm-ls", "idm-iv"])
+
+
+def series(plot: Plot | NoPlot, panel: int, label: str) -> Series:
+    return next(s for s in drawable(plot).panels[panel].series if s.label.startswith(label))
+
+
+def moved() -> Record:
+    """Some motion with some force."""
+    time = np.arange(4000) * 1e-3
+    position = 0.3 * np.sin(5 * time) + 0.1 * np.sin(11 * time)
+    return Record(time=time, position=position, force=np.sin(7 * time) + position)
+
+
+def declared(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> GeneratedAxis:
+    return build(
+        newton(
+            "stage",
+            coordinate=x,
+            parameters=(m, *parameters),
+            inertia=m,
+            resistance=resistance,
+            drive=Drive(gain=1.0),
+        ),
+        native=False,
+    )
+
+
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-iv"])
+def test_reconstruction_and_error_add_up_to_the_measurement(
+    result: Identification, method: str
+) -> None:
+    plot = force_plot(result[method])
+    whole = series(plot, 0, "reconstructed").y + series(plot, 1, "error").y
+    assert whole == pytest.approx(series(plot, 0, "measured").y, rel=1e-12)
+    left = "force [N]" if method.startswith("idm") else "acceleration [m/s²]"
+    assert plot.panels[0].label == left
+
+
+def test_rows_are_at_their_own_times(result: Identification, twin: Record) -> None:
+    time = series(force_plot(result["idm-iv"]), 0, "measured").x
+    start, end = result.prefilter.dropped(twin.period)
+    assert start * twin.period <= time[0] < time[-1] <= (len(twin) - end) * twin.period
+    assert np.diff(time) == pytest.approx(10 * twin.period)
+
+
+def test_spectrum_holds_the_residuals_power(result: Identification) -> None:
+    """Parseval: the density's integral is the variance, up to the window and the mean."""
+    estimate = result["idm-iv"]
+    found = series(spectrum_plot(estimate), 0, "residuals")
+    power = float(np.sum(found.y) * (found.x[1] - found.x[0]))
+    assert power == pytest.approx(float(np.var(estimate.residuals)), rel=0.1)
+    assert found.x[-1] == pytest.approx(0.5 / (10 * estimate.period))
+
+
+def test_a_vibration_shows_at_its_frequency(result: Identification) -> None:
+    estimate = result["idm-iv"]
+    time = estimate.rows * estimate.period
+    shaken = replace(estimate, residuals=estimate.residuals + 5 * np.sin(2 * np.pi * 17 * time))
+    found = series(spectrum_plot(shaken), 0, "residuals")
+    assert found.x[np.argmax(found.y)] == pytest.approx(17, abs=0.5)
+
+
+def test_lags_are_in_seconds(result: Identification) -> None:
+    stems = autocorrelation_plot(result["idm-iv"]).panels[0].series[0]
+    assert stems.x[0] == pytest.approx(10 * result["idm-iv"].period)
+    assert list(stems.y) == list(result["idm-iv"].residual_tests.autocorrelation[1:])
+
+
+def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
+    result: Identification,
+) -> None:
+    estimate = result["idm-iv"]
+    panel = drawable(convergence_plot(estimate)).panels[0]
+    assert [s.label for s in panel.series] == ["M", "Fv", "Fc"]
+    assert (panel.levels, panel.log) == ((0.01,), True)
+    last, before = estimate.iterates[-1].physical, estimate.iterates[-2].physical
+    for j, s in enumerate(panel.series):
+        deviation = estimate.parameters[s.label].sd
+        assert s.y[-2] == pytest.approx(abs(before[j] - last[j]) / deviation)
+        assert s.y[-2] < 0.01 < s.y[0]
+        assert np.isnan(s.y[-1])  # the last from itself
+    with pytest.raises(UsageError, match="no figure of the convergence: idm-ls is no iteration"):
+        result["idm-ls"].plot_convergence()
+
+
+def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
+    result: Identification,
+) -> None:
+    estimate = result["idm-iv"]
+    found = friction(result, estimate)
+    assert isinstance(found, Friction)
+    _, viscosity, coulombs = estimate.physical
+    v, force = found.law.T
+    expected = viscosity * v + coulombs * np.sign(v)
+    sliding = np.isfinite(force)
+    assert force[sliding] == pytest.approx(expected[sliding], rel=1e-9)
+    assert np.count_nonzero(~sliding) == 1  # rest is set-valued: the curve breaks there
+    fast = np.abs(found.binned[:, 0]) > 0.02
+    at = found.binned[fast, 0]
+    law = viscosity * at + coulombs * np.sign(at)
+    assert found.binned[fast, 1] == pytest.approx(law, abs=0.1 * np.abs(law).max())
+
+
+def test_friction_is_shown_by_rows_of_whole_weight_alone(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    found = identify(emps2015, twin, methods=["idm-ls"])
+    estimate = found["idm-ls"]
+    shown = friction(found, estimate)
+    assert isinstance(shown, Friction)
+    assert shown.left_out > 0
+    assert len(shown.velocity) == len(estimate.y) - shown.left_out
+    _, viscosity, coulombs = estimate.physical
+    at, mean, _ = shown.binned.T
+    law = viscosity * at + coulombs * np.sign(at)
+    assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
+    plot = drawable(friction_plot(found, estimate))
+    assert f"Without {shown.left_out} rows by the reversals" in plot.caption
+    assert not np.any(np.abs(shown.binned[:, 0]) < 1e-3)  # no bin mixes both directions
+
+
+def test_gravity_and_springs_are_taken_off_the_friction() -> None:
+    axis = declared(viscous(b, x), coulomb(c, x), k * x, parameters=(b, c, k))
+    time = np.arange(6000) * 1e-3
+    q, w = 0.3 * np.sin(5 * time), 5.0
+    dq, ddq = 0.3 * w * np.cos(w * time), -0.3 * w**2 * np.sin(w * time)
+    force = 2.0 * ddq + 3.0 * dq + 1.5 * np.sign(dq) + 40.0 * q
+    record = Record(time=time, position=q, force=force)
+    result = identify(
+        axis, record, Prefilter(cutoff=100.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
+    )
+    found = friction(result, result["idm-ls"])
+    assert isinstance(found, Friction)
+    fast = np.abs(found.velocity) > 0.3
+    law = 3.0 * found.velocity + 1.5 * np.sign(found.velocity)
+    assert found.force[fast] == pytest.approx(law[fast], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("resistance", "parameters", "reason"),
+    [
+        (b * sympy.sin(x / Constant(1.0, "m")) ** 2 * x.velocity, (b,), "depends on the position"),
+        (k * x.symbol, (k,), "no term of the equation of motion depends on the velocity"),
+    ],
+)
+def test_friction_that_is_no_curve_over_the_velocity_is_refused(
+    resistance: sympy.Expr, parameters: tuple[Parameter, ...], reason: str
+) -> None:
+    axis = declared(resistance, parameters=parameters)
+    result = identify(
+        axis, moved(), Prefilter(cutoff=50.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
+    )
+    plot = friction_plot(result, result["idm-ls"])
+    assert isinstance(plot, NoPlot)
+    assert reason in plot.reason
+    with pytest.raises(UsageError, match=reason):
+        result.plot_friction()
+
+
+def test_tracking_agrees_with_the_validation_of_the_same_record(
+    result: Identification, twin: Record
+) -> None:
+    plot = drawable(tracking_plot(result, result["idm-iv"]))
+    difference = plot.panels[2].series[0].y
+    start, end = result.prefilter.dropped(twin.period)
+    rms = float(np.sqrt(np.mean(difference[start : len(twin) - end] ** 2)))
+    found = {v.method: v.position_error_rms for v in validate(result, twin)}
+    assert rms == pytest.approx(found["idm-iv"], rel=1e-9)
+    assert f"{rms:.3g} m (rms)" in plot.caption
+
+
+def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> None:
+    plot = record_plot(result)
+    (first, after), (before, last) = plot.shaded
+    start, end = result.prefilter.dropped(twin.period)
+    assert (first, after) == pytest.approx((0, start * twin.period))
+    assert last - before == pytest.approx(end * twin.period)
+    kept = replace(result, prefilter=replace(result.prefilter, drop=(0, 0)))
+    assert record_plot(kept).shaded == ()
+
+
+def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
+    plot = sweep_plot(swept, 60.0)
+    assert plot.marks == ((swept.recommended, "recommended"), (60.0, "used"))
+    for panel, quantity in zip(plot.panels, ("M", "Fv", "Fc"), strict=True):
+        assert panel.label.startswith(f"{quantity} [")
+        assert [s.label for s in panel.series] == ["IDM-LS", "IDM-IV"]
+        for s in panel.series:
+            assert s.low is not None
+            assert s.high is not None
+            assert np.all((s.low < s.y) & (s.y < s.high))
+
+
+def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
+    ls, iv = sweep_plot(swept).panels[0].series
+    assert (ls.dashed, iv.dashed) == (True, False)
+    assert iv.low is not None
+    assert iv.high is not None
+    first, last = iv.low.min(), iv.high.max()
+    assert ls.low is not None
+    assert ls.low.min() < first - 5 * (last - first)
+    plot = sweep_plot(swept)
+    assert plot.panels[0].span == pytest.approx((first - (last - first), last))
+    assert "The scale is the instruments'" in plot.caption
+    assert drawn(plot).get_axes()[0].get_ylim() == plot.panels[0].span
+
+
+def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
+    for plot in result_plots(result, swept):
+        figure = drawn(drawable(plot))
+        figure.canvas.draw()
+        for axes in figure.get_axes():
+            for axis in (axes.yaxis, *([] if drawable(plot).whole else [axes.xaxis])):
+                low, high = sorted(axis.get_view_interval())
+                seen = [t for t in axis.get_majorticklocs() if low <= t <= high]
+                assert len(seen) >= 3, (plot.name, axes.get_ylabel())
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "ticks"),
+    [
+        (1e-6, 1e3, [1e-6, 1e-4, 0.01, 1, 100]),
+        (1e-5, 400.0, [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1, 10, 100]),
+        (15, 130, [20, 50, 100]),
+        (19, 31, [20, 22.5, 25, 27.5, 30]),
+        (0.8, 6.0, [1, 2, 5]),
+    ],
+)
+def test_logarithmic_ticks_are_round_and_enough(
+    first: float, last: float, ticks: list[float]
+) -> None:
+    assert log_ticks(first, last) == pytest.approx(ticks)
+
+
+def test_a_power_of_a_thousand_is_taken_out_of_small_ticks() -> None:
+    form = Thousands()
+    assert form.format_ticks([-5e-6, 0.0, 5e-6]) == ["\u22125", "0", "5"]
+    assert form.get_offset() == "\u00d7 10⁻⁶"
+    assert form.format_ticks([0.0, 0.25, 0.5]) == ["0.00", "0.25", "0.50"]
+    assert form.get_offset() == ""
+
+
+def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
+    result: Identification, swept: Sweep
+) -> None:
+    for plot in result_plots(result, swept):
+        figure = drawn(drawable(plot), width=88.0)
+        assert figure.get_figwidth() == pytest.approx(88 / 25.4)
+        figure.canvas.draw()
+        edge = figure.bbox.x1
+        for axes in figure.get_axes():
+            assert axes.xaxis.label.get_fontsize() == 9
+            if legend := axes.get_legend():
+                assert legend.get_window_extent().x1 <= edge + 1
+                assert legend.get_window_extent().x0 >= 0
+
+
+def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
+    for plot in (record_plot(result), drawable(tracking_plot(result, result.judged))):
+        legend = drawn(plot).get_axes()[0].get_legend()
+        assert legend is not None
+        assert [t.get_text() for t in legend.get_texts()][-1] == "left out"
+
+
+def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
+    figure = drawn(sweep_plot(swept, 60.0))
+    figure.canvas.draw()
+    axes = figure.get_axes()[0]
+    top = axes.get_window_extent().y1
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert all(box.y0 >= top for box in boxes)
+    legend = axes.get_legend()
+    assert legend is not None
+    assert not any(box.overlaps(legend.get_window_extent()) for box in boxes)
+    assert not boxes[0].overlaps(boxes[1])
+
+
+def test_what_was_measured_lies_over_what_was_reconstructed(result: Identification) -> None:
+    for plot, names in (
+        (force_plot(result["idm-iv"]), ("reconstructed, IDM-IV", "measured")),
+        (drawable(tracking_plot(result, result.judged)), ("simulated", "recorded")),
+        (record_plot(result), ("reference", "position")),
+    ):
+        order = [s.label for s in plot.panels[0].layers]
+        assert order.index(names[0]) < order.index(names[1])
+
+
+def test_a_sweep_of_the_direct_model_alone_has_curves(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    plot = sweep_plot(sweep(emps2015, twin, (30.0, 90.0), methods=["ddm-iv"]))
+    assert all([s.label for s in panel.series] == ["DDM-IV"] for panel in plot.panels)
+
+
+def test_every_axis_of_every_figure_has_a_unit_or_counts(
+    result: Identification, swept: Sweep
+) -> None:
+    unitless = {"iteration", "autocorrelation"}
+    for plot in result_plots(result, swept):
+        for label in (drawable(plot).x_label, *(p.label for p in drawable(plot).panels)):
+            assert label in unitless or (label.endswith("]") and " [" in label), label
+
+
+def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(replace(emps2015.axis, control=None), twin)
+    missing = [p for p in result_plots(result) if isinstance(p, NoPlot)]
+    assert [p.name for p in missing] == ["convergence", "tracking"]
+    with pytest.raises(UsageError, match="no control law"):
+        result.plot_tracking()
+
+
+def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
+    plot = autocorrelation_plot(result.judged)
+    for form, magic in (("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")):
+        first, second = (rendered(drawn(plot), form) for _ in range(2))
+        assert first == second
+        assert first.startswith(magic)
+
+
+def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> None:
+    figures = [
+        result["idm-iv"].plot_force(),
+        result.plot_force("idm-ls"),
+        result.plot_autocorrelation(),
+        result.plot_spectrum(),
+        result.plot_convergence(),
+        result.plot_friction(),
+        result.plot_tracking(),
+        result.plot_record(),
+        swept.plot(),
+    ]
+    for figure in figures:
+        axes = figure.get_axes()
+        assert axes
+        assert all(a.get_ylabel() and a.has_data() for a in axes)
+        assert axes[-1].get_xlabel()
+    assert [line.get_label() for line in figures[0].get_axes()[0].get_lines()] == [
+        "reconstructed, IDM-IV",
+        "measured",
+        "error, IDM-IV",
+    ]
+    assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    with pytest.raises(UsageError, match=r"no 'nonsense'; choose from idm-ls, ddm-ls"):
+        result.plot_force("nonsense")
+
+
+def test_a_series_of_unequal_columns_is_refused() -> None:
+    with pytest.raises(UsageError, match="lengths"):
+        Series(label="a", x=np.zeros(2), y=np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown"),
+    [("m/s^2", "m/s²"), ("kg m^2", "kg m²"), ("s^-1", "s⁻¹"), ("s^(1/2)", "s^(1/2)")],
+)
+def test_powers_of_units_are_raised(unit: str, shown: str) -> None:
+    assert readable_unit(unit) == shown
+
+
+def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
+    html = result._repr_html_()
+    for text in ("<th>Fv</th><td>N/(m/s)</td>", "<th>IDM-LS</th>", "simulation error"):
+        assert text in html
+    value = result["idm-iv"].parameters["M"]
+    assert f"{value.value:.4f} ± {value.sd_hac:.4f}" in html
+    failed = [check for check in result.verdict if check.status == "fail"]
+    assert html.count("✗") == len(failed)
+    hostile = replace(result.record.provenance, source="<script>alert(1)</script>")
+    spoiled = replace(result, record=replace(result.record, provenance=hostile))
+    assert "<script" not in spoiled._repr_html_()
+
+
+def test_notebooks_show_one_estimate_with_intervals(result: Identification) -> None:
+    estimate = result["ddm-iv"]
+    html = estimate._repr_html_()
+    for name in ("theta1", "theta2", "M", "Fv"):
+        assert f"<tr><th>{name}</th>" in html
+    low, high = estimate.parameters["Fv"].interval
+    assert f"<td>{low:.6g} … {high:.6g}</td>" in html
+    assert "HAC" in html
+    assert f"<td>{estimate.simulation_error_percent:.4g}</td>" in html
+
+
+def test_gaps_are_marked_and_what_is_masked_is_shaded(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    time = np.array(twin.time)
+    time[3000:] += 0.5
+    time[3050:] += 0.25
+    spans = ((0, 3000), (3000, 3050), (3050, 7801))
+    cut = replace(twin, time=time, segments=spans, masked=((5000, 5100),))
+    found = identify(emps2015, cut, Prefilter(reversals="keep"), ["idm-ls"])
+    plot = record_plot(found)
+    assert [place for place, _ in plot.marks] == pytest.approx([3.2495, 3.6745])
+    kept = found.prefilter.kept(len(twin), twin.period)
+    for first, last in plot.shaded:
+        inside = (time > first + 1e-9) & (time < last - 1e-9)
+        assert not kept[inside].any()
+    drawn_position = plot.panels[0].series[0]
+    assert drawn_position.x[-1] == pytest.approx(7.8 + 0.75)
+    assert np.isnan(drawn_position.y).sum() == 2
+    force = force_plot(found["idm-ls"])
+    assert force.panels[0].series[0].x[-1] > 8.4
+    assert np.isnan(force.panels[0].series[0].y).sum() >= 2
+    # Both ends, the segment that is too short with its neighbours' ends, and what is masked.
+    assert len(plot.shaded) == 4
+    assert drawable(tracking_plot(found, found["idm-ls"])).marks == plot.marks
+
+
+def without_superscripts(folder: Path) -> Path:
+    """A font as Liberation Sans is: under its name, and without the signs of exponents."""
+    ttlib = pytest.importorskip("fontTools.ttLib")
+    subset = pytest.importorskip("fontTools.subset")
+    font = ttlib.TTFont(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+    chosen = subset.Subsetter()
+    chosen.populate(unicodes=[*range(0x20, 0x7F), *range(0xA0, 0x100), 0x2212])
+    chosen.subset(font)
+    for record in font["name"].names:
+        if record.nameID in (1, 4, 16):
+            record.string = "Liberation Sans"
+    file = folder / "LiberationSans-Regular.ttf"
+    font.save(file)
+    return file
+
+
+@pytest.mark.parametrize("form", ["png", "pdf", "svg"])
+def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str
+) -> None:
+    manager = font_manager.fontManager
+    monkeypatch.setattr(manager, "ttflist", [f for f in manager.ttflist if "DejaVu" in f.name])
+    manager.addfont(without_superscripts(tmp_path))
+    x = np.geomspace(1e-7, 1e3, 20)
+    panel = Panel(
+        label="inertia [10⁻³ kg m²] ⁰¹⁴⁵⁶⁷⁸⁹", series=(Series(label="a", x=x, y=1e8 * x),)
+    )
+    plot = Plot(name="all", title="", caption="", x_label="s⁻¹", panels=(panel,), log=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a glyph that is missing is one
+        figure = drawn(plot, "τ and θ̈")
+        assert rendered(figure, form)
+    used = figure.axes[0].yaxis.label.get_fontfamily()
+    assert used == ["Liberation Sans", "DejaVu Sans"]
+
+
+def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
+    x = np.arange(5.0)
+    panel = Panel(label="a [mm]", series=(Series(label="a", x=x, y=x),))
+    plot = Plot(name="all", title="", caption="", x_label="t", panels=(panel,))
+    assert rendered(drawn(plot), "png")
+    assert "not found" not in caplog.text

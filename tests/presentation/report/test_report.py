@@ -1,0 +1,468 @@
+"""The report: complete, self-contained, and safe whatever names a file brings."""
+
+import base64
+import hashlib
+import json
+import platform
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import (
+    Coordinate,
+    Identification,
+    Prefilter,
+    Record,
+    Sweep,
+    __version__,
+    build,
+    fix,
+    identify,
+    load_axis,
+    read_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.check import Check
+from axisid.estimation.diagnostics.conclusion import conclusion
+from axisid.modeling.declaration.axis import equation_of_motion
+from axisid.modeling.quantities.formula import Formula
+from axisid.presentation.formulas.mathml import formula_mathml
+from axisid.presentation.formulas.numbers import readable_text, significant
+from axisid.presentation.plots.estimate import force_plot
+from axisid.presentation.report.embedding import figures_data, script_json, thinned
+from axisid.presentation.report.page import report_html, report_sweep
+from axisid.presentation.report.prose import prose_html
+from axisid.presentation.report.verdict import verdict_html
+
+Run = Callable[..., tuple[int, str, str]]
+
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&<!--"
+FIGURES = "force friction convergence tracking autocorrelation spectrum sweep record".split()
+
+
+class Page(HTMLParser):
+    """Elements, attributes and texts of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, list[str]] = {}
+        self.said: list[str] = []
+        self.opened: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in ("meta", "line", "circle", "mspace"):
+            self.opened.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.opened.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        inside = self.opened[-1] if self.opened else ""
+        self.texts.setdefault(inside, []).append(data)
+        if inside not in ("script", "style"):
+            self.said.append(data)
+
+    def tags(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for found, attributes in self.elements if found == tag]
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.said).split())
+
+    @property
+    def data(self) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(self.texts["script"][0])
+        return found
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, Prefilter(reversals="keep"))
+
+
+@pytest.fixture(scope="module")
+def swept(result: Identification) -> Sweep:
+    return report_sweep(result)
+
+
+@pytest.fixture(scope="module")
+def page(result: Identification, swept: Sweep) -> Page:
+    return Page(report_html(result, swept, command="axisid identify emps2015 --cutoff 60"))
+
+
+def squeezed(text: str) -> str:
+    """Without blanks, which elements within a sentence bring."""
+    return "".join(text.split())
+
+
+def values(reference: Any, arrays: list[str]) -> np.ndarray:
+    if isinstance(reference, int):
+        return np.frombuffer(base64.b64decode(arrays[reference]), dtype="<f4").astype(float)
+    count = np.arange(reference["count"])
+    return np.asarray(reference["start"] + reference["step"] * count, dtype=float)
+
+
+def test_nothing_comes_from_outside(result: Identification, swept: Sweep) -> None:
+    text = report_html(result, swept)
+    page = Page(text)
+    assert page.opened == []
+    links = [a[n] for _, a in page.elements for n in ("src", "href", "action", "data") if n in a]
+    assert all(link and link.startswith("#") for link in links)
+    assert not page.tags("link")
+    assert not page.tags("iframe")
+    assert re.findall(r"https?://[^\"'\s]+", text) == ["http://www.w3.org/2000/svg"]
+    assert not re.search(r"@import|url\((?!#)", text)
+
+
+def test_the_policy_lets_only_the_pages_own_script_and_style_run(page: Page) -> None:
+    policy = next(a["content"] for a in page.tags("meta") if "http-equiv" in a)
+    assert policy is not None
+    assert policy.startswith("default-src 'none'")
+    for text in (page.texts["script"][1], page.texts["style"][0]):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert not any("style" in attributes for _, attributes in page.elements)
+    assert not any(name.startswith("on") for _, a in page.elements for name in a)
+
+
+def test_the_page_says_everything(page: Page, result: Identification) -> None:
+    text = page.text
+    assert [p["name"] for p in page.data["plots"]] == FIGURES
+    for figure in FIGURES:
+        assert any(a.get("id") == f"plot-{figure}" for a in page.tags("div"))
+    for check in result.verdict:
+        assert check.name.lower() in text.lower()
+        if check.status == "fail":
+            assert squeezed(readable_text(check.meaning)) in squeezed(text)
+    assert conclusion(result.verdict) in text
+    for part in (
+        f"axisid {__version__}",
+        f"numpy {np.__version__}",
+        f"sympy {sympy.__version__}",
+        result.axis.signature,
+        "twin of emps2015",
+        "axisid identify emps2015 --cutoff 60",
+        "Butterworth 60 Hz, order 4",
+        "48 samples at the start, 48 at the end",
+        "N/(m/s)",
+        "viscous friction",
+        "true values",
+    ):
+        assert part in text, part
+
+
+def test_parameters_stand_with_their_intervals_least_squares_beside_instruments(
+    page: Page, result: Identification
+) -> None:
+    for method in ("idm-ls", "idm-iv"):
+        low, high = result[method].parameters["M"].interval
+        assert f"{low:.3f} … {high:.3f}" in page.text
+    value = result["idm-iv"].parameters["M"]
+    assert f"{significant(value.deviation)} {significant(value.relative_deviation_percent)} %" in (
+        page.text
+    )
+    assert "sd rel. sd" in page.text
+    table = page.text.split("Parameters")[2]  # after the link to it, and the heading
+    assert table.index("IDM-LS") < table.index("IDM-IV")
+
+
+def test_a_small_deviation_keeps_its_digits(result: Identification) -> None:
+    estimate = result["idm-iv"]
+    sure = {name: 1e-10 * c for name, c in estimate.covariances.items()}
+    text = Page(
+        report_html(replace(result, estimates={"idm-iv": replace(estimate, covariances=sure)}))
+    )
+    relative = 1e-5 * estimate.parameters["M"].relative_deviation_percent
+    assert relative < 0.005
+    assert f"{significant(relative)} %" in text.text
+    assert " 0.00 %" not in text.text
+
+
+def test_a_reason_that_methods_share_is_told_once(result: Identification) -> None:
+    without = dict.fromkeys(("ddm-ls", "ddm-iv"), "the inertia is none.")
+    text = Page(report_html(replace(result, skipped=without))).text
+    assert text.count("the inertia is none") == 1
+    assert "without ddm-ls, ddm-iv: the inertia is none." in text
+
+
+def test_a_twin_is_called_simulated_and_a_measurement_is_not(
+    page: Page, result: Identification
+) -> None:
+    assert "SIMULATED. This record is not a measurement" in page.text
+    assert "M = 100.2 kg" in page.text
+    assert "SIMULATED: twin of emps2015" in page.text
+    provenance = replace(result.record.provenance, truth={})
+    measured = replace(result, record=replace(result.record, provenance=provenance))
+    assert "SIMULATED" not in Page(report_html(measured)).text
+
+
+def test_provenance_has_the_time_the_platform_and_how_deviations_were_found(
+    result: Identification,
+) -> None:
+    made = datetime(2026, 5, 4, 13, 30, 21, tzinfo=UTC)
+    text = Page(report_html(result, made=made)).text
+    assert "made 2026-05-04 13:30:21+00:00" in text
+    assert platform.platform() in text
+    assert result["idm-iv"].covariance_names["hac"] in text.split(" hold ")[-1]
+    assert "7801 of 1 ms, 7.801 s" in text
+
+
+def test_curves_are_those_of_the_result(page: Page, result: Identification) -> None:
+    data = page.data
+    force = data["plots"][0]["panels"][0]["series"]
+    estimate = result["idm-iv"]
+    measured = next(s for s in force if s["label"] == "measured")
+    assert values(measured["y"], data["arrays"]) == pytest.approx(estimate.y, rel=1e-6)
+    time = values(measured["x"], data["arrays"])
+    assert time == pytest.approx(estimate.rows * estimate.period)
+    error = next(s for s in force if s["label"] == "error, IDM-IV")
+    assert values(error["y"], data["arrays"]) == pytest.approx(estimate.residuals, rel=1e-6)
+
+
+def test_the_same_result_gives_the_same_page(result: Identification) -> None:
+    assert report_html(result) == report_html(result)
+
+
+def hostile(result: Identification) -> Identification:
+    provenance = replace(
+        result.record.provenance,
+        source=HOSTILE,
+        sha256=HOSTILE,
+        columns={"position": HOSTILE, "time": "${script}$"},
+    )
+    title = HOSTILE.replace("'", "")
+    axis = replace(result.axis, axis=replace(result.axis.axis, title=title))
+    return replace(
+        result,
+        axis=axis,
+        record=replace(result.record, provenance=provenance),
+        skipped={"ddm-ls": HOSTILE},
+    )
+
+
+def test_names_from_files_stay_text(page: Page, result: Identification) -> None:
+    text = report_html(hostile(result), command=f"axisid identify '{HOSTILE}'")
+    spoiled = Page(text)
+    assert [tag for tag, _ in spoiled.elements].count("script") == 2
+    assert not spoiled.tags("img")
+    assert spoiled.text.count(" ".join(HOSTILE.split())) >= 4
+    assert "position = " + HOSTILE in spoiled.text
+    assert "${script}$" in spoiled.text
+    assert spoiled.texts["script"][1] == page.texts["script"][1]
+
+
+@pytest.mark.parametrize("text", [HOSTILE, "\u2028\u2029", "]]>", "<!--<script>"])
+def test_data_cannot_end_their_script(text: str) -> None:
+    written = script_json({text: [text]})
+    assert not set(written) & set("<>&\u2028\u2029")
+    assert json.loads(written) == {text: [text]}
+
+
+def test_labels_in_the_data_cannot_end_their_script(result: Identification) -> None:
+    plot = replace(force_plot(result.judged), x_label=HOSTILE, marks=((1.0, HOSTILE),))
+    written = script_json(figures_data([plot]))
+    assert "</" not in written
+    assert json.loads(written)["plots"][0]["x_label"] == HOSTILE
+
+
+def test_thinning_keeps_every_extreme_and_even_steps() -> None:
+    rng = np.random.default_rng(7)
+    x, y = np.arange(100_001) * 1e-4, rng.normal(size=100_001)
+    y[54_321], y[99_999] = 50.0, -60.0
+    few_x, few_y = thinned(x, y, 1000)
+    assert len(few_x) == len(few_y) <= 1002
+    assert (few_y.max(), few_y.min()) == (50.0, -60.0)
+    assert np.diff(few_x) == pytest.approx(few_x[1] - few_x[0])
+    width = few_x[1] - few_x[0]
+    assert few_x[np.argmax(few_y)] == pytest.approx(5.4321, abs=2 * width)
+
+
+def test_arrays_are_stored_once(result: Identification) -> None:
+    data = figures_data([force_plot(result.judged), force_plot(result.judged)])
+    assert len(data["arrays"]) == len(set(data["arrays"]))
+    first, second = data["plots"]
+    assert first == second
+
+
+def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(build(replace(emps2015.axis, control=None), native=False), twin)
+    page = Page(report_html(result, report_sweep(result)))
+    drawn = [p["name"] for p in page.data["plots"]]
+    assert drawn == [f for f in FIGURES if f not in ("convergence", "tracking")]
+    assert "has no control law" in page.text
+    assert "None: idm-ls is no iteration" in page.text
+    halves = [a for a in page.tags("figure") if a.get("class") == "half"]
+    assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
+
+
+def test_one_method_alone_makes_a_page(emps2015: GeneratedAxis, twin: Record) -> None:
+    for method in ("idm-ls", "ddm-iv"):
+        page = Page(report_html(identify(emps2015, twin, methods=method)))
+        assert method.upper() in page.text
+        assert "sweep" not in [p["name"] for p in page.data["plots"]]
+
+
+def test_the_equation_is_typeset_with_dots_and_whole_names() -> None:
+    axis = load_axis("emps")
+    q = axis.coordinate
+    found = Page(formula_mathml(Formula(name=sympy.Symbol("tau"), value=axis.force), q))
+    assert found.opened == []
+    assert sorted(text for text in found.texts["mo"] if text in "˙¨") == sorted("˙˙¨")
+    assert {"τ", "F", "M", "sign", "q"} <= set(found.texts["mi"])
+    assert "dq" not in found.texts["mi"]
+    assert found.texts["mtext"] == ["v", "c", "0"]
+
+
+def test_greek_coordinates_and_indexed_names_are_typeset() -> None:
+    theta = Coordinate("theta", unit="rad")
+    j = sympy.Symbol("J_motor_2", real=True)
+    value = -j * theta.acceleration - sympy.Abs(theta.velocity) / 3
+    found = Page(formula_mathml(Formula(name="control", value=value), theta))
+    assert found.opened == []
+    assert {"θ", "J", "control"} <= set(found.texts["mi"])
+    assert found.texts["mi"][0] == "control"
+    assert found.texts["mtext"] == ["motor,2"]
+    assert "\u2212" in found.texts["mo"]
+
+
+def test_long_equations_may_break_between_terms_and_short_ones_stay_whole() -> None:
+    axis = load_axis("crank")
+    text = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    found = Page(text)
+    assert found.opened == []
+    pieces = re.findall(r"<math.*?</math>", text)
+    assert len(pieces) > 8
+    assert max(len(re.sub(r"<[^>]*>|&\w+;", "", piece)) for piece in pieces) < 70
+    assert found.texts["mo"].count("(") == found.texts["mo"].count(")")
+    signs = [re.search(r'<mrow><mo form="(\w+)">', piece) for piece in pieces]
+    assert [s[1] for s in signs if s].count("infix") >= 5
+    damper = Formula(name=sympy.Symbol("tau"), value=load_axis("emps").force)
+    assert formula_mathml(damper, load_axis("emps").coordinate).count("<math") == 5
+
+
+def test_sentences_keep_the_case_of_names_and_end_once() -> None:
+    check = Check(name="bounds", status="fail", meaning="m = -12.4 kg is not within its bounds.")
+    text = Page(verdict_html([check], "idm-ls")).text
+    assert "Bounds: m = \u221212.4 kg is not within its bounds." in text
+    assert "bounds.." not in text
+    assert prose_html("in the record.") == prose_html("in the record") == "in the record."
+
+
+def test_options_do_not_break_after_their_hyphens() -> None:
+    assert prose_html("leave them out (--reversals leave-out), or <x>") == (
+        'leave them out (<span class="option">--reversals leave-out</span>), or &lt;x&gt;.'
+    )
+    assert prose_html("position mm -> m") == ('position mm <span class="option">-&gt;</span> m.')
+    assert '<span class="option">--fix NAME=VALUE+-SD</span>' in prose_html(
+        "(--fix NAME=VALUE+-SD)"
+    )
+
+
+def test_a_real_record_fits_into_three_megabytes(emps: GeneratedAxis, emps_record: Record) -> None:
+    assert len(report_html(identify(emps, emps_record))) < 1_500_000
+
+
+def test_command_writes_page_and_figures(run: Run, tmp_path: Path) -> None:
+    report, figures = tmp_path / "report.html", tmp_path / "figures"
+    code, out, _ = run(
+        *("identify", "emps2015", "--report", report, "--figures", figures),
+        *("--figure-format", "svg", "--figure-width", "88", "--no-sweep"),
+    )
+    assert code == 0
+    page = Page(report.read_text(encoding="utf-8"))
+    names = [name for name in FIGURES if name != "sweep"]
+    assert [p["name"] for p in page.data["plots"]] == names
+    assert f"axisid identify emps2015 --report {report}" in page.text
+    assert sorted(path.name for path in figures.iterdir()) == sorted(f"{n}.svg" for n in names)
+    for path in figures.iterdir():
+        assert path.read_text().rstrip().endswith("</svg>")
+        assert f'width="{88 / 25.4 * 72:.4f}' in path.read_text()
+        assert f"wrote {path}" in out
+
+
+def test_json_on_standard_output_stays_json(run: Run, tmp_path: Path) -> None:
+    report = tmp_path / "report.html"
+    options = ("--method", "idm-ls", "--json", "-", "--report", report)
+    code, out, err = run("identify", "emps2015", *options)
+    assert code == 0
+    assert json.loads(out)["axis"] == "emps2015"
+    assert f"wrote {report}" in err
+    assert "sweep" in [p["name"] for p in Page(report.read_text()).data["plots"]]
+
+
+def test_a_second_record_and_draws_are_in_the_page(run: Run, tmp_path: Path, twin: Record) -> None:
+    log, report = tmp_path / "log.csv", tmp_path / "report.html"
+    assert twin.reference is not None
+    assert twin.control is not None
+    table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
+    header = "time,position,reference,control"
+    np.savetxt(log, table, delimiter=",", header=header, comments="")
+    options = ("--validate", log, "--draws", "20", "--no-sweep", "--report", report)
+    assert run("identify", "emps2015", *options)[0] == 0
+    text = Page(report.read_text()).text
+    assert "frozen, on a second record" in text
+    assert "20 draws from each estimate" in text
+
+
+def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("time,position\n")
+    for option, place, message in (
+        ("--report", tmp_path, "it is no file"),
+        ("--report", "-", "it is no file"),
+        ("--report", tmp_path / "no" / "r.html", "the folder does not exist"),
+        ("--report", file, "it is an input of this run"),
+        ("--figures", file, "it is no folder"),
+        ("--figures", tmp_path / "no" / "deep", "it is no folder"),
+    ):
+        code, out, err = run("identify", "emps2015", file, option, place)
+        assert (code, out) == (2, "")
+        assert message in err
+        assert option in err
+    assert list(tmp_path.iterdir()) == [file]
+    code, _, err = run("identify", "emps2015", "--json", tmp_path / "a", "--report", tmp_path / "a")
+    assert code == 2
+
+
+def test_a_record_read_from_a_file_gives_its_hash(
+    tmp_path: Path, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    log = tmp_path / "a <b> & c.csv"
+    table = np.column_stack([twin.time, twin.position, twin.control])
+    np.savetxt(log, table, delimiter=",", header="time,position,control", comments="")
+    result = identify(emps2015, read_record(log, emps2015), methods="idm-ls")
+    text = Page(report_html(result)).text
+    assert hashlib.sha256(log.read_bytes()).hexdigest() in text
+    assert "a <b> & c.csv" in text
+
+
+def test_physical_parameters_stand_below_the_base_parameters(twin: Record) -> None:
+    known = fix(load_axis("emps2015"), M=(100.2, 0.5))
+    result = identify(known, twin, methods="idm-iv")
+    text = report_html(result)
+    assert "<h3>Physical parameters</h3>" in text
+    below = text[text.index("<h3>Physical parameters</h3>") :]
+    for name in result.physical["idm-iv"].parameters:
+        assert f'<th scope="rowgroup" rowspan="1">{name} ' in below
+    assert "declared as known" in below
+
+
+def test_what_was_assumed_and_repaired_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
+    provenance = replace(twin.provenance, assumed=("decimal comma",))
+    text = report_html(identify(emps2015, replace(twin, provenance=provenance), methods="idm-ls"))
+    assert "<dt>assumed</dt><dd>decimal comma</dd>" in text

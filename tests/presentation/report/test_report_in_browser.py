@@ -1,0 +1,271 @@
+"""The report in real Chromium: it loads, draws, zooms, and says nothing on the console."""
+
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from axisid import Record, identify, load_axis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.modeling.declaration.axis import equation_of_motion
+from axisid.presentation.formulas.mathml import formula_mathml
+from axisid.presentation.report.page import report_html, report_sweep
+from tests.axisid.chromium import Browser, browser, find_chromium
+
+FIGURES = 8
+
+
+@pytest.fixture(scope="module")
+def page(
+    tmp_path_factory: pytest.TempPathFactory, emps2015: GeneratedAxis, twin: Record
+) -> Iterator[Browser]:
+    program = find_chromium()
+    if program is None:
+        pytest.skip("no Chromium is installed (Debian: apt-get install chromium)")
+    folder = tmp_path_factory.mktemp("report")
+    result = identify(emps2015, twin)
+    file = folder / "report.html"
+    file.write_text(report_html(result, report_sweep(result)), encoding="utf-8")
+    with ExitStack() as stack:
+        try:
+            opened = stack.enter_context(browser(program, folder / "profile"))
+        except OSError as error:
+            pytest.skip(f"{program} does not start: {error}")
+        opened.emulate(1280, 900, "light")
+        opened.open(file)
+        yield opened
+
+
+@pytest.fixture
+def fresh(page: Browser) -> Iterator[Browser]:
+    """The page scrolled to the force figure, everything seen; no complaint afterwards."""
+    page.emulate(1280, 900, "light")
+    page.evaluate("document.getElementById('figure-force').scrollIntoView({behavior: 'instant'})")
+    page.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    page.evaluate(
+        "document.querySelectorAll('.tool[title=\"Show everything\"]').forEach(b => b.click())"
+    )
+    yield page
+    assert page.complaints == []
+
+
+def seen(page: Browser, figure: str = "force") -> tuple[float, float]:
+    low, high = page.evaluate(
+        f"(d => [+d.from, +d.to])(document.getElementById('plot-{figure}').dataset)"
+    )
+    return low, high
+
+
+def middle(page: Browser, panel: int = 0) -> tuple[float, float, float, float]:
+    """Left, top, width and height of a panel's drawing."""
+    x, y, w, h = page.evaluate(
+        "(r => [r.x, r.y, r.width, r.height])"
+        f"(document.querySelectorAll('#plot-force svg')[{panel}].getBoundingClientRect())"
+    )
+    return x, y, w, h
+
+
+def drag(page: Browser, a: tuple[float, float], b: tuple[float, float], **more: int) -> None:
+    page.mouse("mouseMoved", *a)
+    page.mouse("mousePressed", *a, button="left", buttons=1, clickCount=1, **more)
+    page.mouse("mouseMoved", (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, button="left", buttons=1, **more)
+    page.mouse("mouseMoved", *b, button="left", buttons=1, **more)
+    page.mouse("mouseReleased", *b, button="left", clickCount=1, **more)
+
+
+def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser) -> None:
+    counts = page.evaluate(
+        "[...document.querySelectorAll('.plot')].map(p => [...p.querySelectorAll('svg')]"
+        ".every(s => s.querySelector('.curve, .stems, .points')"
+        " && s.querySelectorAll('.tick').length > 2))"
+    )
+    assert counts == [True] * FIGURES
+    paths = "[...document.querySelectorAll('svg path')].map(p => p.getAttribute('d')).join()"
+    assert not re.search("NaN|Infinity|undefined", page.evaluate(paths))
+    assert all(url.startswith("file:") for url in page.requests)
+    assert page.complaints == []
+
+
+def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browser) -> None:
+    """8000 samples on 1000 pixels: what is seen reaches from one margin of 5 % to the other."""
+    svg = "document.querySelectorAll('#plot-record svg')[2]"
+    path = page.evaluate(f"{svg}.querySelector('.curve').getAttribute('d')")
+    heights = [float(point.split()[1]) for point in re.split("[ML]", path)[1:]]
+    assert 1000 < len(heights) < 5000
+    top, bottom = 8, page.evaluate(f"+{svg}.querySelector('.axis').getAttribute('y1')")
+    margin = 0.05 / 1.1 * (bottom - top)
+    assert min(heights) == pytest.approx(top + margin, abs=0.2)
+    assert max(heights) == pytest.approx(bottom - margin, abs=0.2)
+
+
+def test_the_equation_is_typeset(page: Browser) -> None:
+    assert page.evaluate("document.querySelector('math mover').getBoundingClientRect().height") > 8
+    assert page.evaluate("document.querySelector('math').namespaceURI").endswith("MathML")
+
+
+@pytest.mark.parametrize("width", [400, 700, 800, 1100])
+def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
+    fresh.emulate(width, 900, "light")
+    fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    tables = "[...document.querySelectorAll('#parameters .scroll')]"
+    over = f"{tables}.map(s => s.scrollWidth - s.clientWidth)"
+    assert set(fresh.evaluate(over)) == {0}
+    shown = fresh.evaluate(
+        "['value', 'between', 'sd', 'relative', 'intervals'].map(c =>"
+        " document.querySelector('.parameters td.' + c).getBoundingClientRect())"
+        ".every(r => r.width > 20 && r.right <= innerWidth)"
+    )
+    assert shown
+
+
+@pytest.mark.parametrize("width", [400, 700, 1100])
+def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
+    axis = load_axis("crank")
+    style = page.evaluate("document.querySelector('style').outerHTML")
+    file = tmp_path / "equation.html"
+    formula = formula_mathml(equation_of_motion(axis), axis.coordinate)
+    file.write_text(f'{style}<body><div class="equation">{formula}</div>', encoding="utf-8")
+    page.emulate(width, 900, "light")
+    home = page.evaluate("location.href")
+    try:
+        page.open(file)
+        box = "document.querySelector('.equation')"
+        assert page.evaluate(f"{box}.scrollWidth - {box}.clientWidth") <= 0
+    finally:
+        page.open(Path(home.removeprefix("file://")))
+
+
+def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
+    whole = seen(fresh)
+    x, y, w, h = middle(fresh)
+    labels = "[...document.querySelectorAll('#plot-force .tick.x')].map(t => t.textContent).join()"
+    before = fresh.evaluate(labels)
+    lower = "document.querySelectorAll('#plot-force svg')[1]"
+    curve = f"{lower}.querySelector('.curve').getAttribute('d')"
+    path = fresh.evaluate(curve)
+    at = (x + 0.75 * w, y + h / 2)
+    fresh.mouse("mouseMoved", at[0] - 9, at[1])
+    fresh.mouse("mouseMoved", *at)
+    for _ in range(3):
+        fresh.mouse("mouseWheel", *at, deltaX=0, deltaY=-120)
+    low, high = seen(fresh)
+    assert high - low == pytest.approx((whole[1] - whole[0]) / 1.4**3, rel=1e-6)
+    assert low > whole[0] + 0.5 * (high - low) - 1e-6
+    assert fresh.evaluate(curve) != path
+    assert fresh.evaluate(labels) != before
+    for _ in range(4):
+        fresh.mouse("mouseWheel", *at, deltaX=0, deltaY=120)
+    assert seen(fresh) == pytest.approx(whole)
+
+
+def test_a_box_zooms_and_a_double_click_resets(fresh: Browser) -> None:
+    whole = seen(fresh)
+    x, y, w, h = middle(fresh)
+    drag(fresh, (x + 0.4 * w, y + 0.3 * h), (x + 0.5 * w, y + 0.6 * h))
+    low, high = seen(fresh)
+    assert (high - low) / (whole[1] - whole[0]) == pytest.approx(0.1 * w / (w - 76), rel=0.02)
+    at = (x + w / 2, y + h / 2)
+    for count in (1, 2):
+        for kind in ("mousePressed", "mouseReleased"):
+            fresh.mouse(kind, *at, button="left", clickCount=count)
+    assert seen(fresh) == pytest.approx(whole)
+
+
+def test_shift_and_drag_moves_the_stretch(fresh: Browser) -> None:
+    x, y, w, h = middle(fresh)
+    drag(fresh, (x + 0.4 * w, y + h / 2), (x + 0.6 * w, y + h / 2))
+    low, high = seen(fresh)
+    drag(fresh, (x + 0.5 * w, y + h / 2), (x + 0.4 * w, y + h / 2), modifiers=8)
+    after = seen(fresh)
+    assert after[1] - after[0] == pytest.approx(high - low)
+    assert after[0] > low
+
+
+def test_keys_zoom_move_and_reset(fresh: Browser) -> None:
+    whole = seen(fresh)
+    fresh.evaluate("document.getElementById('plot-force').focus()")
+    fresh.key("+")
+    low, high = seen(fresh)
+    assert high - low == pytest.approx((whole[1] - whole[0]) / 1.4)
+    fresh.key("ArrowRight")
+    assert seen(fresh)[0] > low
+    fresh.key("0")
+    assert seen(fresh) == pytest.approx(whole)
+
+
+def test_a_wheel_over_a_still_pointer_scrolls_the_page(fresh: Browser) -> None:
+    x, y, w, h = middle(fresh)
+    fresh.evaluate("window.scrollBy({top: -40, behavior: 'instant'})")
+    fresh.evaluate("new Promise(r => setTimeout(r, 100))")
+    before = seen(fresh)
+    fresh.mouse("mouseWheel", x + w / 2, y + h / 2, deltaX=0, deltaY=-120)
+    assert seen(fresh) == before
+
+
+def test_pointing_reads_out_values(fresh: Browser) -> None:
+    x, y, w, h = middle(fresh)
+    fresh.mouse("mouseMoved", x + 0.3 * w, y + h / 2)
+    values = fresh.evaluate(
+        "[...document.querySelectorAll('#plot-force .value')].map(v => v.textContent)"
+    )
+    assert sum(bool(re.fullmatch(r"\u2212?[\d.]+(e\u2212?\d+)?", v)) for v in values) >= 4
+    fresh.mouse("mouseMoved", 2, 2)
+    assert fresh.evaluate("document.querySelector('#plot-force .value').textContent") == ""
+
+
+def test_a_legend_shows_what_was_aside(fresh: Browser) -> None:
+    curves = "document.querySelectorAll('#plot-force svg:first-of-type .curve').length"
+    before = fresh.evaluate(curves)
+    key = "document.querySelector('#plot-force .key[aria-pressed=false]')"
+    fresh.evaluate(f"({key}).click()")
+    assert fresh.evaluate(curves) == before + 1
+
+
+@pytest.mark.parametrize(("scheme", "dark"), [("light", False), ("dark", True)])
+def test_the_page_follows_the_colour_scheme_and_the_button(
+    fresh: Browser, scheme: str, dark: bool
+) -> None:
+    def brightness() -> float:
+        color = fresh.evaluate("getComputedStyle(document.body).backgroundColor")
+        return sum(map(float, re.findall(r"[\d.]+", color)[:3])) / 765
+
+    fresh.emulate(1280, 900, scheme)
+    assert (brightness() < 0.3) == dark
+    fresh.evaluate("document.getElementById('theme').click()")
+    assert (brightness() < 0.3) != dark
+    fresh.evaluate("delete document.documentElement.dataset.theme")
+
+
+def test_a_narrow_window_needs_no_sideways_scrolling(fresh: Browser) -> None:
+    fresh.emulate(380, 800, "light")
+    fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    assert fresh.evaluate("document.documentElement.scrollWidth") <= 380
+    widths = "Math.max(...[...document.querySelectorAll('.plot svg')].map(s => s.clientWidth))"
+    assert fresh.evaluate(widths) <= 380
+
+
+def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Browser) -> None:
+    order = (
+        "[...document.querySelectorAll('main > section')]"
+        ".map(s => [s.id, s.querySelectorAll('details[open]').length])"
+    )
+    before = dict(fresh.evaluate(order))
+    assert set(before.values()) == {0}
+    fresh.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    printed = fresh.evaluate(order)
+    assert printed[-1] == ["appendix", 3]
+    fresh.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert dict(fresh.evaluate(order)) == before
+    assert fresh.evaluate("document.querySelectorAll('.verdict details').length") == 2
+
+
+def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:
+    fresh.emulate(1280, 900, "dark")
+    pdf = fresh.pdf()
+    assert pdf.startswith(b"%PDF")
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 7
+    fresh.send("Emulation.setEmulatedMedia", media="print")
+    assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    fresh.send("Emulation.setEmulatedMedia", media="")

@@ -1,0 +1,67 @@
+"""What `--full` prints is what the result holds."""
+
+from dataclasses import replace
+
+import pytest
+
+from axisid import Identification, Record, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def block(text: str, title: str) -> list[str]:
+    lines = text[text.index(f"\n{title}") :].strip().split("\n\n")[0].splitlines()
+    return lines[1:]
+
+
+def test_every_parameter_has_its_interval_and_deviations(result: Identification) -> None:
+    rows = block(result.summary(full=True), "95 % intervals")
+    for method, estimate in result.estimates.items():
+        for name, value in (estimate.parameters | estimate.ddm_parameters).items():
+            (row,) = (r for r in rows if r.startswith(f"{method.upper()} {name} "))
+            cells = row.split()
+            assert float(cells[-7]) == pytest.approx(value.interval[0], rel=1e-5)
+            assert float(cells[-6]) == pytest.approx(value.interval[1], rel=1e-5)
+            assert float(cells[-5]) == pytest.approx(value.sd_hac, rel=5e-3)
+            assert float(cells[-3]) == pytest.approx(value.sd, rel=5e-3)
+
+
+def test_every_check_has_its_figure_and_threshold(result: Identification) -> None:
+    rows = block(result.summary(full=True), "Checks")
+    for check in result.verdict:
+        (row,) = (r for r in rows if r.startswith(f"{check.name}  "))
+        assert f" {check.status} " in row
+        if check.figure is not None and check.threshold is not None:
+            assert f" {check.figure:.3g} " in row
+            assert f" {check.threshold:.3g} " in row
+
+
+def test_correlation_law_and_instruments_are_told(result: Identification) -> None:
+    text = result.summary(full=True)
+    found = result.diagnosis
+    assert f"{result['idm-iv'].correlation[0, 1]:.3f}" in block(text, "Correlation, IDM-IV")[2]
+    assert not isinstance(found.law, str)
+    assert f"{found.law.factors['kv']:.5g}" in "".join(block(text, "Control law"))
+    assert found.instruments is not None
+    assert f"{found.instruments.columns[0].conditional_f:.4g}" in block(text, "Instruments")[2]
+    assert not isinstance(found.alignment, str)
+    assert f"{found.alignment.best:.3f}" in "".join(block(text, "Alignment"))
+    assert found.endogeneity is not None
+    assert f"F = {found.endogeneity.statistic:.4g}" in "".join(block(text, "Durbin-Wu-Hausman"))
+
+
+def test_what_was_not_measured_says_why(emps2015: GeneratedAxis, twin: Record) -> None:
+    alone = identify(emps2015, replace(twin, reference=None), methods="idm-ls")
+    text = alone.summary(full=True)
+    assert block(text, "Control law") == ["not checked: the record has no reference or no control"]
+    assert block(text, "Instruments") == ["none"]
+    assert "it needs idm-iv" in block(text, "Durbin-Wu-Hausman")[0]
+
+
+def test_without_it_the_table_is_as_short_as_before(result: Identification) -> None:
+    assert result.summary(full=True).startswith(result.summary())
+    assert "Correlation" not in result.summary()

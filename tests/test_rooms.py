@@ -1,0 +1,212 @@
+"""The house: rooms on floors, every arrow down, no circle, also through late and typing imports."""
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+#: Every room, from the ground up: a module imports of its own room and of rooms above it in this
+#: list. Rooms of one line know nothing of each other.
+FLOORS = (
+    ("support",),
+    ("modeling.quantities",),
+    ("modeling.algebra",),
+    ("modeling.declaration",),
+    ("modeling.derivation", "modeling.library"),
+    ("modeling.text",),
+    ("modeling.wording",),
+    ("codegen.lowering",),
+    ("codegen.accuracy",),
+    ("codegen.printers",),
+    ("codegen.runtime",),
+    ("codegen.artefacts",),
+    ("estimation.tables",),
+    ("estimation.logs.text",),
+    ("estimation.logs",),
+    ("estimation.records",),
+    ("estimation.signals",),
+    ("estimation.simulation",),
+    ("estimation.regression",),
+    ("estimation.estimates",),
+    ("estimation.diagnostics",),
+    ("estimation.identification",),
+    ("estimation.studies",),
+    ("presentation.formulas",),
+    ("presentation.plots",),
+    ("presentation.text",),
+    ("presentation.documents",),
+    ("presentation.console",),
+    ("presentation.report",),
+    ("presentation",),
+    ("exports",),
+    ("paper",),
+    ("commands.options",),
+    ("commands",),
+)
+#: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
+FACES = ("", "modeling", "codegen", "estimation")
+#: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
+BY_NAME = ("support", "presentation", "commands.options", "commands")
+MOST_FILES = 15
+STAGES = ("modeling", "codegen", "estimation")
+
+Import = tuple[str, int, str, str]  # module, its line, what it imports from, the name
+
+
+def _modules(root: Path) -> dict[str, Path]:
+    """Every module by its name without ``axisid.``; a package has the name of its folder."""
+    found = {}
+    for base in (*(root / stage for stage in STAGES), root / "src" / "axisid"):
+        above = base.parent if base.name in STAGES else base
+        for file in sorted(base.rglob("*.py")):
+            parts = file.relative_to(above).with_suffix("").parts
+            if base.name in STAGES or parts[0] not in STAGES:
+                found[".".join(parts).removesuffix("__init__").removesuffix(".")] = file
+    return found
+
+
+@pytest.fixture(scope="module")
+def modules(root: Path) -> dict[str, Path]:
+    return _modules(root)
+
+
+@pytest.fixture(scope="module")
+def imports(modules: dict[str, Path]) -> list[Import]:
+    return [each for name in modules for each in _imports(name, modules[name])]
+
+
+def _imports(name: str, file: Path) -> Iterator[Import]:
+    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if f"{alias.name}.".startswith("axisid."):
+                    yield name, node.lineno, alias.name.partition(".")[2], ""
+        elif isinstance(node, ast.ImportFrom):
+            source = node.module or ""
+            if node.level:
+                parts = package.split(".")[: len(package.split(".")) - node.level + 1]
+                source = ".".join(["axisid", *parts, *filter(None, [source])])
+            if f"{source}.".startswith("axisid."):
+                for alias in node.names:
+                    yield name, node.lineno, source.partition(".")[2], alias.name
+
+
+def _room(module: str, modules: dict[str, Path]) -> str:
+    return module if modules[module].name == "__init__.py" else module.rpartition(".")[0]
+
+
+def _origin(source: str, name: str, imports: dict[tuple[str, str], str]) -> str:
+    """The module that a face has a name from."""
+    while (source, name) in imports:
+        source = imports[source, name]
+    return source
+
+
+def test_every_room_stands_on_a_floor_and_says_what_it_takes_and_gives(
+    modules: dict[str, Path],
+) -> None:
+    rooms = {name for name, file in modules.items() if file.name == "__init__.py"}
+    assert rooms == {room for floor in FLOORS for room in floor} | {*FACES}
+    for room in sorted(rooms - {*FACES, *BY_NAME, "modeling.library"}):
+        said = ast.get_docstring(ast.parse(modules[room].read_text())) or ""
+        assert {"In:", "Out:"} <= {*said.split()}, room
+
+
+def test_no_room_has_too_many_files(modules: dict[str, Path]) -> None:
+    sizes: dict[str, int] = {}
+    for name, file in modules.items():
+        if file.name != "__init__.py":
+            room = _room(name, modules)
+            sizes[room] = sizes.get(room, 0) + 1
+    assert {room: size for room, size in sizes.items() if size > MOST_FILES} == {}
+
+
+def test_every_import_points_down_also_late_and_typing_only_ones(
+    modules: dict[str, Path], imports: list[Import]
+) -> None:
+    floor = {room: i for i, rooms in enumerate(FLOORS) for room in rooms}
+    wrong = []
+    for module, line, source, name in imports:
+        target = f"{source}.{name}".strip(".") if f"{source}.{name}" in modules else source
+        own, other = _room(module, modules), _room(target, modules) if target in modules else ""
+        if own == other or module in ("__main__", *FACES):
+            continue
+        if other in FACES or floor[other] >= floor[own]:
+            wrong.append(f"{module}:{line} imports {name or source} of {other or 'axisid'}")
+    assert wrong == []
+
+
+def test_no_modules_import_each_other_in_a_circle(
+    modules: dict[str, Path], imports: list[Import]
+) -> None:
+    faces = {
+        (module, name): source
+        for module, _, source, name in imports
+        if modules[module].name == "__init__.py"
+    }
+    graph: dict[str, set[str]] = {}
+    for module, _, source, name in imports:
+        if modules[module].name != "__init__.py":
+            full = f"{source}.{name}".strip(".")
+            is_module = full in modules and (source, name) not in faces
+            graph.setdefault(module, set()).add(full if is_module else _origin(source, name, faces))
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(f"a circle: {' -> '.join(error.args[1])}")
+
+
+def test_imports_are_relative_within_a_room_and_from_the_face_of_another(
+    modules: dict[str, Path],
+) -> None:
+    wrong = []
+    for name, file in modules.items():
+        if file.name == "__init__.py" or name == "__main__":
+            continue
+        room = _room(name, modules)
+        for node in ast.walk(ast.parse(file.read_text())):
+            if not isinstance(node, ast.ImportFrom):
+                continue
+            source = (node.module or "").removeprefix("axisid.")
+            absolute = node.level == 0 and (node.module or "").startswith("axisid.")
+            if absolute and source in modules:
+                other = _room(source, modules)
+                if other == room or (source != other and other not in BY_NAME):
+                    wrong.append(f"{name}:{node.lineno}")
+            elif node.level > 1:
+                wrong.append(f"{name}:{node.lineno}")
+    assert wrong == []
+
+
+def test_rooms_know_no_library_that_is_not_theirs(
+    modules: dict[str, Path],
+) -> None:
+    banned = {
+        "estimation": {"sympy", "casadi", "matplotlib", "click"},
+        "modeling": {"numpy", "scipy", "casadi", "matplotlib", "click"},
+        "codegen.runtime": {"sympy", "matplotlib", "click"},
+        "presentation.documents": {"matplotlib", "click"},
+    }
+    for room, packages in banned.items():
+        for name, file in modules.items():
+            if not f"{name}.".startswith(f"{room}."):
+                continue
+            for node in ast.walk(ast.parse(file.read_text())):
+                if isinstance(node, ast.Import):
+                    assert not {a.name.split(".")[0] for a in node.names} & packages, file
+                elif isinstance(node, ast.ImportFrom) and not _typing_only(node, file):
+                    assert (node.module or "").split(".")[0] not in packages, file
+
+
+def _typing_only(node: ast.ImportFrom, file: Path) -> bool:
+    guards = [
+        inner
+        for outer in ast.walk(ast.parse(file.read_text()))
+        if isinstance(outer, ast.If) and ast.unparse(outer.test) == "TYPE_CHECKING"
+        for inner in ast.walk(outer)
+        if isinstance(inner, ast.ImportFrom)
+    ]
+    return any(inner.lineno == node.lineno for inner in guards)
