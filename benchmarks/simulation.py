@@ -188,7 +188,7 @@ def profile_shares(run: Callable[[], Any]) -> dict[str, float]:
     profile.disable()
     parts = {
         "filters": ("scipy/signal",),
-        "simulation_and_rows": ("codegen/runtime/native.py",),
+        "simulation_and_rows": ("codegen/runtime/native_library.py",),
         "linear_algebra": ("numpy/linalg", "estimation/regression/linear.py"),
     }
     spent = dict.fromkeys([*parts, "rest"], 0.0)

@@ -27,7 +27,7 @@ for name in LIBRARY:
             f"{heading}\n\n{equation_latex(axis)}\n\nIDM-IV on its twin, ± one standard deviation: {rows}."
         )
     )
-    figure = result.plot_force()
+    figure = result.plot("force")
     figure.set_size_inches(7, 3.2)
     display(figure)
     plt.close(figure)

@@ -46,7 +46,7 @@ print(table_text(study, 5))
 # Figure 3: measured force, the force reconstructed by IDM-IV, and their difference.
 
 # %%
-study.appropriate["idm-iv"].plot_force()
+study.appropriate["idm-iv"].plot("force")
 
 # %% [markdown]
 # ## Inappropriate filter
@@ -70,7 +70,7 @@ print(table_text(study, 8))
 # Figure 4: what least squares makes of the force under the inappropriate filter.
 
 # %%
-study.inappropriate["idm-ls"].plot_force()
+study.inappropriate["idm-ls"].plot("force")
 
 # %% [markdown]
 # ## How to read the errors

@@ -169,10 +169,10 @@ print(estimate.parameters["m"])
 print(estimate.derive("m/b"))
 
 # %%
-result.plot_force()
+result.plot("force")
 
 # %%
-result.plot_friction()
+result.plot("friction")
 
 # %% [markdown]
 # ## Where to go from here

@@ -25,6 +25,7 @@ from .regression import ResidualTests as ResidualTests
 from .regression import Robust as Robust
 from .regression import correlation as correlation
 from .regression import delta_method as delta_method
+from .signals import FilteredRecord as FilteredRecord
 from .signals import Prefilter as Prefilter
 from .signals import Signals as Signals
 from .signals import drive_force as drive_force

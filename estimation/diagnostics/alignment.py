@@ -21,7 +21,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     least_squares,
 )
-from axisid.estimation.signals import Prefilter, drive_force, measured_signals, settled
+from axisid.estimation.signals import FilteredRecord, Prefilter, drive_force
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -85,9 +85,18 @@ def profile_alignment(
         Of the inverse model, and the simulated force of the same rows: the delay is then estimated
         by instruments too, since noise in the motion moves that of least squares.
     """
-    prefilter = settled(prefilter, axis, record)
+    return alignment_of(FilteredRecord.bind(axis, record, prefilter), physical, instruments)
+
+
+def alignment_of(
+    data: FilteredRecord,
+    physical: Array | None = None,
+    instruments: tuple[Array, Array] | None = None,
+) -> Alignment:
+    """`profile_alignment` of a record that is filtered already."""
+    axis, record, prefilter = data.axis, data.record, data.prefilter
     form = InverseForm(axis, physical)
-    equations = form.equations(measured_signals(axis, record, prefilter))
+    equations = form.equations(data.signals)
     reduced = equations.reduced(prefilter, record.period)
     regressor = factor(reduced.regressor, axis.names)
     rows = _Rows(record, prefilter, drive_force(axis, record), equations)

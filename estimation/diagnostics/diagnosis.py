@@ -3,15 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate, Reach
-from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals import Prefilter, Signals, measured_signals, resting
+from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
 
-from .alignment import Alignment, profile_alignment
+from .alignment import Alignment, alignment_of
 from .check import Check
 from .control_law import LawCheck, check_law
 from .excitation import Excitation, excitation
@@ -56,19 +54,16 @@ class Diagnosis:
     verdict: tuple[Check, ...]
 
 
-def diagnose(
-    axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimates: Mapping[str, Estimate]
-) -> Diagnosis:
+def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnosis:
     """Test a result; each method where it was run."""
+    axis, record, prefilter, signals = data.axis, data.record, data.prefilter, data.signals
     method = judged_method(estimates)
     judged = estimates[method]
     law = check_law(axis, record)
     instruments = _instruments(judged)
     tested = endogeneity_of(estimates.get("idm-iv"))
-    signals = measured_signals(axis, record, prefilter)
-    weights = prefilter.weights(len(record), record.period)
-    moved = _excitation(axis, signals, weights, record, prefilter, judged)
-    alignment = _alignment(axis, record, prefilter, judged)
+    moved = _excitation(data, judged)
+    alignment = _alignment(data, judged)
     return Diagnosis(
         judged=method,
         law=law,
@@ -87,12 +82,12 @@ def diagnose(
                 alignment=alignment,
                 hold=str(prefilter.hold),
                 reversals=prefilter.reversals,
-                rest=resting(signals, record, prefilter),
+                rest=data.rest,
             ),
             *fixed_check(judged),
             *force_checks(axis, record),
             *limit_checks(axis, record),
-            constant_check(judged, weights, law, axis.axis.drive.gain),
+            constant_check(judged, data.weights, law, axis.axis.drive.gain),
             ripple_check(judged, signals, prefilter),
         ),
     )
@@ -107,32 +102,21 @@ def _instruments(estimate: Estimate) -> InstrumentTests | None:
     return None if estimate.Z is None else instrument_tests(estimate.X, estimate.Z)
 
 
-def _excitation(
-    axis: GeneratedAxis,
-    signals: Signals,
-    weights: Array,
-    record: Record,
-    prefilter: Prefilter,
-    estimate: Estimate,
-) -> tuple[Excitation, ...]:
-    every = InverseForm(axis).at(estimate.physical).equations(signals)
+def _excitation(data: FilteredRecord, estimate: Estimate) -> tuple[Excitation, ...]:
+    every = InverseForm(data.axis).at(estimate.physical).equations(data.signals)
     return excitation(
-        axis,
-        signals,
-        every.reduced(prefilter, record.period),
-        weights,
+        data.axis,
+        data.signals,
+        every.reduced(data.prefilter, data.period),
+        data.weights,
         estimate.physical,
-        Reach.of(signals, every, prefilter.kept(len(record), record.period)),
+        Reach.of(data.signals, every, data.kept),
     )
 
 
-def _alignment(
-    axis: GeneratedAxis, record: Record, prefilter: Prefilter, estimate: Estimate
-) -> Alignment | str:
+def _alignment(data: FilteredRecord, estimate: Estimate) -> Alignment | str:
     try:
-        return profile_alignment(
-            axis, record, prefilter, estimate.physical, _instruments_of(estimate)
-        )
+        return alignment_of(data, estimate.physical, _instruments_of(estimate))
     except (DataError, EstimationError) as error:
         return str(error)
 

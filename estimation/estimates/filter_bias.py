@@ -1,4 +1,4 @@
-"""The estimate made again on changed signals: what the filter does to it, and what the gain does.
+"""How the prefilter biases an estimate, and how it depends on the drive gain.
 
 Both keep the instruments: only what was measured is changed.
 """
@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Factored,
     Form,
@@ -17,7 +16,7 @@ from axisid.estimation.regression import (
     least_squares,
     simulated_position,
 )
-from axisid.estimation.signals import Prefilter, Signals, measured_signals
+from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
 
@@ -26,8 +25,7 @@ _STEP = 1e-4  # of the gain
 
 def filter_bias(
     form: Form,
-    record: Record,
-    prefilter: Prefilter,
+    data: FilteredRecord,
     loops: Sequence[Simulation],
     physical: Array,
     instruments: Factored | None,
@@ -42,39 +40,38 @@ def filter_bias(
     ----------
     form : Form
         At its point, if it is linearised.
-    record : Record
-    prefilter : Prefilter
+    data : FilteredRecord
+        What the estimate was made from.
     loops : sequence of Simulation
         Of the record's reference, with `physical`; one for each segment.
     physical : (p,) array
     instruments : Factored or None
         Of the estimate; None for least squares.
     """
+    record = data.record
     noise_free = replace(
         record,
         position=simulated_position(loops),
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
         force=None if record.force is None else np.concatenate([s.force for s in loops]),
     )
-    signals = measured_signals(form.axis, noise_free, prefilter)
-    theta = _solved(form, signals, prefilter, record.period, instruments)
+    without_noise = FilteredRecord.bind(form.axis, noise_free, data.prefilter)
+    # Rows are those of the estimate, whose instruments they are held against.
+    theta = _solved(form, without_noise.signals, data, instruments)
     return np.asarray(form.physical(theta)[0] - physical, dtype=float)
 
 
 def slopes_by_gain(
-    form: Form,
-    signals: Signals,
-    prefilter: Prefilter,
-    period: float,
-    instruments: Factored | None,
+    form: Form, data: FilteredRecord, instruments: Factored | None
 ) -> tuple[Array, Array]:
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
 
     Without known terms every linear parameter is proportional to the gain; a known term keeps its
     size, so that the others take what it leaves.
     """
+    signals = data.signals
     ahead, behind = (
-        _solved(form, replace(signals, force=signals.force * scale), prefilter, period, instruments)
+        _solved(form, replace(signals, force=signals.force * scale), data, instruments)
         for scale in (1 + _STEP, 1 - _STEP)
     )
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
@@ -82,9 +79,9 @@ def slopes_by_gain(
 
 
 def _solved(
-    form: Form, signals: Signals, prefilter: Prefilter, period: float, instruments: Factored | None
+    form: Form, signals: Signals, data: FilteredRecord, instruments: Factored | None
 ) -> Array:
-    rows = form.equations(signals).reduced(prefilter, period)
+    rows = form.equations(signals).reduced(data.prefilter, data.period)
     regressor = factor(rows.regressor, [q.expression or q.name for q in form.quantities])
     left = rows.left - rows.known
     if instruments is None:

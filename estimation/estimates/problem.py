@@ -4,8 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Equations,
     Factored,
@@ -16,7 +14,7 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_right,
 )
-from axisid.estimation.signals import Prefilter, measured_signals, motion_lacks, resting
+from axisid.estimation.signals import FilteredRecord, motion_lacks
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import AxisidError
@@ -26,19 +24,17 @@ from .visibility import Reach, check_shown
 
 
 class Regressions:
-    """One axis, one record, one prefilter.
+    """What a record under a filter gives to be regressed.
 
     Parameters
     ----------
-    axis : GeneratedAxis
-    record : Record
-    prefilter : Prefilter
-        Settled for the record.
+    data : FilteredRecord
     """
 
-    def __init__(self, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> None:
-        self.axis, self.record, self.prefilter = axis, record, prefilter
-        self.signals = measured_signals(axis, record, prefilter)
+    def __init__(self, data: FilteredRecord) -> None:
+        self.data = data
+        self.axis, self.record, self.prefilter = data.axis, data.record, data.prefilter
+        self.signals = data.signals
         self._linear: dict[type[Form], Equations] = {}
 
     def rows(self, form: Form) -> Equations:
@@ -73,7 +69,7 @@ class Regressions:
     @property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return resting(self.signals, self.record, self.prefilter)
+        return self.data.rest
 
     def lacking(self) -> str:
         """What the motion lacks, as a sentence; empty if nothing is known to lack."""
@@ -82,11 +78,10 @@ class Regressions:
 
     def _check(self, every: Equations, rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
-        kept = self.prefilter.kept(len(self.record), self.record.period)
         with adding(self.lacking()):
             check_shown(
                 self.axis,
-                Reach.of(self.signals, every, kept),
+                Reach.of(self.signals, every, self.data.kept),
                 rows.regressor,
                 rows.left - rows.known,
                 rows=len(rows.left),

@@ -1,9 +1,10 @@
 """Estimates of one record by each method, with covariances, bias and remarks."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Covariance,
     DirectForm,
@@ -19,7 +20,7 @@ from axisid.estimation.regression import (
     loop_reference,
     variable_projection,
 )
-from axisid.estimation.signals import Prefilter, rests_first
+from axisid.estimation.signals import FilteredRecord, rests_first
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
@@ -45,13 +46,12 @@ class Study:
 
     def __init__(
         self,
-        axis: GeneratedAxis,
-        record: Record,
-        prefilter: Prefilter,
+        data: FilteredRecord,
         lags: int | None,
         covariance: str,
     ) -> None:
-        self.axis, self.record, self.prefilter = axis, record, prefilter
+        axis = data.axis
+        self.axis, self.record, self.prefilter = axis, data.record, data.prefilter
         self.covariances: dict[str, Covariance] = {
             "iid": Published(),
             "robust": Robust(),
@@ -63,7 +63,7 @@ class Study:
                 f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
                 "the combination as one parameter."
             )
-        self._on = Regressions(axis, record, prefilter)
+        self._on = Regressions(data)
 
     def estimate(self, method: str) -> Estimate:
         """Run one method: regress, map to physical parameters, simulate."""
@@ -148,7 +148,7 @@ class Study:
             assumed=self.covariances[self.chosen],
             chosen=self.chosen,
             gain_relative_sd=self._gain_relative_sd,
-            **self._made_again(form.at(physical), fit, physical),
+            **self._bias_and_slopes(form.at(physical), fit, physical),
         )
 
     @property
@@ -158,7 +158,7 @@ class Study:
 
     @property
     def _row_numbers(self) -> Array:
-        return self.prefilter.rows(len(self.record), self.record.period)
+        return self._on.data.row_numbers
 
     @property
     def _row_times(self) -> Array | None:
@@ -168,21 +168,16 @@ class Study:
         times = self.record.time[self._row_numbers.astype(int)] - self.record.time[0]
         return np.asarray(times, dtype=float)
 
-    def _made_again(self, form: Form, fit: Fit, physical: Array) -> dict[str, Array | None]:
+    def _bias_and_slopes(self, form: Form, fit: Fit, physical: Array) -> dict[str, Array | None]:
         """What the gain and the filter alone move the estimate by."""
         bias: Array | None = None
         slopes: tuple[Array | None, Array | None] = (None, None)
-        try:
-            if self._gain_relative_sd:
-                slopes = slopes_by_gain(
-                    form, self._on.signals, self.prefilter, self.record.period, fit.instruments
-                )
-            if fit.follows:
-                bias = filter_bias(
-                    form, self.record, self.prefilter, fit.loops, physical, fit.instruments
-                )
-        except (DataError, EstimationError):
-            pass  # a simulated record that cannot be regressed says nothing
+        if self._gain_relative_sd:
+            with suppress(DataError, EstimationError):  # rows of another gain may not be solved
+                slopes = slopes_by_gain(form, self._on.data, fit.instruments)
+        if fit.follows:
+            with suppress(DataError, EstimationError):  # nor those of a simulated record
+                bias = filter_bias(form, self._on.data, fit.loops, physical, fit.instruments)
         return {"gain_slopes": slopes[0], "theta_gain_slopes": slopes[1], "filter_bias": bias}
 
     @staticmethod

@@ -9,7 +9,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES, METHODS, Estimate, Study
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
-from axisid.estimation.signals import Prefilter, settled
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 
@@ -52,8 +52,8 @@ def identify(
     asked = (methods,) if isinstance(methods, str) else methods
     _check_arguments(asked, record, covariance)
     given = prefilter or Prefilter.suited(record.period)
-    prefilter = settled(given, generated, record)
-    study = Study(generated, record, prefilter, lags, covariance)
+    data = FilteredRecord.bind(generated, record, given)
+    study = Study(data, lags, covariance)
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
     failed: dict[str, str] = {}
@@ -71,9 +71,7 @@ def identify(
                 raise
             failed[method] = str(error)
     return Identification(
-        axis=generated,
-        record=record,
-        prefilter=prefilter,
+        data=data,
         estimates=estimates,
         skipped=skipped,
         failed=failed,

@@ -1,14 +1,15 @@
 """The result object: estimates with what they were made from."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, judged_method
 from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import UsageError
 from axisid.support.shown import Shown, shown_by
 
@@ -16,15 +17,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Identification(Shown):
     """The estimates of one axis from one record.
 
     Attributes
     ----------
-    axis : GeneratedAxis
-    record : Record
-    prefilter : Prefilter
+    data : FilteredRecord
+        The record under the filter, with what was chosen for it.
     estimates : mapping of str to Estimate
         By method.
     skipped : mapping of str to str
@@ -36,13 +36,26 @@ class Identification(Shown):
         The prefilter before what it left open was chosen for the record.
     """
 
-    axis: GeneratedAxis
-    record: Record
-    prefilter: Prefilter
+    data: FilteredRecord
     estimates: Mapping[str, Estimate]
     skipped: Mapping[str, str]
     failed: Mapping[str, str]
     asked: Prefilter | None = None
+
+    @property
+    def axis(self) -> GeneratedAxis:
+        """The axis that was identified."""
+        return self.data.axis
+
+    @property
+    def record(self) -> Record:
+        """The record that it was identified from."""
+        return self.data.record
+
+    @property
+    def prefilter(self) -> Prefilter:
+        """The filter, with what was chosen for the record."""
+        return self.data.prefilter
 
     def __getitem__(self, method: str) -> Estimate:
         return self._of(method)
@@ -60,7 +73,11 @@ class Identification(Shown):
         source = self.record.provenance.source
         return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @cached_property
     def physical(self) -> dict[str, Physical]:
         """Declared parameters by method; empty where the estimates are of them already.
 
@@ -74,10 +91,10 @@ class Identification(Shown):
         """The estimate that is judged, by instruments where there are, inverse model first."""
         return self.estimates[judged_method(self.estimates)]
 
-    @property
+    @cached_property
     def diagnosis(self) -> Diagnosis:
-        """What the tests of the result measured; made anew each time."""
-        return diagnose(self.axis, self.record, self.prefilter, self.estimates)
+        """What the tests of the result measured, computed once."""
+        return diagnose(self.data, self.estimates)
 
     @property
     def verdict(self) -> tuple[Check, ...]:

@@ -1,13 +1,12 @@
 """Motion and force under a filter.
 
-In: `Record`, `Prefilter`. Out: `Signals`, and which samples count.
+In: `Record`, `Prefilter`. Out: `FilteredRecord`: `Signals`, rows, and which samples count.
 Knows nothing of methods.
 """
 
+from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import check_filter as check_filter
 from .filtered_record import chosen_hold as chosen_hold
-from .filtered_record import measured_signals as measured_signals
-from .filtered_record import settled as settled
 from .motion import MOST_REST as MOST_REST
 from .motion import motion_lacks as motion_lacks
 from .motion import one_direction as one_direction

@@ -1,55 +1,137 @@
 """A record under a filter: what the filter leaves open is chosen, what it cannot serve refused."""
 
-from dataclasses import replace
-from typing import Literal
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
 
+from .motion import resting
 from .prefilter import Prefilter
-from .signals import Signals, drive_force, filtered_signals
+from .signals import Signals, beside_force, drive_force
 from .without_turns import LEAST_LEFT, Information
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 _SAME = 0.02  # relative, of such a factor
 
-
-def settled(prefilter: Prefilter, axis: GeneratedAxis, record: Record) -> Prefilter:
-    """The prefilter for a record: its segments and masked rows, and its hold if that is open."""
-    if not isinstance(prefilter, Prefilter):
-        raise UsageError(f"the prefilter is {prefilter!r}; give a Prefilter, or leave it out.")
-    fitted = replace(
-        prefilter,
-        hold=chosen_hold(prefilter, axis, measured=record.force is not None),
-        segments=record.segments,
-        masked=record.masked,
-        silent=(),
-    )
-    if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
-        return replace(fitted, reversals="keep")
-    check_filter(fitted, axis, len(record), record.period, record.provenance.source)
-    silent = fitted.near_reversals(record.position, record.period)
-    left_out = replace(fitted, reversals="leave-out", silent=silent)
-    if prefilter.reversals is None and axis.is_linear and _too_little(left_out, axis, record):
-        return replace(fitted, reversals="keep")
-    return left_out
+Motion = tuple[Array, Array, Array]
 
 
-def _too_little(left_out: Prefilter, axis: GeneratedAxis, record: Record) -> bool:
-    """Whether a parameter is hardly shown without the samples near reversals and rests."""
-    starts = [start for start, _ in record.spans]
-    unknown = np.zeros(len(record))
-    signals = filtered_signals(left_out, record.position, unknown, record.period, starts)
-    near = np.zeros(len(record), dtype=bool)
-    for start, stop in left_out.silent:
-        near[start:stop] = True
-    found = Information(axis)
-    kept = left_out.kept(len(record), record.period)
-    found.add(signals, kept, near, float(np.abs(signals.velocity).max()))
-    return found.remaining < LEAST_LEFT
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FilteredRecord:
+    """A record of an axis under a prefilter, filtered once.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    prefilter : Prefilter
+        With all that `bind` decided: hold, segments, masked samples, and those left out.
+    """
+
+    axis: GeneratedAxis
+    record: Record
+    prefilter: Prefilter
+
+    @classmethod
+    def bind(cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> "FilteredRecord":
+        """Choose what the prefilter leaves open, for a record of an axis.
+
+        Raises
+        ------
+        UsageError, DataError
+            The prefilter cannot serve the record, see `check_filter`.
+        """
+        if not isinstance(prefilter, Prefilter):
+            raise UsageError(f"the prefilter is {prefilter!r}; give a Prefilter, or leave it out.")
+        fitted = replace(
+            prefilter,
+            hold=chosen_hold(prefilter, axis, measured=record.force is not None),
+            reversals="keep",
+            segments=record.segments,
+            masked=record.masked,
+            silent=(),
+        )
+        check_filter(fitted, axis, len(record), record.period, record.provenance.source)
+        kept = cls(axis=axis, record=record, prefilter=fitted)
+        if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
+            return kept
+        silent = fitted.turns(kept.motion[1], record.period)
+        left_out = replace(kept, prefilter=replace(fitted, reversals="leave-out", silent=silent))
+        vars(left_out)["motion"] = kept.motion  # the same, whatever is left out of the rows
+        if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
+            return kept
+        return left_out
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def __len__(self) -> int:
+        return len(self.record)
+
+    def __repr__(self) -> str:
+        return f"{self.record!r} under {self.prefilter!r}"
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s."""
+        return self.record.period
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Filtered position, velocity and acceleration, each (N,)."""
+        return self.prefilter.motion(self.record.position, self.period)
+
+    @cached_property
+    def signals(self) -> Signals:
+        """Filtered motion beside the force, aligned as the prefilter says."""
+        return self._beside(drive_force(self.axis, self.record))
+
+    @cached_property
+    def weights(self) -> Array:
+        """Of the rows, (n,), see `Prefilter.weights`."""
+        return self.prefilter.weights(len(self), self.period)
+
+    @cached_property
+    def kept(self) -> NDArray[np.bool_]:
+        """Which samples the rows are made of, (N,)."""
+        return self.prefilter.kept(len(self), self.period)
+
+    @cached_property
+    def row_numbers(self) -> Array:
+        """The samples of the rows, (n,)."""
+        return self.prefilter.rows(len(self), self.period)
+
+    @property
+    def rest(self) -> float:
+        """Part of the samples of a fit at which the axis stands still."""
+        return resting(self.signals, self.record, self.prefilter)
+
+    def reduce(self, columns: Array) -> Array:
+        """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Prefilter.reduce`."""
+        return self.prefilter.reduce(columns, self.period)
+
+    @property
+    def shows_too_little(self) -> bool:
+        """Whether a parameter is hardly shown without the samples near reversals and rests."""
+        near = np.zeros(len(self), dtype=bool)
+        for start, stop in self.prefilter.silent:
+            near[start:stop] = True
+        found = Information(self.axis)
+        signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
+        found.add(signals, self.kept, near, float(np.abs(signals.velocity).max()))
+        return found.remaining < LEAST_LEFT
+
+    def _beside(self, force: Array) -> Signals:
+        starts = [start for start, _ in self.record.spans]
+        return beside_force(self.motion, force, starts, hold=self.prefilter.hold)
 
 
 def check_filter(
@@ -104,12 +186,3 @@ def chosen_hold(
     law = axis.axis.control
     held = not measured and not (law is not None and law.continuous)
     return prefilter.hold or ("zoh" if held else "raw")
-
-
-def measured_signals(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> Signals:
-    """Filtered motion beside the force, aligned as the prefilter says."""
-    prefilter = settled(prefilter, axis, record)
-    check_filter(prefilter, axis, len(record), record.period, record.provenance.source)
-    starts = [start for start, _ in record.spans]
-    force = drive_force(axis, record)
-    return filtered_signals(prefilter, record.position, force, record.period, starts)

@@ -66,9 +66,9 @@ class Prefilter:
         inertia does where the axis accelerates only as it turns; ``keep`` is what the published
         recipe does.
     segments, masked, silent : tuple of (int, int)
-        Of the record that `settled` fits the settings to. Each segment is filtered by itself, and
-        loses its transients at both ends; one that is too short for that is left out. So are the
-        rows whose filters reach a masked sample. What is silent has no weight.
+        Of the record that `FilteredRecord.bind` fits the settings to. Each segment is filtered by
+        itself, and loses its transients at both ends; one that is too short for that is left out.
+        So are the rows whose filters reach a masked sample. What is silent has no weight.
 
     Raises
     ------
@@ -353,7 +353,11 @@ class Prefilter:
 
     def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
         """Samples near which the filtered velocity changes its sign or rests, by segment."""
-        velocity, spans = self.motion(position, period)[1], self.spans(len(position), period)
+        return self.turns(self.motion(position, period)[1], period)
+
+    def turns(self, velocity: Array, period: float) -> tuple[Span, ...]:
+        """`near_reversals` of a velocity that is filtered already, (N,)."""
+        spans = self.spans(len(velocity), period)
         rest, reach = rest_below(velocity[a:b] for a, b in spans), self.turn_reach(period)
         return tuple(
             stretch for a, b in spans for stretch in runs(near_turns(velocity[a:b], reach, rest), a)

@@ -49,8 +49,15 @@ def filtered_signals(
     prefilter: Prefilter, position: Array, force: Array, period: float, starts: Sequence[int]
 ) -> Signals:
     """Filtered motion beside the force, both (N,); the segments begin at `starts`."""
-    q, velocity, acceleration = prefilter.motion(position, period)
-    if prefilter.hold == "zoh":
+    return beside_force(prefilter.motion(position, period), force, starts, hold=prefilter.hold)
+
+
+def beside_force(
+    motion: tuple[Array, Array, Array], force: Array, starts: Sequence[int], *, hold: str | None
+) -> Signals:
+    """A filtered motion beside the force as the hold pairs them; see `filtered_signals`."""
+    q, velocity, acceleration = motion
+    if hold == "zoh":
         before = np.concatenate([force[:1], force[:-1]])
         before[starts] = force[starts]
         force = (force + before) / 2

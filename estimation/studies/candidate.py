@@ -11,7 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, InverseForm, Solution
-from axisid.estimation.signals import Prefilter, measured_signals
+from axisid.estimation.signals import FilteredRecord, Prefilter
 
 from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
 
@@ -225,8 +225,8 @@ class _Checks:
             return self.rows.without(column)
         axis, physical = self.estimate.form.axis, self.estimate.physical.copy()
         physical[column] = 0.0
-        signals = measured_signals(axis, self.record, self.prefilter)
-        equations = InverseForm(axis, physical).equations(signals)
+        data = FilteredRecord.bind(axis, self.record, self.prefilter)
+        equations = InverseForm(axis, physical).equations(data.signals)
         known, regressor = equations.reduced_right(self.prefilter, self.record.period)
         moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
         silent = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]

@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import identify
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter, settled
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.progress import Progress, each
@@ -117,7 +117,9 @@ def compare(
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    filtered = settled(prefilter or Prefilter.suited(record.period), first, record)
+    filtered = FilteredRecord.bind(
+        first, record, prefilter or Prefilter.suited(record.period)
+    ).prefilter
     fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)
     rows = len(next(iter(fits.values())).y)

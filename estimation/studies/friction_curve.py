@@ -8,7 +8,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals import Signals, measured_signals
+from axisid.estimation.signals import Signals
 from axisid.support.arrays import Array
 
 _BINS = 41
@@ -52,15 +52,13 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
         One of the result.
     """
     axis, physical = result.axis, estimate.physical
-    signals = measured_signals(axis, result.record, result.prefilter)
+    data, signals = result.data, result.data.signals
     reason = _inseparable(axis, physical, signals)
     if reason:
         return reason
     rest = _force(axis, physical, _still(signals))
-    reduced = result.prefilter.reduce(
-        np.column_stack([signals.velocity, signals.force - rest]), result.record.period
-    )
-    weights = result.prefilter.weights(len(result.record), result.record.period)
+    reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
+    weights = data.weights
     whole = np.abs(weights / result.prefilter.row_gain - 1) < _WHOLE
     if not whole.any():
         return "no row of the fit is clear of the reversals and rests that it leaves out"

@@ -1,4 +1,4 @@
-"""What comes of a log that was read in blocks."""
+"""IDM-LS of a log that was read in blocks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

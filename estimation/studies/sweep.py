@@ -117,7 +117,9 @@ def sweep(
     for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
         try:
-            results.append(identify(generated, record, chosen, methods))
+            result = identify(generated, record, chosen, methods)
+            # Without the signals, of which many cut-offs of a long record would keep many.
+            results.append(replace(result, data=replace(result.data)))
         except (EstimationError, DataError) as error:
             failures[cutoff] = str(error)
     if not results:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record, check_record, clock_of, other_period
@@ -19,7 +18,7 @@ from axisid.estimation.regression import (
     simulated_position,
     simulated_right,
 )
-from axisid.estimation.signals import Prefilter, Signals, measured_signals, settled
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
@@ -159,12 +158,8 @@ def validate(result: Identification, record: Record) -> Validation:
     with np.errstate(all="ignore"):
         asked = result.asked or result.prefilter  # what was left open suits each record
         rescaled = asked.at_period(result.record.period, record.period)
-        prefilter = settled(rescaled, result.axis, record)
-        signals = measured_signals(result.axis, record, prefilter)
-        methods = tuple(
-            _validation(result.axis, record, signals, prefilter, estimate)
-            for estimate in result.estimates.values()
-        )
+        data = FilteredRecord.bind(result.axis, record, rescaled)
+        methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
     own, other = result.record.provenance.sha256, record.provenance.sha256
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
@@ -176,16 +171,11 @@ def validate(result: Identification, record: Record) -> Validation:
     )
 
 
-def _validation(
-    axis: GeneratedAxis,
-    record: Record,
-    signals: Signals,
-    prefilter: Prefilter,
-    estimate: Estimate,
-) -> MethodValidation:
+def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
+    axis, record, prefilter = data.axis, data.record, data.prefilter
     form: Form = InverseForm(axis) if estimate.method.startswith("idm") else DirectForm(axis)
     form = form.at(estimate.physical)
-    rows = form.equations(signals).reduced(prefilter, record.period)
+    rows = form.equations(data.signals).reduced(prefilter, record.period)
     theta = form.regressed(estimate.physical)
     if not len(rows.left):
         raise DataError(

@@ -32,8 +32,23 @@ def test_the_command_line_starts_without_the_stages() -> None:
 
 
 def test_the_stages_leave_signal_processing_and_figures_to_their_use() -> None:
-    modules = imported_by("import axisid.modeling, axisid.codegen, axisid.estimation")
+    rooms = ("modeling.wording", "modeling.text", "codegen.artefacts", "estimation.studies")
+    modules = imported_by("import " + ", ".join(f"axisid.{room}" for room in rooms))
+    assert "axisid.estimation.records.reading" in modules
     assert not modules & {"scipy.signal", "scipy.io", "matplotlib", "pytest"}
+
+
+def test_a_result_in_words_needs_no_figures() -> None:
+    twin = "axisid.twin_record(axisid.load_axis('emps2015'))"
+    modules = imported_by(f"import axisid, axisid.presentation.report\nstr({twin})")
+    assert "axisid.presentation.views" in modules
+    assert not modules & {"matplotlib", "click"}
+
+
+def test_an_axis_in_words_needs_no_estimation() -> None:
+    modules = imported_by("import axisid.presentation.formulas")
+    assert not {name for name in modules if name.startswith("axisid.estimation.")}
+    assert not modules & {"numpy", "scipy", "casadi", "matplotlib"}
 
 
 def test_importing_axisid_is_quick() -> None:

@@ -1,5 +1,6 @@
 """Every class of fault that was ever found ends as the catalogue says: a sentence, an exit code."""
 
+import math
 import re
 import signal
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from types import FrameType
 
 import pytest
 
+from tests.bounded import slowness
 from tests.faults.fault import Fault, Misuse
 
 Run = Callable[..., tuple[int, str, str]]
@@ -42,7 +44,7 @@ def _in_time() -> Iterator[None]:
         raise TimeoutError(f"not done after {_SECONDS} s")
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(_SECONDS)
+    signal.alarm(math.ceil(_SECONDS * slowness()))
     yield
     signal.alarm(0)
     signal.signal(signal.SIGALRM, before)

@@ -10,7 +10,7 @@ import pytest
 
 from axisid import DataError, LogBlocks, identify_stream, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.records import reading as readers
+from axisid.estimation.logs import formats
 from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table
 from axisid.support.unchanged import HashingStream, read_whole
@@ -152,9 +152,9 @@ def test_log_that_its_library_reads_is_held_against_its_hash(
         longer(path, path)
         return Table(source=str(path), columns={})
 
-    monkeypatch.setitem(readers._FROM_DISK, ".mf4", reading)
+    monkeypatch.setitem(formats._FROM_DISK, ".mf4", reading)
     with pytest.raises(DataError, match=CHANGED):
-        readers.read_table(file)
+        formats.read_table(file)
 
 
 def test_paths_stand_beside_each_other_as_given_and_absolute(

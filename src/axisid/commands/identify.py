@@ -173,7 +173,7 @@ def identify(
         return
     _check_idle(covariance, json_file)
     if figures is not None:
-        from axisid.presentation.plots import NAMES
+        from axisid.presentation.drawing import NAMES
 
         drawn = {f"{name}.{figure_format}": "figure" for name in NAMES}
         check_folder(figures, "--figures", drawn, force=force)
@@ -183,13 +183,13 @@ def identify(
     )
 
     from axisid.estimation.identification import identify as run
-    from axisid.estimation.signals import measured_signals
+    from axisid.estimation.signals import FilteredRecord
 
     prefilter = filtering.prefilter(data.period)
     other = None
     if second is not None:
         other = reading.record(second, generated)
-        measured_signals(generated, other, prefilter)  # refused before the long part
+        _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,

@@ -28,7 +28,7 @@ def paper(output: Path | None, force: bool) -> None:
     from axisid.paper import STUDY_FILES, run_study, study_tables, write_study
 
     if output is not None:
-        import axisid.presentation.plots.files  # noqa: F401 - refused before anything is computed
+        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
 
     check_folder(output, "--output", STUDY_FILES, deep=True, force=force)
     with ProgressLine("the paper's study") as line:

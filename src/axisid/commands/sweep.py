@@ -66,7 +66,7 @@ def sweep(
             f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
         )
     if figure is not None:
-        import axisid.presentation.plots.files  # noqa: F401 - refused before anything is computed
+        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
     generated, data = axis_and_record(axis, record, reading, left_out=left_out, no_native=no_native)
 
     from axisid.estimation.studies import default_cutoffs
@@ -80,7 +80,7 @@ def sweep(
     if json_file is not None:
         put_json(json_file, result.to_dict())
     if figure is not None:
-        from axisid.presentation.plots import sweep_figure
+        from axisid.presentation.drawing import sweep_figure
 
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
         click.echo(f"wrote {figure}", err=json_file == "-")

@@ -170,7 +170,7 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     UsageError
         The folder cannot be written to.
     """
-    from axisid.presentation.plots import force_figure
+    from axisid.presentation.drawing import force_figure
 
     texts = {
         "tables.txt": study_tables(study) + "\n",

@@ -1,6 +1,6 @@
 """How each result looks: as text, as plain data, as HTML, in figures. One row for each type."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +18,10 @@ from axisid.presentation.documents import (
     validation_dict,
 )
 from axisid.presentation.plots import (
+    Plot,
     autocorrelation_plot,
     convergence_plot,
     drawable,
-    drawn,
     force_plot,
     friction_plot,
     record_plot,
@@ -95,32 +95,35 @@ as_html.register(Identification, result_html)
 
 
 @singledispatch
-def figure_of(result: Shown, what: str) -> "Figure":
+def figure_of(result: Shown, what: str, method: str | None = None) -> "Figure":
     """One of a result's figures, by its name."""
+    del method
     raise _no_figure(result, what, ())
 
 
-def _of_estimate(result: Estimate, what: str) -> "Figure":
+def _of_estimate(result: Estimate, what: str, method: str | None = None) -> "Figure":
     if what not in _OF_ESTIMATE:
         raise _no_figure(result, what, _OF_ESTIMATE)
-    return drawn(drawable(_OF_ESTIMATE[what](result)))
+    _check_method(result, method, (result.method,))
+    return _drawn(drawable(_OF_ESTIMATE[what](result)))
 
 
 def _of_identification(result: Identification, what: str, method: str | None = None) -> "Figure":
     if what == "record":
-        return drawn(record_plot(result))
+        return _drawn(record_plot(result))
     estimate = result.judged if method is None else result[method]
     if what in _OF_METHOD:
-        return drawn(drawable(_OF_METHOD[what](result, estimate)))
+        return _drawn(drawable(_OF_METHOD[what](result, estimate)))
     if what not in _OF_ESTIMATE:
         raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
     return figure_of(estimate, what)
 
 
-def _of_sweep(result: Sweep, what: str) -> "Figure":
+def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
     if what not in ("", "sweep"):
         raise _no_figure(result, what, ("sweep",))
-    return drawn(sweep_plot(result))
+    _check_method(result, method, ())
+    return _drawn(sweep_plot(result))
 
 
 figure_of.register(Estimate, _of_estimate)
@@ -128,7 +131,20 @@ figure_of.register(Identification, _of_identification)
 figure_of.register(Sweep, _of_sweep)
 
 
+def _check_method(result: Shown, method: str | None, own: Sequence[str]) -> None:
+    if method is not None and method.lower() not in own:
+        raise UsageError(
+            f"a figure of {type(result).__name__} has no method to choose; leave it out."
+        )
+
+
+def _drawn(plot: Plot) -> "Figure":
+    from axisid.presentation.drawing import drawn
+
+    return drawn(plot)
+
+
 def _no_figure(result: Shown, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
-    return UsageError(f"a {type(result).__name__} has no figure {what!r}{choose}.")
+    return UsageError(f"{type(result).__name__} has no figure {what!r}{choose}.")

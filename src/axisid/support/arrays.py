@@ -1,4 +1,4 @@
-"""One array type for the whole stage.
+"""One array type for all rooms.
 
 Dimensions: N samples of a record, n rows of a regression, p physical parameters, m parameters of
 the direct model.

@@ -8,15 +8,17 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 from axisid import build, load_axis, simulate
-from axisid.codegen.runtime import slices as module
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 from axisid.codegen.runtime.slices import run_stoppable, slices
+
+module = import_module("axisid.codegen.runtime.slices")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -10,7 +10,7 @@ from axisid import Record, identify, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.options.earlier_output import is_earlier
 from axisid.paper.study import STUDY_FILES
-from axisid.presentation.plots.files import FORMATS, NAMES
+from axisid.presentation.drawing.files import FORMATS, NAMES
 from axisid.presentation.plots.result import result_plots
 
 Run = Callable[..., tuple[int, str, str]]

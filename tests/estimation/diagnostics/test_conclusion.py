@@ -6,9 +6,8 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics import conclusion as conclusion_module
 from axisid.estimation.diagnostics.check import Check, Status, passed
-from axisid.estimation.diagnostics.conclusion import by_weight, conclusion
+from axisid.estimation.diagnostics.conclusion import _GRAVE, _NEXT, by_weight, conclusion
 
 
 def check(name: str, status: Status) -> Check:
@@ -80,4 +79,4 @@ def test_every_name_that_is_weighed_is_one_that_a_check_has(
     names = {check.name for check in identify(emps2015, force).verdict}
     # These need parameters that are known, or more equations than unknowns.
     names |= {"fixed values", "physical parameters"}
-    assert {*conclusion_module._GRAVE, *conclusion_module._NEXT} <= names
+    assert {*_GRAVE, *_NEXT} <= names

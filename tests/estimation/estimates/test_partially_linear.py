@@ -38,7 +38,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
-from axisid.estimation.signals.filtered_record import measured_signals, settled
+from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
 
 x = Coordinate("x")
@@ -140,7 +140,10 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
 ) -> None:
     """SciPy's, from the truth, on the inverse dynamics and not on the regressor."""
     estimate = result["idm-ls"]
-    s_, filtered = measured_signals(axis, record, FILTER), settled(FILTER, axis, record)
+    s_, filtered = (
+        FilteredRecord.bind(axis, record, FILTER).signals,
+        FilteredRecord.bind(axis, record, FILTER).prefilter,
+    )
     y = filtered.reduce(s_.force, 1e-3)
 
     def residuals(theta: np.ndarray) -> np.ndarray:
@@ -170,8 +173,12 @@ def test_instruments_solve_their_nonlinear_equations(
 ) -> None:
     iv = result["idm-iv"]
     assert iv.Z is not None
-    rows = InverseForm(axis).at(iv.physical).equations(measured_signals(axis, record, FILTER))
-    reduced = rows.reduced(settled(FILTER, axis, record), 1e-3)
+    rows = (
+        InverseForm(axis)
+        .at(iv.physical)
+        .equations(FilteredRecord.bind(axis, record, FILTER).signals)
+    )
+    reduced = rows.reduced(FilteredRecord.bind(axis, record, FILTER).prefilter, 1e-3)
     residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
     assert np.abs(seen).max() < 1e-2
@@ -231,7 +238,7 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     free = identify(axis, record, kept, "idm-iv")["idm-iv"]
     assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
     assert damped.physical == pytest.approx(free.physical, rel=1e-4)
-    filtered = settled(kept, axis, record)
+    filtered = FilteredRecord.bind(axis, record, kept).prefilter
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
         form = InverseForm(axis)
@@ -309,7 +316,7 @@ def test_blocks_are_simulated_within_the_bounds(
     axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
     blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
     beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
-    settings = axis, record, settled(FILTER, axis, record), estimate, blocks
+    settings = axis, record, FilteredRecord.bind(axis, record, FILTER).prefilter, estimate, blocks
     found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
     assert isinstance(found, HeldOut)
     assert isinstance(expected, HeldOut)

@@ -25,14 +25,14 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.conclusion import conclusion
 from axisid.estimation.estimates.visibility import Reach, check_shown, natural_sizes
 from axisid.estimation.regression.forms import InverseForm
-from axisid.estimation.signals.filtered_record import measured_signals, settled
+from axisid.estimation.signals.filtered_record import FilteredRecord
 from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 from tests.estimation.unseen import with_bump, with_stribeck
 
 
 def reach_of(axis: GeneratedAxis, record: Record) -> Reach:
-    filter_ = settled(Prefilter.suited(record.period), axis, record)
-    signals = measured_signals(axis, record, filter_)
+    filter_ = FilteredRecord.bind(axis, record, Prefilter.suited(record.period)).prefilter
+    signals = FilteredRecord.bind(axis, record, filter_).signals
     kept = filter_.kept(len(record), record.period)
     found = Reach.of(signals, InverseForm(axis).equations(signals), kept)
     assert found is not None
@@ -156,10 +156,10 @@ def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
         record = twin_record(axis, seed=seed)
         reach = reach_of(axis, record)
         stretched = replace(reach, columns=100 * reach.columns)
-        filter_ = settled(Prefilter.suited(record.period), axis, record)
+        filter_ = FilteredRecord.bind(axis, record, Prefilter.suited(record.period)).prefilter
         rows = (
             InverseForm(axis)
-            .equations(measured_signals(axis, record, filter_))
+            .equations(FilteredRecord.bind(axis, record, filter_).signals)
             .reduced(filter_, record.period)
         )
         check_shown(

@@ -348,7 +348,7 @@ def test_library_that_is_not_installed_is_named_with_the_command(
 def test_extras_that_messages_name_are_declared(root: Path) -> None:
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
     named = set()
-    for file in (root / "estimation").glob("*.py"):
+    for file in (root / "estimation").rglob("*.py"):
         named |= set(re.findall(r'library\("[\w.]+", "(\w+)"', file.read_text()))
     assert named == {"dataframe", "h5py", "mdf", "parquet", "rosbags", "tdms"}
     assert named <= set(project["optional-dependencies"])

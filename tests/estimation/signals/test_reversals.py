@@ -17,7 +17,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.signals.filtered_record import measured_signals, settled
+from axisid.estimation.signals.filtered_record import FilteredRecord
 from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 
 
@@ -65,27 +65,29 @@ def test_default_leaves_them_out_where_there_is_friction(
     emps2015: GeneratedAxis, twin: Record, stribeck: GeneratedAxis
 ) -> None:
     for axis, record in ((emps2015, twin), (stribeck, twin_record(stribeck))):
-        chosen = settled(Prefilter(), axis, record)
+        chosen = FilteredRecord.bind(axis, record, Prefilter()).prefilter
         assert chosen.reversals == "leave-out"
         assert chosen.silenced > 0
     rungs = friction_ladder(emps2015.declared)
     smooth = build(rungs["viscous"])
-    assert settled(Prefilter(), smooth, twin).reversals == "keep"
-    assert settled(Prefilter(), smooth, twin).silent == ()
+    assert FilteredRecord.bind(smooth, twin, Prefilter()).prefilter.reversals == "keep"
+    assert FilteredRecord.bind(smooth, twin, Prefilter()).prefilter.silent == ()
 
 
 def test_default_keeps_them_where_hardly_anything_else_is_left(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    slow = settled(Prefilter(cutoff=3.0, decimate=100), emps2015, twin)
+    slow = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=3.0, decimate=100)).prefilter
     assert (slow.reversals, slow.silent) == ("keep", ())
-    asked = settled(Prefilter(cutoff=3.0, decimate=100, reversals="leave-out"), emps2015, twin)
+    asked = FilteredRecord.bind(
+        emps2015, twin, Prefilter(cutoff=3.0, decimate=100, reversals="leave-out")
+    ).prefilter
     assert asked.silenced > 0.6 * len(twin)
 
 
 def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
-    filter_ = settled(Prefilter(reversals="leave-out"), emps2015, twin)
-    velocity = measured_signals(emps2015, twin, filter_).velocity
+    filter_ = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out")).prefilter
+    velocity = FilteredRecord.bind(emps2015, twin, filter_).signals.velocity
     silent = np.zeros(len(twin), dtype=bool)
     for start, stop in filter_.silent:
         silent[start:stop] = True
@@ -98,7 +100,7 @@ def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, tw
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    filter_ = settled(Prefilter(reversals="leave-out"), emps2015, twin)
+    filter_ = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out")).prefilter
     spoilt = np.array(twin.control)
     for start, stop in filter_.silent:
         spoilt[start:stop] = 1e3

@@ -23,7 +23,7 @@ from axisid import (
     viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.signals.filtered_record import measured_signals, settled
+from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.motion import resting
 from axisid.estimation.signals.without_turns import dependence
 from axisid.estimation.simulation.twin import trajectory
@@ -104,7 +104,7 @@ def test_an_inertia_that_only_the_reversals_show_keeps_them() -> None:
     axis = build(load_axis("vertical_screw"))
     record = twin_record(axis)
     slow, fast = (
-        settled(Prefilter.suited(record.period, cutoff=cutoff), axis, record)
+        FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=cutoff)).prefilter
         for cutoff in (20.0, 60.0)
     )
     assert (slow.reversals, fast.reversals) == ("keep", "leave-out")
@@ -120,7 +120,10 @@ def test_friction_near_rest_is_no_reason_to_keep_what_the_filter_rounds() -> Non
     axis = build(with_stribeck(1e-3))
     record = twin_record(axis)
     assert dependence(axis)["direction"].tolist() == [False, False, True, True]
-    assert settled(Prefilter.suited(record.period), axis, record).reversals == "leave-out"
+    assert (
+        FilteredRecord.bind(axis, record, Prefilter.suited(record.period)).prefilter.reversals
+        == "leave-out"
+    )
 
 
 def test_creeping_is_no_rest() -> None:
@@ -131,8 +134,8 @@ def test_creeping_is_no_rest() -> None:
     record = Record(
         time=loop.time, position=loop.position, reference=reference, control=loop.control
     )
-    kept = settled(Prefilter.suited(PERIOD, reversals="keep"), axis, record)
-    assert resting(measured_signals(axis, record, kept), record, kept) < 0.05
+    kept = FilteredRecord.bind(axis, record, Prefilter.suited(PERIOD, reversals="keep")).prefilter
+    assert resting(FilteredRecord.bind(axis, record, kept).signals, record, kept) < 0.05
     long = rested(axis, 1.0)
-    kept = settled(Prefilter.suited(PERIOD, reversals="keep"), axis, long)
-    assert 0.6 < resting(measured_signals(axis, long, kept), long, kept) < 0.75
+    kept = FilteredRecord.bind(axis, long, Prefilter.suited(PERIOD, reversals="keep")).prefilter
+    assert 0.6 < resting(FilteredRecord.bind(axis, long, kept).signals, long, kept) < 0.75

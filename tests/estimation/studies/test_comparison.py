@@ -412,7 +412,7 @@ def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files:
     candidates = json.loads((files / "out.json").read_text())["candidates"]
     assert [[*c["estimate"]["parameters"]] for c in candidates] == [["M"], ["M", "Fc"], ["M", "Fc"]]
     assert [c["left_out"] for c in candidates] == [{"Fv": 0.0}] * 3
-    assert "left out: Fv = 0 N/(m/s)\n" in out
+    assert "left out   Fv = 0 N/(m/s)\n" in out
     arguments = arguments.replace("Fv", "Fc")
     assert run("compare", *arguments.replace("d.py", "").split())[0] == 2  # one axis twice
     code, out, err = run("compare", *arguments.replace("a.py", "").split())

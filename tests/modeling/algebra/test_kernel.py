@@ -1,6 +1,5 @@
 """Directions in which no polynomial changes: all of them, and no more work than allowed."""
 
-import time
 from fractions import Fraction
 
 import pytest
@@ -9,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axisid.modeling.algebra.kernel import Polynomial, TooManyProductsError, kernel
+from tests.bounded import within
 
 SIZE = 4
 SYMBOLS = sympy.symbols(f"x:{SIZE}", real=True)
@@ -57,9 +57,8 @@ def test_powers_of_sums_take_no_time() -> None:
     a, b, c = SYMBOLS[:3]
     terms = sympy.Poly(sympy.expand(c * (a + b) ** 12), *SYMBOLS).terms()
     rows = [{tuple(powers): Fraction(int(w))} for powers, w in terms]
-    begin = time.process_time()
-    found = kernel(rows, SIZE, range(SIZE))
-    assert time.process_time() - begin < 1
+    with within(1):
+        found = kernel(rows, SIZE, range(SIZE))
     assert len(found) == 2  # x3 alone, and a scale
 
 
@@ -73,7 +72,5 @@ def test_too_much_work_is_refused_at_once() -> None:
         }
         for i in range(1, 13)
     ]
-    begin = time.process_time()
-    with pytest.raises(TooManyProductsError):
+    with within(2), pytest.raises(TooManyProductsError):
         kernel(rows, size, range(size))
-    assert time.process_time() - begin < 2

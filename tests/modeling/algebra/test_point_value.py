@@ -1,13 +1,12 @@
 """Zeros are told from what is small, and dependence from what cancels, by values at points."""
 
-import time
-
 import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
 
 from axisid.modeling.algebra.independence import intercept, where_zero, without
 from axisid.modeling.algebra.point_value import depends, value_at, vanishes, vanishes_where
+from tests.bounded import within
 
 p, q, r = sympy.symbols("p q r", real=True)
 
@@ -69,7 +68,7 @@ def test_weights_of_impulses_are_looked_at_where_these_are() -> None:
         ((q - p) ** 2 - q**2 + 2 * p * q, {p}),
         (sympy.exp(p) * sympy.exp(-p) * q, {q}),
     ],
-    ids=lambda given: " ".join(sorted(map(str, given))) if isinstance(given, set) else str(given),
+    ids=str,
 )
 def test_dependence_is_told_from_what_cancels(
     expression: sympy.Expr, on: set[sympy.Symbol]
@@ -102,7 +101,6 @@ def test_a_deep_expression_takes_no_time() -> None:
     deep = q
     for _ in range(30):
         deep = sympy.log(1 + sympy.cosh(3 * deep) ** sympy.Rational(1, 3))
-    begin = time.process_time()
-    assert depends(deep, {q})
-    assert not vanishes(deep)
-    assert time.process_time() - begin < 1
+    with within(1):
+        assert depends(deep, {q})
+        assert not vanishes(deep)

@@ -1,7 +1,5 @@
 """From declaration to regressors and maps."""
 
-import time
-
 import pytest
 import sympy
 
@@ -23,6 +21,7 @@ from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
 from axisid.modeling.wording.identifiability import describe_combinations, describe_direction
+from tests.bounded import within
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=1.0)
@@ -252,10 +251,8 @@ def test_nonlinear_parameters_are_told_from_linear_ones(
     ],
 )
 def test_what_would_take_for_ever_is_refused_at_once(resistance: sympy.Expr, message: str) -> None:
-    begin = time.process_time()
-    with pytest.raises(ModelError, match=message):
+    with within(5), pytest.raises(ModelError, match=message):  # it would take hours
         axis(resistance, parameters=(M, Fv))
-    assert time.process_time() - begin < 5  # it would take hours
 
 
 def test_hidden_linearity_is_found() -> None:

@@ -30,6 +30,8 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.studies.friction_curve import Friction, friction
+from axisid.presentation.drawing.matplotlib import drawn, rendered
+from axisid.presentation.drawing.ticks import Thousands, log_ticks
 from axisid.presentation.formulas.numbers import readable_unit
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
@@ -38,10 +40,8 @@ from axisid.presentation.plots.estimate import (
     spectrum_plot,
 )
 from axisid.presentation.plots.friction import friction_plot
-from axisid.presentation.plots.matplotlib import drawn, rendered
 from axisid.presentation.plots.plot import NoPlot, Panel, Plot, Series, drawable
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
-from axisid.presentation.plots.ticks import Thousands, log_ticks
 
 x = Coordinate("x")
 m, k = Parameter("m", "kg", nominal=2.0), Parameter("k", "N/m")
@@ -233,7 +233,9 @@ def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> Non
     start, end = result.prefilter.dropped(twin.period)
     assert (first, after) == pytest.approx((0, start * twin.period))
     assert last - before == pytest.approx(end * twin.period)
-    kept = replace(result, prefilter=replace(result.prefilter, drop=(0, 0)))
+    kept = replace(
+        result, data=replace(result.data, prefilter=replace(result.prefilter, drop=(0, 0)))
+    )
     assert record_plot(kept).shaded == ()
 
 
@@ -424,7 +426,9 @@ def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     failed = [check for check in result.verdict if check.status == "fail"]
     assert html.count("✗") == len(failed)
     hostile = replace(result.record.provenance, source="<script>alert(1)</script>")
-    spoiled = replace(result, record=replace(result.record, provenance=hostile))
+    spoiled = replace(
+        result, data=replace(result.data, record=replace(result.record, provenance=hostile))
+    )
     assert "<script" not in spoiled._repr_html_()
 
 

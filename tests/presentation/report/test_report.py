@@ -207,7 +207,9 @@ def test_a_twin_is_called_simulated_and_a_measurement_is_not(
     assert "M = 100.2 kg" in page.text
     assert "SIMULATED: twin of emps2015" in page.text
     provenance = replace(result.record.provenance, truth={})
-    measured = replace(result, record=replace(result.record, provenance=provenance))
+    measured = replace(
+        result, data=replace(result.data, record=replace(result.record, provenance=provenance))
+    )
     assert "SIMULATED" not in Page(report_html(measured)).text
 
 
@@ -247,12 +249,9 @@ def hostile(result: Identification) -> Identification:
     )
     title = HOSTILE.replace("'", "")
     axis = replace(result.axis, axis=replace(result.axis.axis, title=title))
-    return replace(
-        result,
-        axis=axis,
-        record=replace(result.record, provenance=provenance),
-        skipped={"ddm-ls": HOSTILE},
-    )
+    record = replace(result.record, provenance=provenance)
+    data = replace(result.data, axis=axis, record=record)
+    return replace(result, data=data, skipped={"ddm-ls": HOSTILE})
 
 
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:

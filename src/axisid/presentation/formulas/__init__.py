@@ -8,8 +8,6 @@ from .latex import symbol_latex as symbol_latex
 from .latex import unit_latex as unit_latex
 from .mathml import formula_mathml as formula_mathml
 from .numbers import decimals as decimals
-from .numbers import number_with_sd as number_with_sd
-from .numbers import places as places
 from .numbers import power_of_ten as power_of_ten
 from .numbers import readable_text as readable_text
 from .numbers import readable_unit as readable_unit

@@ -3,11 +3,8 @@
 import math
 import re
 
-from axisid.estimation.estimates import Value
-
 _MINUS, _TIMES, _THIN = "\u2212", "\u00d7", "\u202f"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _PLAIN = (1e-3, 1e6)  # between them numbers have no power of ten
 _GROUPED = 1e4  # from which thousands stand apart
 # A sign or a figure that is part of a word, a name or a formula stays as it is.
@@ -73,24 +70,3 @@ def _number(found: re.Match[str]) -> str:
     places = max(len(figures.partition(".")[2]) - int(exponent), 0)
     plain = f"{value:,.{places}f}" if value >= _GROUPED else f"{value:.{places}f}"
     return sign + plain.replace(",", _THIN)
-
-
-def number_with_sd(value: Value) -> tuple[str, str, str, str]:
-    """Value, deviation, relative deviation and i.i.d. deviation, digits as they warrant."""
-    digits = places(value)
-    relative = value.relative_deviation_percent
-    percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
-    percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
-    return (
-        f"{value.value:.{digits}f}",
-        f"{value.deviation:.{digits}f}",
-        percent,
-        f"{value.sd:.{digits}f}",
-    )
-
-
-def places(value: Value) -> int:
-    """Decimal places that show four digits of the deviation, four at least."""
-    if not 0 < value.sd < math.inf:
-        return 4
-    return min(max(4, 3 - math.floor(math.log10(value.sd))), 12)

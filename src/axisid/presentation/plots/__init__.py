@@ -1,18 +1,14 @@
-"""Figures as data, and as drawn by Matplotlib.
+"""Figures as data.
 
-In: a result. Out: `Plot`, figures, their files. Computes no statistics.
+In: a result. Out: `Plot`. Knows nothing of Matplotlib and of pages.
 """
 
 from .estimate import autocorrelation_plot as autocorrelation_plot
 from .estimate import convergence_plot as convergence_plot
 from .estimate import force_plot as force_plot
+from .estimate import row_times as row_times
 from .estimate import spectrum_plot as spectrum_plot
-from .files import NAMES as NAMES
-from .files import force_figure as force_figure
-from .files import sweep_figure as sweep_figure
-from .files import write_figures as write_figures
 from .friction import friction_plot as friction_plot
-from .matplotlib import drawn as drawn
 from .plot import SHADED as SHADED
 from .plot import NoPlot as NoPlot
 from .plot import Panel as Panel

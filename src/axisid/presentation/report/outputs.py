@@ -82,7 +82,7 @@ class Outputs:
                 replace_file(Path(self.report), page)
                 written.append(Path(self.report))
             if self.figures is not None:
-                from axisid.presentation.plots import write_figures
+                from axisid.presentation.drawing import write_figures
 
                 plots = [p for p in result_plots(result, cutoffs) if isinstance(p, Plot)]
                 written += write_figures(plots, Path(self.figures), self.form, self.width)

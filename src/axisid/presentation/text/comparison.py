@@ -1,4 +1,4 @@
-"""A comparison of models as tables of plain text, and as plain numbers."""
+"""A comparison of candidates as text."""
 
 import math
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ from types import MappingProxyType
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.studies import LEVEL, Candidate, Comparison, NestedTest, ParameterCheck
 from axisid.modeling.declaration import left_out_text
-from axisid.presentation.formulas import number_with_sd
 
+from .quantity import number_with_sd
 from .record import record_lines, rows_text
 from .tables import heading_text, text_table, wrapped
 

@@ -10,10 +10,11 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.formulas import decimals, number_with_sd, places
+from axisid.presentation.formulas import decimals
 
 from .details import details_text
 from .physical import physical_notes
+from .quantity import number_with_sd, places
 from .record import record_lines, rows_text
 from .tables import Row, heading_text, numbered, text_table, wrapped
 

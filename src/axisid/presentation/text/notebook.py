@@ -6,7 +6,8 @@ from html import escape
 from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
-from axisid.presentation.formulas import number_with_sd
+
+from .quantity import number_with_sd
 
 _MARKS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "-"}
 

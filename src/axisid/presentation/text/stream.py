@@ -2,9 +2,9 @@
 
 from axisid.estimation.studies import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
-from axisid.presentation.formulas import number_with_sd
 
 from .identification import failed
+from .quantity import number_with_sd
 from .tables import heading_text, numbered, text_table
 
 

@@ -7,11 +7,9 @@ from pathlib import Path
 from axisid.codegen.artefacts import replace_file
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.studies import Sweep
+from axisid.presentation.plots import Panel, Plot, Series, force_plot, row_times, sweep_plot
 
-from .estimate import force_plot, row_times
 from .matplotlib import WIDTH, Drawing, drawn, rendered
-from .plot import Panel, Plot, Series
-from .result import sweep_plot
 
 FORMATS = ("pdf", "svg", "png")
 #: Every figure that a result can have.

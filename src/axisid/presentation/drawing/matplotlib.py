@@ -17,7 +17,8 @@ except Exception as error:  # it reads variables and files of the user's as it s
         "such as the variable MPLBACKEND, or leave the figures out."
     ) from error
 
-from .plot import SHADED, Panel, Plot, Series
+from axisid.presentation.plots import SHADED, Panel, Plot, Series
+
 from .ticks import set_ticks
 
 # Okabe and Ito's colours, told apart whatever the eye; grey lies beneath.

@@ -1,0 +1,138 @@
+# %% [markdown]
+# # One record through every room
+#
+# The program stands in rooms of one subject. Each takes frozen objects from the rooms below it and gives
+# its own; the first lines of a room's `__init__.py` say which. This page takes one record of the
+# smallest axis from the first room to the last and prints what passes between them.
+#
+# ## Modelling: an axis and its models
+#
+# An `Axis` is what was declared; nothing is derived yet.
+
+# %%
+import numpy as np
+
+import axisid
+from axisid.modeling.declaration import equation_of_motion
+from axisid.modeling.library import LIBRARY
+
+axis = axisid.load_axis("emps2015")
+print(type(axis).__module__, type(axis).__name__, "of", len(LIBRARY), "in the library")
+print(equation_of_motion(axis).text(axis.coordinate))
+
+# %% [markdown]
+# Derivation gives an `AxisModel`: regressors, the map between the parameters of the inverse and of the
+# direct model, and what no motion tells apart.
+
+# %%
+model = axisid.derive(axis)
+print(type(model).__name__, [p.name for p in model.axis.parameters], model.hidden)
+
+# %% [markdown]
+# ## Code: functions of the axis
+#
+# A `GeneratedAxis` has the same models as functions: CasADi's at once, compiled C where there is a compiler.
+
+# %%
+generated = axisid.build(axis)
+print(type(generated).__name__, sorted(generated.functions))
+
+# %% [markdown]
+# ## Logs: a file as columns
+#
+# The twin's record is written as a drive might write it, and read again. A `Table` has columns by name
+# with their units as written; it knows nothing of axes.
+
+# %%
+import tempfile
+from pathlib import Path
+
+from axisid.estimation.logs import read_table
+
+twin = axisid.twin_record(axis)
+log = Path(tempfile.mkdtemp(), "log.csv")
+columns = np.column_stack([1e3 * twin.time, twin.reference, 1e3 * twin.position, twin.control])
+np.savetxt(log, columns, delimiter=";", header="t [ms];ref [m];pos [mm];u [V]", comments="")
+table = read_table(log)
+print(type(table).__name__, {name: column.unit for name, column in table.columns.items()})
+
+# %% [markdown]
+# ## Records: roles, SI, one clock
+#
+# A `Record` has the roles that an axis knows, in SI, on one clock; what was assumed or repaired is told.
+
+# %%
+roles = {"time": "t", "reference": "ref", "position": "pos", "control": "u"}
+record = axisid.read_record(log, axis, columns=roles)
+print(record)
+
+# %% [markdown]
+# ## Signals: a record under a filter
+#
+# A `Prefilter` is what a user asks for. Bound to an axis and a record it is a `FilteredRecord`, which has
+# chosen what was left open, and filters once.
+
+# %%
+from axisid.estimation.signals import FilteredRecord
+
+data = FilteredRecord.bind(generated, record, axisid.Prefilter())
+print(
+    data.prefilter.hold, data.prefilter.reversals, len(data.prefilter.silent), "stretches left out"
+)
+print(
+    type(data.signals).__name__,
+    len(data.signals.velocity),
+    "samples,",
+    len(data.row_numbers),
+    "rows",
+)
+
+# %% [markdown]
+# ## Regression: rows, solved
+#
+# A `Form` puts the signals into `y = X theta + known`. Arrays go in, arrays come out.
+
+# %%
+from axisid.estimation.regression import InverseForm, factor, least_squares
+
+form = InverseForm(generated)
+rows = form.equations(data.signals).reduced(data.prefilter, data.period)
+solution = least_squares(rows.left - rows.known, factor(rows.regressor, generated.names))
+print(
+    type(rows).__name__,
+    rows.regressor.shape,
+    "->",
+    dict(zip(generated.names, solution.theta.round(2).tolist(), strict=True)),
+)
+
+# %% [markdown]
+# ## Estimates and their diagnosis
+#
+# `identify` does all this for each method, with covariances, and simulates the loop with what it found. The
+# `Identification` holds an `Estimate` for each method and, when asked, the `Diagnosis`: findings, each with
+# a `Check`.
+
+# %%
+result = axisid.identify(generated, record)
+for method, estimate in result.estimates.items():
+    print(method, estimate.parameters["M"])
+for check in result.diagnosis.verdict[:3]:
+    print(type(check).__name__, check.name, check.status)
+
+# %% [markdown]
+# ## Studies
+#
+# Many identifications, or one held against other data: `sweep`, `compare`, `validate`, `identify_stream`.
+
+# %%
+print(axisid.validate(result, record))
+
+# %% [markdown]
+# ## Presentation
+#
+# Results hold data. Text, JSON, figures, notebooks and the report are made of them by rooms that nothing
+# below imports.
+
+# %%
+print(sorted(result.to_dict()))
+result.plot("friction")

@@ -1,0 +1,113 @@
+"""A record under a filter: bound once, filtered once, the same as filtering it anew."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Prefilter, UsageError, build, identify, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.signals import FilteredRecord, drive_force, filtered_signals
+from axisid.support.arrays import Array
+
+
+@pytest.fixture(scope="module")
+def record(emps2015: GeneratedAxis) -> Record:
+    return twin_record(emps2015.axis)
+
+
+@pytest.mark.parametrize("reversals", ["keep", "leave-out", None])
+@pytest.mark.parametrize("hold", ["raw", "zoh", None])
+def test_signals_are_those_of_the_filter_itself(
+    emps2015: GeneratedAxis, record: Record, reversals: str, hold: str
+) -> None:
+    data = FilteredRecord.bind(emps2015, record, Prefilter(reversals=reversals, hold=hold))  # type: ignore[arg-type]
+    force = drive_force(emps2015, record)
+    anew = filtered_signals(data.prefilter, record.position, force, record.period, [0])
+    for name in ("position", "velocity", "acceleration", "force", "direction"):
+        np.testing.assert_array_equal(getattr(data.signals, name), getattr(anew, name))
+    np.testing.assert_array_equal(
+        data.reduce(data.signals.velocity), data.prefilter.reduce(anew.velocity, record.period)
+    )
+    assert len(data.row_numbers) == len(data.weights) == len(data.reduce(data.signals.force))
+
+
+def test_what_is_bound_stays_as_it_is_when_it_is_bound_again(
+    emps2015: GeneratedAxis, record: Record
+) -> None:
+    data = FilteredRecord.bind(emps2015, record, Prefilter())
+    assert data.prefilter.hold == "zoh"
+    assert data.prefilter.reversals == "leave-out"
+    assert data.prefilter.silent == data.prefilter.near_reversals(record.position, record.period)
+    assert FilteredRecord.bind(emps2015, record, data.prefilter).prefilter == data.prefilter
+
+
+def test_settings_are_not_changed(emps2015: GeneratedAxis, record: Record) -> None:
+    asked = Prefilter()
+    FilteredRecord.bind(emps2015, record, asked)
+    assert asked == Prefilter()
+
+
+def test_a_filter_that_cannot_serve_the_record_is_refused_when_it_is_bound(
+    emps2015: GeneratedAxis, record: Record
+) -> None:
+    with pytest.raises(UsageError, match="give a Prefilter"):
+        FilteredRecord.bind(emps2015, record, 60.0)  # type: ignore[arg-type]
+    with pytest.raises((UsageError, DataError)):
+        FilteredRecord.bind(emps2015, record, Prefilter(cutoff=1e6))
+
+
+def test_one_identification_low_passes_each_motion_once(
+    emps2015: GeneratedAxis, record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The record's, and that of the loop simulated with each of the four estimates."""
+    filtered: list[int] = []
+    motion = Prefilter.motion
+
+    def counted(self: Prefilter, position: Array, period: float) -> object:
+        if self.cutoff == result_filter.cutoff:  # the check of the law smooths as it needs
+            filtered.append(id(position))
+        return motion(self, position, period)
+
+    result_filter = Prefilter()
+    monkeypatch.setattr(Prefilter, "motion", counted)
+    result = identify(emps2015, record, result_filter)
+    assert len(result) == 4
+    assert len(filtered) == 5
+    assert result.diagnosis.verdict
+    assert len(filtered) == 5
+    assert filtered.count(id(record.position)) == 1
+
+
+def test_the_diagnosis_is_computed_once_and_not_pickled(
+    emps2015: GeneratedAxis, record: Record
+) -> None:
+    result = identify(emps2015, record, methods=["idm-ls"])
+    first = result.diagnosis
+    result.summary(full=True)
+    result.to_dict()
+    assert result.diagnosis is first
+    again = pickle.loads(pickle.dumps(result))  # noqa: S301
+    assert "diagnosis" not in vars(again)
+    assert "signals" not in vars(again.data)
+    assert again.to_dict() == result.to_dict()
+
+
+def test_a_filtered_record_copies_and_pickles() -> None:
+    axis = build(load_axis("pendulum"))
+    data = FilteredRecord.bind(axis, twin_record(axis.axis), Prefilter())
+    for other in (copy.deepcopy(data), pickle.loads(pickle.dumps(data))):  # noqa: S301
+        np.testing.assert_array_equal(other.signals.force, data.signals.force)
+        assert other.prefilter == data.prefilter
+
+
+def test_another_prefilter_of_the_same_motion_starts_without_what_was_computed(
+    emps2015: GeneratedAxis, record: Record
+) -> None:
+    data = FilteredRecord.bind(emps2015, record, Prefilter())
+    rows = len(data.row_numbers)
+    coarser = replace(data, prefilter=replace(data.prefilter, decimate=50))
+    assert len(coarser.row_numbers) < rows / 4

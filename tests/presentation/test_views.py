@@ -1,0 +1,72 @@
+"""Every result is shown by one hook: text, plain data, figures, notebooks."""
+
+import pytest
+from matplotlib.figure import Figure
+
+from axisid import (
+    Prefilter,
+    UsageError,
+    compare,
+    friction_ladder,
+    identify,
+    load_axis,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.presentation import views
+from axisid.support.shown import Shown
+
+
+@pytest.fixture(scope="module")
+def record(emps2015: GeneratedAxis) -> Record:
+    return twin_record(emps2015.axis)
+
+
+def test_every_result_has_text_and_plain_data(emps2015: GeneratedAxis, record: Record) -> None:
+    result = identify(emps2015, record, methods=["idm-ls"])
+    results: list[Shown] = [
+        record,
+        result,
+        validate(result, record),
+        sweep(emps2015, record, [40.0, 60.0], methods=["idm-ls"]),
+        compare(friction_ladder(load_axis("emps2015")), record, Prefilter()),
+    ]
+    for shown in results:
+        assert str(shown) == shown.summary() != repr(shown)
+        assert shown.to_dict()
+
+
+def test_every_kind_of_result_has_its_row() -> None:
+    kinds = {kind.__name__ for kind in Shown.__subclasses__()}
+    assert len(kinds) == 7
+    for view in (views.as_text, views.as_document):
+        assert kinds - {"Estimate"} <= {kind.__name__ for kind in view.registry}
+
+
+def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
+    result = identify(emps2015, record, methods=["idm-ls", "idm-iv"])
+    for name in ("record", "friction", "tracking", "force", "autocorrelation", "spectrum"):
+        assert isinstance(result.plot(name), Figure)
+    assert isinstance(result["idm-iv"].plot("convergence"), Figure)
+    assert isinstance(result.plot("force", method="idm-ls"), Figure)
+    with pytest.raises(UsageError, match="no figure 'colour'; choose from record, friction"):
+        result.plot("colour")
+    with pytest.raises(UsageError, match="Record has no figure 'force'"):
+        record.plot("force")
+    swept = sweep(emps2015, record, [60.0], methods=["idm-ls"])
+    assert isinstance(swept.plot(), Figure)
+    for shown in (swept, result["idm-iv"]):
+        with pytest.raises(UsageError, match="no method to choose"):
+            shown.plot("sweep" if shown is swept else "force", method="ddm-ls")
+    with pytest.raises(UsageError, match="the result has no 'ddm-iv'"):
+        result.plot("force", method="ddm-iv")
+
+
+def test_notebooks_get_pages_of_what_has_one(emps2015: GeneratedAxis, record: Record) -> None:
+    result = identify(emps2015, record, methods=["idm-ls"])
+    assert "<table>" in str(result._repr_html_())
+    assert "<table>" in str(result["idm-ls"]._repr_html_())
+    assert record._repr_html_() is None
