@@ -10,15 +10,14 @@ from contextlib import contextmanager
 
 _STEPS, _STEPPED = 400_000, 0.025  # and the seconds that they take on an idle machine
 _BYTES, _TAKEN = 2**25, 0.015
-_LOADED = 1.5  # times as slow, from which a machine is not idle
-_SPREAD = 2.0  # how much slower work may be than what was tried beside it on such a machine
-_MOST = 20.0
+_SPREAD = 2.0  # how much slower work may be than what is tried beside it
+_LEAST, _MOST = 6.0, 20.0  # what is tried may run in a short time for which the machine is idle
 
 
 def slowness() -> float:
-    """By how much the machine is slower than an idle one just now; 1 if it is not."""
+    """By how much the machine may be slower than an idle one just now."""
     slower = max(_seconds(_steps) / _STEPPED, _seconds(_memory) / _TAKEN)
-    return 1.0 if slower < _LOADED else min(_SPREAD * slower, _MOST)
+    return min(max(_SPREAD * slower, _LEAST), _MOST)
 
 
 @contextmanager
