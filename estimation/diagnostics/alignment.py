@@ -94,12 +94,12 @@ def alignment_of(
     instruments: tuple[Array, Array] | None = None,
 ) -> Alignment:
     """`profile_alignment` of a record that is filtered already."""
-    axis, record, prefilter = data.axis, data.record, data.prefilter
+    axis = data.axis
     form = InverseForm(axis, physical)
     equations = form.equations(data.signals)
-    reduced = equations.reduced(prefilter, record.period)
+    reduced = equations.reduced(data.prefilter, data.period)
     regressor = factor(reduced.regressor, axis.names)
-    rows = _Rows(record, prefilter, drive_force(axis, record), equations)
+    rows = _Rows(data, drive_force(axis, data.record), equations)
     estimates, errors = [], []
     for delay in _DELAYS:
         left = rows.left(delay)
@@ -155,8 +155,7 @@ def _slope(values: Array) -> Array:
 class _Rows:
     """A record's force, and the equations of its motion, at any delay between them."""
 
-    record: Record
-    prefilter: Prefilter
+    data: FilteredRecord
     force: Array
     equations: Equations
 
@@ -172,7 +171,7 @@ class _Rows:
             return np.asarray(shift(force, delay, order=3, mode="nearest"), dtype=float)
 
         moved = _by_segment(self.force, self._starts, earlier)
-        return self.prefilter.reduce(moved, self.record.period)
+        return self.data.reduce(moved)
 
     def fitted_change(self, theta: Array) -> Array:
         """Change in a sample of the force fitted by parameters (p,), reduced, (n,).
@@ -181,19 +180,19 @@ class _Rows:
         """
         fitted = self.equations.regressor @ theta + self.equations.known
         change = _by_segment(fitted, self._starts, _slope)
-        return self.prefilter.reduce(change, self.record.period)
+        return self.data.reduce(change)
 
     def reduced_change(self, values: Array) -> Array:
         """Change from row to row of reduced values, (n,); masked rows part them too."""
-        rows = self.prefilter.rows(len(self.record), self.record.period)
-        parted = np.flatnonzero(np.diff(rows) > self.prefilter.decimate) + 1
+        rows = self.data.row_numbers
+        parted = np.flatnonzero(np.diff(rows) > self.data.prefilter.decimate) + 1
         edges = np.union1d(np.searchsorted(rows, self._starts), parted)
         return _by_segment(values, edges.tolist(), _slope)
 
     @property
     def _starts(self) -> list[int]:
         """Of all segments but the first."""
-        return [start for start, _ in self.record.spans[1:]]
+        return [start for start, _ in self.data.record.spans[1:]]
 
 
 def _deviation(rows: _Rows, delay: float, known: Array, X: Factored) -> float:

@@ -55,9 +55,9 @@ def filter_bias(
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
         force=None if record.force is None else np.concatenate([s.force for s in loops]),
     )
-    without_noise = FilteredRecord.bind(form.axis, noise_free, data.prefilter)
     # Rows are those of the estimate, whose instruments they are held against.
-    theta = _solved(form, without_noise.signals, data, instruments)
+    signals = replace(data, record=noise_free).signals
+    theta = _solved(form, signals, data, instruments)
     return np.asarray(form.physical(theta)[0] - physical, dtype=float)
 
 

@@ -68,4 +68,5 @@ def test_axes_with_an_inertia_of_the_position_do_without_the_direct_model(name: 
 def test_every_library_axis_derives_and_generates_in_under_five_seconds() -> None:
     for name in LIBRARY:
         with within(5):
-            axis_artefacts(derive(load_axis(name)))
+            texts = axis_artefacts(derive(load_axis(name)))
+        assert all(texts.values()), name

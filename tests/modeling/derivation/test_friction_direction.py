@@ -179,4 +179,5 @@ def test_a_law_of_many_pieces_is_derived_in_time() -> None:
         for i in range(58)
     ]
     with within(5):
-        derive(axis(F * Piecewise(*pieces, (values[58], True)), parameters=(F,)))
+        model = derive(axis(F * Piecewise(*pieces, (values[58], True)), parameters=(F,)))
+    assert model.base.axis.parameters == (F,)

@@ -1,13 +1,12 @@
 """Two results that were written as JSON, side by side."""
 
 import math
-import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from axisid.presentation.text import text_table
+from axisid.presentation.text import text_table, wrapped
 from axisid.support.errors import DataError
 from axisid.support.result_file import read_json
 
@@ -17,7 +16,6 @@ from .stream import STREAM_SCHEMA
 
 _SCHEMA = "axisid.result_comparison/1"
 _NEEDED = ("axis", "signature", "record", "prefilter", "estimates", "verdict")
-_WIDTH = 96
 _LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
 _SIDES = ("first", "second")
 
@@ -98,7 +96,7 @@ class TwoResults:
         methods = dict.fromkeys(d.method for d in self.differences)
         blocks += [self._table(method) for method in methods]
         for side, names in zip("AB", self.alone, strict=True):
-            blocks += [_wrapped(f"only in {side}: {', '.join(names)}", 4)] if names else []
+            blocks += [wrapped("", f"only in {side}: {', '.join(names)}", 4)] if names else []
         blocks.append(self._settings())
         blocks.append("\n".join(self._verdict()) or "the verdicts are the same")
         blocks.append(
@@ -139,7 +137,10 @@ class TwoResults:
             "\n".join(
                 [
                     f"{name} differs:",
-                    *(_wrapped(f"    {s}: {v}", 7) for s, v in zip("AB", shown[name], strict=True)),
+                    *(
+                        wrapped("", f"    {s}: {v}", 7)
+                        for s, v in zip("AB", shown[name], strict=True)
+                    ),
                 ]
             )
             for name in shown
@@ -153,7 +154,7 @@ class TwoResults:
             yield f"{name}: {states[0]} in A, {states[1]} in B"
             for side, check in zip("AB", (first, second), strict=True):
                 if check is not None and check["status"] != "pass":
-                    yield _wrapped(f"    {side}: {check['meaning']}", 7)
+                    yield wrapped("", f"    {side}: {check['meaning']}", 7)
 
 
 def compare_results(first: str | Path, second: str | Path) -> TwoResults:
@@ -284,10 +285,6 @@ def _source(file: Path, result: dict[str, Any]) -> str:
 
 def _status(check: dict[str, Any] | None) -> str:
     return "absent" if check is None else str(check["status"])
-
-
-def _wrapped(text: str, hang: int) -> str:
-    return textwrap.fill(text, _WIDTH, subsequent_indent=" " * hang, break_on_hyphens=False)
 
 
 def _short(value: Any) -> str:

@@ -16,4 +16,5 @@ from .record import record_text as record_text
 from .stream import stream_text as stream_text
 from .sweep import sweep_text as sweep_text
 from .tables import text_table as text_table
+from .tables import wrapped as wrapped
 from .validation import validation_text as validation_text

@@ -1,6 +1,5 @@
 """Everything that was measured of a result, as text: what ``--full`` adds to the table."""
 
-import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.estimation.diagnostics import (
@@ -13,9 +12,7 @@ from axisid.estimation.diagnostics import (
 )
 from axisid.estimation.estimates import COVARIANCE_LABELS, Estimate, Value
 
-from .tables import text_table
-
-_WIDTH = 96
+from .tables import text_table, wrapped
 
 
 def details_text(estimates: Mapping[str, Estimate], diagnosis: Diagnosis) -> str:
@@ -121,9 +118,10 @@ def _alignment(judged: Estimate, alignment: Alignment | str) -> str:
         for q, slope in zip(judged.quantities, alignment.sensitivity, strict=True)
     )
     end = " (the end of the range)" if alignment.at_the_end else ""
-    return _wrapped(
+    return wrapped(
+        "",
         f"the force fits best {alignment.best:.3f} +- {alignment.deviation:.2g} samples earlier"
-        f"{end}, by {by}; a sample of delay moves {moved}"
+        f"{end}, by {by}; a sample of delay moves {moved}",
     )
 
 
@@ -137,7 +135,3 @@ def _checks(checks: Sequence[Check]) -> str:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
-
-
-def _wrapped(text: str) -> str:
-    return textwrap.fill(text, _WIDTH, break_on_hyphens=False)
