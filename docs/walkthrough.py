@@ -96,7 +96,7 @@ print(
 from axisid.estimation.regression import InverseForm, factor, least_squares
 
 form = InverseForm(generated)
-rows = form.equations(data.signals).reduced(data.prefilter, data.period)
+rows = form.equations(data.signals).reduced(data)
 solution = least_squares(rows.left - rows.known, factor(rows.regressor, generated.names))
 print(
     type(rows).__name__,

@@ -97,8 +97,8 @@ def alignment_of(
     axis = data.axis
     form = InverseForm(axis, physical)
     equations = form.equations(data.signals)
-    reduced = equations.reduced(data.prefilter, data.period)
-    regressor = factor(reduced.regressor, axis.names)
+    reduced = equations.reduced(data)
+    regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
     rows = _Rows(data, drive_force(axis, data.record), equations)
     estimates, errors = [], []
     for delay in _DELAYS:
@@ -183,11 +183,8 @@ class _Rows:
         return self.data.reduce(change)
 
     def reduced_change(self, values: Array) -> Array:
-        """Change from row to row of reduced values, (n,); masked rows part them too."""
-        rows = self.data.row_numbers
-        parted = np.flatnonzero(np.diff(rows) > self.data.prefilter.decimate) + 1
-        edges = np.union1d(np.searchsorted(rows, self._starts), parted)
-        return _by_segment(values, edges.tolist(), _slope)
+        """Change from row to row of reduced values, (n,), of rows that follow each other."""
+        return np.concatenate([_slope(piece) for piece in self.data.neighbours.split(values)])
 
     @property
     def _starts(self) -> list[int]:
@@ -201,7 +198,9 @@ def _deviation(rows: _Rows, delay: float, known: Array, X: Factored) -> float:
     change = rows.fitted_change(least_squares(left, X).theta)
     columns = np.column_stack([X.columns, change])
     try:
-        solution = least_squares(left, factor(columns, (*X.names, "delay")))
+        solution = least_squares(
+            left, factor(columns, (*X.names, "delay"), neighbours=X.neighbours)
+        )
     except EstimationError:
         return float("inf")
     return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
@@ -222,7 +221,8 @@ def _by_instruments(
         for _ in range(_STEPS):
             left = rows.left(delay) - known
             change = rows.fitted_change(instrumental_variables(left, X, instruments).theta)
-            columns = factor(np.column_stack([X.columns, change]), names)
+            both = np.column_stack([X.columns, change])
+            columns = factor(both, names, neighbours=X.neighbours)
             solution = instrumental_variables(left, columns, extended)
             step = float(solution.theta[-1])
             deviation = float(np.sqrt(Hac().matrix(solution)[-1, -1]))

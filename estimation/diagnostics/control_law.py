@@ -19,7 +19,7 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.runtime import by_sample
 from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import Neighbours, Prefilter
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
@@ -113,7 +113,8 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
     factors, fitted = _factors(control[used], terms[used], names)
-    scaled = _scaled(control[used], terms[used], names)
+    following = Neighbours.of(np.flatnonzero(used), 1)
+    scaled = _scaled(control[used], terms[used], names, following)
     passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
     repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
@@ -237,16 +238,19 @@ def _factors(
     return factors, relative_error_percent(fit.residuals, control)
 
 
-def _scaled(control: Array, terms: Array, names: list[str]) -> dict[str, float]:
+def _scaled(
+    control: Array, terms: Array, names: list[str], neighbours: Neighbours
+) -> dict[str, float]:
     """Factors that are not 1, by more than 1 % and three of their deviations."""
     moving = np.any(terms != 0, axis=0)
     kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    if not kept:
+        return {}
     try:
-        fit = least_squares(control, factor(terms[:, moving], kept)) if kept else None
+        columns = factor(terms[:, moving], kept, neighbours=neighbours)
     except EstimationError:
         return {}
-    if fit is None:
-        return {}
+    fit = least_squares(control, columns)
     lags = min(_LAGS, len(control) // 4)
     deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
     far = np.maximum(_EXACT_FACTOR, 3 * deviations)

@@ -107,7 +107,7 @@ def _excitation(data: FilteredRecord, estimate: Estimate) -> tuple[Excitation, .
     return excitation(
         data.axis,
         data.signals,
-        every.reduced(data.prefilter, data.period),
+        every.reduced(data),
         data.weights,
         estimate.physical,
         Reach.of(data.signals, every, data.kept),

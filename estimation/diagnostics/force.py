@@ -9,7 +9,7 @@ from scipy.ndimage import minimum_filter1d
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import Neighbours, Prefilter
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
@@ -129,7 +129,9 @@ def _compared(record: Record, gain: float) -> _Compared:
     target = smooth.motion(force, record.period)[0][rows]
     columns = np.column_stack([slow, faster, fastest, np.ones_like(slow)])
     try:
-        fit = least_squares(target, factor(columns, ("factor", "lag", "second lag", "offset")))
+        names = ("factor", "lag", "second lag", "offset")
+        order = Neighbours.of(rows, max(settle // _OFTEN, 1))
+        fit = least_squares(target, factor(columns, names, neighbours=order))
     except EstimationError:
         return _at_once(force, commanded)
     scale, behind = float(fit.theta[0]), float(fit.theta[1])

@@ -12,6 +12,7 @@ from scipy.special import fdtrc, stdtr
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Covariance, factor, least_squares
+from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -163,12 +164,14 @@ def endogeneity_of(iv: Estimate | None) -> Endogeneity | None:
     if iv is None or iv.Z is None:
         return None
     try:
-        return endogeneity(iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.assumed)
+        return endogeneity(iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.assumed, iv.neighbours)
     except EstimationError:
         return None
 
 
-def endogeneity(y: Array, X: Array, Z: Array, covariance: Covariance) -> Endogeneity:
+def endogeneity(
+    y: Array, X: Array, Z: Array, covariance: Covariance, neighbours: Neighbours | None = None
+) -> Endogeneity:
     """Test whether the regressor's residuals from the instruments help to explain y.
 
     Parameters
@@ -177,6 +180,8 @@ def endogeneity(y: Array, X: Array, Z: Array, covariance: Covariance) -> Endogen
     X, Z : (n, k) arrays
     covariance : Covariance
         Of the augmented regression.
+    neighbours : Neighbours, optional
+        Which rows follow each other in time; by default all do.
     """
     k = X.shape[1]
     basis = np.linalg.qr(Z)[0]
@@ -185,7 +190,8 @@ def endogeneity(y: Array, X: Array, Z: Array, covariance: Covariance) -> Endogen
     if not np.any(noisy):
         return Endogeneity(statistic=0.0, p_value=1.0, by_parameter=(np.nan,) * k)
     augmented = np.column_stack([X, unexplained[:, noisy]])
-    solution = least_squares(y, factor(augmented, [str(i) for i in range(augmented.shape[1])]))
+    names = [str(i) for i in range(augmented.shape[1])]
+    solution = least_squares(y, factor(augmented, names, neighbours=neighbours))
     extra, block = solution.theta[k:], covariance.matrix(solution)[k:, k:]
     tested, dof = len(extra), len(y) - augmented.shape[1]
     wald = float(extra @ np.linalg.solve(block, extra)) / tested

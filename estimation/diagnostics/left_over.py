@@ -100,7 +100,8 @@ def _constant(judged: Estimate, weights: Array) -> tuple[float, float] | None:
     y = judged.residuals + judged.X @ judged.theta
     names = [*(q.name for q in judged.quantities), _CONSTANT]
     try:
-        regressor = factor(np.column_stack([judged.X, weights]), names)
+        columns = np.column_stack([judged.X, weights])
+        regressor = factor(columns, names, neighbours=judged.neighbours)
         if judged.Z is None:
             solution = least_squares(y, regressor)
         else:

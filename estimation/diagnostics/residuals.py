@@ -26,7 +26,7 @@ def residual_checks(estimate: Estimate, tests: ResidualTests) -> tuple[Check, ..
 
 def _independence(tests: ResidualTests, chosen: str) -> Check:
     independent = tests.ljung_box_p >= _SIGNIFICANT
-    limit = float(chdtri(len(tests.autocorrelation) - 1, _SIGNIFICANT))
+    limit = float(chdtri(max(tests.ljung_box_freedom, 1), _SIGNIFICANT))
     return Check(
         name="independent residuals",
         status=passed(independent, matters=chosen != "hac"),

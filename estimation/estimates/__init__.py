@@ -1,19 +1,22 @@
 """Estimates by each method.
 
-In: an axis, a record, a prefilter. Out: `Estimate` with its `Value` of each parameter.
+In: `Problem`, `Method`. Out: `Estimate` with its `Value` of each parameter.
 Knows nothing of verdicts and of how it is shown.
 """
 
+from .covariances import COVARIANCES as COVARIANCES
 from .estimate import CURVED as CURVED
 from .estimate import FOLLOWING as FOLLOWING
 from .estimate import STILL as STILL
 from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
+from .estimating import estimate_by as estimate_by
+from .fit import Fit as Fit
+from .method import Method as Method
+from .methods import METHODS as METHODS
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
-from .study import COVARIANCES as COVARIANCES
-from .study import METHODS as METHODS
-from .study import Study as Study
+from .problem import Problem as Problem
 from .value import COVARIANCE_LABELS as COVARIANCE_LABELS
 from .value import Named as Named
 from .value import Value as Value

@@ -21,6 +21,7 @@ from axisid.estimation.regression import (
     residual_tests,
     summarised,
 )
+from axisid.estimation.signals import Neighbours
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
@@ -88,6 +89,8 @@ class Estimate(Shown):
         Instruments of the last solution; None for least squares.
     rows : (n,) array
         Sample number of each row.
+    neighbours : Neighbours
+        Which of the rows follow each other in time.
     period : float
         Of the samples, s.
     times : (n,) array or None
@@ -140,6 +143,7 @@ class Estimate(Shown):
     X: Array
     Z: Array | None
     rows: Array
+    neighbours: Neighbours
     period: float
     residuals: Array
     simulated: Array | None
@@ -316,7 +320,9 @@ class Estimate(Shown):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the residuals, against the instruments or the regressor of least squares."""
-        return residual_tests(self.residuals, self.X if self.Z is None else self.Z)
+        return residual_tests(
+            self.residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
+        )
 
     def plot_force(self) -> "Figure":
         """Draw measured and reconstructed force (or acceleration) and the error."""

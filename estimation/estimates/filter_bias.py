@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.regression import (
+    Equations,
     Factored,
     Form,
     factor,
@@ -20,68 +21,89 @@ from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
 
+from .problem import Problem
+
 _STEP = 1e-4  # of the gain
 
 
 def filter_bias(
     form: Form,
-    data: FilteredRecord,
-    loops: Sequence[Simulation],
+    problem: Problem,
+    loops: tuple[Simulation, ...],
     physical: Array,
     instruments: Factored | None,
 ) -> Array:
     """What filtering, differencing and decimation alone move the estimate by, (p,).
 
-    The loops simulated with the estimate are a record without noise, delay or unknown friction;
-    what the same filter and estimator make of it should be the estimate. Mostly it is rounding
+    The loops simulated with the estimate are records without noise, delay or unknown friction;
+    what the same filter and estimator make of them should be the estimate. Mostly it is rounding
     where friction reverses that moves it.
 
     Parameters
     ----------
     form : Form
         At its point, if it is linearised.
-    data : FilteredRecord
+    problem : Problem
         What the estimate was made from.
-    loops : sequence of Simulation
-        Of the record's reference, with `physical`; one for each segment.
+    loops : tuple of Simulation
+        Of the records' references, with `physical`; one for each segment.
     physical : (p,) array
     instruments : Factored or None
         Of the estimate; None for least squares.
     """
-    record = data.record
-    noise_free = replace(
-        record,
-        position=simulated_position(loops),
-        control=None if record.control is None else np.concatenate([s.control for s in loops]),
-        force=None if record.force is None else np.concatenate([s.force for s in loops]),
-    )
     # Rows are those of the estimate, whose instruments they are held against.
-    signals = replace(data, record=noise_free).signals
-    theta = _solved(form, signals, data, instruments)
+    signals = [
+        _noise_free(data, of_one).signals
+        for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
+    ]
+    theta = _solved(form, signals, problem, instruments)
     return np.asarray(form.physical(theta)[0] - physical, dtype=float)
 
 
 def slopes_by_gain(
-    form: Form, data: FilteredRecord, instruments: Factored | None
+    form: Form, problem: Problem, instruments: Factored | None
 ) -> tuple[Array, Array]:
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
 
     Without known terms every linear parameter is proportional to the gain; a known term keeps its
     size, so that the others take what it leaves.
     """
-    signals = data.signals
     ahead, behind = (
-        _solved(form, replace(signals, force=signals.force * scale), data, instruments)
+        _solved(form, [_scaled(data, scale) for data in problem.data], problem, instruments)
         for scale in (1 + _STEP, 1 - _STEP)
     )
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
     return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
 
 
+def _noise_free(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
+    """The record as its simulated loops have it."""
+    record = data.record
+    simulated = replace(
+        record,
+        position=simulated_position(loops),
+        control=None if record.control is None else np.concatenate([s.control for s in loops]),
+        force=None if record.force is None else np.concatenate([s.force for s in loops]),
+    )
+    return replace(data, record=simulated)
+
+
+def _scaled(data: FilteredRecord, scale: float) -> Signals:
+    """The signals with another drive gain, on which a measured force does not depend."""
+    signals = data.signals
+    if data.record.force is not None:
+        return signals
+    return replace(signals, force=signals.force * scale)
+
+
 def _solved(
-    form: Form, signals: Signals, data: FilteredRecord, instruments: Factored | None
+    form: Form, signals: Sequence[Signals], problem: Problem, instruments: Factored | None
 ) -> Array:
-    rows = form.equations(signals).reduced(data.prefilter, data.period)
+    pieces = [
+        form.equations(of_one).reduced(data)
+        for of_one, data in zip(signals, problem.data, strict=True)
+    ]
+    rows = Equations.stacked(pieces)
     regressor = factor(rows.regressor, [q.expression or q.name for q in form.quantities])
     left = rows.left - rows.known
     if instruments is None:

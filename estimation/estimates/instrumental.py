@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,8 +25,11 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 from .estimate import STILL, Iterate
+from .fit import Fit
+from .least_squares import least_squares_point
+from .method import Method, at_point
 from .pace import NEAR, Pace
-from .problem import Fit, Regressions
+from .problem import Problem, adding
 
 _MOST = 20
 _WORSE = 2.0  # simulation errors
@@ -53,6 +56,20 @@ class _Reached:
     simulated: Array
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instruments(Method):
+    """Instrumental variables from the simulated loop."""
+
+    by_simulation: bool = True
+
+    def fit(self, problem: Problem) -> Fit:
+        """See `Method.fit`; from where least squares ends, which searches more widely."""
+        form = self.form(problem.axis)
+        with adding("Instruments need it; idm-ls and ddm-ls do without."):
+            problem.check_loop()
+        return Iteration(self.name, least_squares_point(form, problem.rows), problem).fit()
+
+
 class Iteration:
     """The iteration of one method.
 
@@ -62,12 +79,12 @@ class Iteration:
         For messages.
     form : Form
         Where it starts.
-    regressions : Regressions
+    problem : Problem
     """
 
-    def __init__(self, method: str, form: Form, regressions: Regressions) -> None:
-        self._method, self._form, self._on = method, form, regressions
-        self._axis = regressions.axis
+    def __init__(self, method: str, form: Form, problem: Problem) -> None:
+        self._method, self._form, self._on = method, form, problem
+        self._axis = problem.axis
         self._iterates: list[Iterate] = []
         self._pace = Pace()
 
@@ -151,13 +168,14 @@ class Iteration:
         if not self._axis.is_linear:
             solution = at_point(solution, measured, reached.physical)
         return Fit(
-            measured,
-            solution,
-            step.instruments,
-            tuple(self._iterates),
-            reached.loops,
-            reached.simulated,
-            remarks,
+            form=self._form,
+            measured=measured,
+            solution=solution,
+            instruments=step.instruments,
+            iterates=tuple(self._iterates),
+            loops=reached.loops,
+            simulated=reached.simulated,
+            remarks=remarks,
         )
 
     def _check_valley(self) -> None:
@@ -179,12 +197,6 @@ class Iteration:
             yield
         except EstimationError as error:
             raise EstimationError(f"{what}: {error}") from error
-
-
-def at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
-    """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    left = measured.left - measured.known - measured.regressor @ physical
-    return replace(solution, theta=physical, residuals=left)
 
 
 def _jumping(size: float) -> str:

@@ -1,41 +1,73 @@
-"""The rows that a record gives an axis's forms, and the loops that are simulated beside them."""
+"""What is to be estimated from what: an axis, and its records, each under its filter."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import accumulate
+from typing import Any
 
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.regression import (
     Equations,
     Factored,
     Form,
     InverseForm,
-    Solution,
     factor,
+    loop_reference,
     simulated_loops,
     simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord, motion_lacks
+from axisid.estimation.signals import FilteredRecord, Neighbours, motion_lacks
 from axisid.estimation.simulation import Simulation
-from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import AxisidError
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, EstimationError
 
-from .estimate import FOLLOWING, Iterate
 from .visibility import Reach, check_shown
 
 
-class Regressions:
-    """What a record under a filter gives to be regressed.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Problem:
+    """The records that an axis's parameters are estimated from, as one regression.
 
-    Parameters
+    A record with gaps and several records are the same thing: rows one after the other, of which
+    `neighbours` says which follow each other in time.
+
+    Attributes
     ----------
-    data : FilteredRecord
+    axis : GeneratedAxis
+    data : tuple of FilteredRecord
+        One or more, of that axis.
+
+    Raises
+    ------
+    EstimationError
+        The axis has parameters that no record can tell.
     """
 
-    def __init__(self, data: FilteredRecord) -> None:
-        self.data = data
-        self.axis, self.record, self.prefilter = data.axis, data.record, data.prefilter
-        self.signals = data.signals
-        self._linear: dict[type[Form], Equations] = {}
+    axis: GeneratedAxis
+    data: tuple[FilteredRecord, ...]
+
+    def __post_init__(self) -> None:
+        if self.axis.hidden:
+            raise EstimationError(
+                f"axis {self.axis.axis.name!r} cannot be identified: "
+                f"{'; '.join(self.axis.hidden)}. Declare the combination as one parameter."
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def __repr__(self) -> str:
+        return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        return Neighbours.joined([data.neighbours for data in self.data])
 
     def rows(self, form: Form) -> Equations:
         """The measured rows of a form.
@@ -45,72 +77,89 @@ class Regressions:
         EstimationError
             They do not show a parameter, which is named.
         """
-        if self.axis.is_linear and type(form) in self._linear:
+        if type(form) in self._linear:
             return self._linear[type(form)]
-        every = form.equations(self.signals)
-        rows = every.reduced(self.prefilter, self.record.period)
+        if not isinstance(form, InverseForm):
+            self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
+        every = [form.equations(data.signals) for data in self.data]
+        pieces = [e.reduced(data) for e, data in zip(every, self.data, strict=True)]
+        rows = Equations.stacked(pieces)
         if isinstance(form, InverseForm):
             self._check(every, rows)
         if self.axis.is_linear:
             self._linear[type(form)] = rows
         return rows
 
+    def stacked(self, values: Callable[[FilteredRecord], Array]) -> Array:
+        """What each record gives for its rows, one after the other."""
+        pieces = [values(data) for data in self.data]
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
     def factored(self, form: Form, measured: Equations) -> Factored:
         """The regressor of measured rows, or an error that says what the motion lacks."""
-        with adding(self.lacking()):
-            return factor(measured.regressor, [q.expression or q.name for q in form.quantities])
+        names = [q.expression or q.name for q in form.quantities]
+        with adding(self.lacking):
+            return factor(measured.regressor, names, neighbours=self.neighbours)
+
+    def check_loop(self) -> None:
+        """Refuse what cannot be simulated; see `loop_reference`."""
+        for data in self.data:
+            loop_reference(self.axis, data.record)
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        loops = simulated_loops(self.axis, self.record, physical)
-        right = simulated_right(form, loops, physical, self.prefilter, self.record.period)
-        return loops, *right
+        every = [simulated_loops(self.axis, data.record, physical) for data in self.data]
+        rights = [
+            simulated_right(form, loops, physical, data)
+            for loops, data in zip(every, self.data, strict=True)
+        ]
+        loops = tuple(loop for of_one in every for loop in of_one)
+        if len(rights) == 1:
+            return loops, *rights[0]
+        return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+
+    def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
+        """Simulated loops, one for each segment, by the record that they are of."""
+        ends = list(accumulate(len(data.record.spans) for data in self.data))
+        return tuple(loops[a:b] for a, b in zip([0, *ends], ends, strict=False))
 
     @property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return self.data.rest
+        weights = [int(data.kept.sum()) for data in self.data]
+        rests = [data.rest for data in self.data]
+        return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
 
+    @property
     def lacking(self) -> str:
         """What the motion lacks, as a sentence; empty if nothing is known to lack."""
-        facts = motion_lacks(self.signals)
-        return f"In this record {', and '.join(facts)}." if facts else ""
+        every = [motion_lacks(data.signals) for data in self.data]
+        facts = [fact for fact in every[0] if all(fact in others for others in every)]
+        where = "this record" if len(self.data) == 1 else "each of these records"
+        return f"In {where} {', and '.join(facts)}." if facts else ""
 
-    def _check(self, every: Equations, rows: Equations) -> None:
+    @cached_property
+    def _linear(self) -> dict[type[Form], Equations]:
+        """Rows by form, which are the same wherever they are asked for if the axis is linear."""
+        return {}
+
+    def _check(self, every: list[Equations], rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
-        with adding(self.lacking()):
+        found = [
+            Reach.of(data.signals, equations, data.kept)
+            for data, equations in zip(self.data, every, strict=True)
+        ]
+        reaches = [reach for reach in found if reach is not None]
+        with adding(self.lacking):
             check_shown(
                 self.axis,
-                Reach.of(self.signals, every, self.data.kept),
+                Reach.joined(reaches) if reaches else None,
                 rows.regressor,
                 rows.left - rows.known,
                 rows=len(rows.left),
-                source="the record",
-                without_turns=self.prefilter.reversals == "leave-out",
+                source="the record" if len(self.data) == 1 else "the set of records",
+                without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),
             )
-
-
-@dataclass(frozen=True, slots=True)
-class Fit:
-    """A solution of measured rows, with the loops simulated from it."""
-
-    measured: Equations
-    solution: Solution
-    instruments: Factored | None
-    iterates: tuple[Iterate, ...]
-    loops: tuple[Simulation, ...]
-    simulated: Array | None
-    remarks: tuple[str, ...]
-    #: Why the loop cannot be simulated with the estimate, if it is the estimate's fault.
-    not_simulated: str = ""
-
-    @property
-    def follows(self) -> bool:
-        """Whether the simulated loops move as the record does, so that they stand for it."""
-        if self.simulated is None:
-            return False
-        left = self.measured.left
-        return relative_error_percent(left - self.simulated, left) < FOLLOWING
 
 
 @contextmanager

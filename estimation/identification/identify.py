@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import COVARIANCES, METHODS, Estimate, Study
+from axisid.estimation.estimates import COVARIANCES, METHODS, Estimate, Problem, estimate_by
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -53,7 +53,7 @@ def identify(
     _check_arguments(asked, record, covariance)
     given = prefilter or Prefilter.suited(record.period)
     data = FilteredRecord.bind(generated, record, given)
-    study = Study(data, lags, covariance)
+    problem = Problem(axis=generated, data=(data,))
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, str] = {}
     failed: dict[str, str] = {}
@@ -61,7 +61,7 @@ def identify(
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = study.estimate(method)
+                estimates[method] = estimate_by(problem, METHODS[method], lags, covariance)
         except (ModelError, LoopDataError) as error:
             if asked is not None:
                 raise

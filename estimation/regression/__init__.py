@@ -37,6 +37,7 @@ from .simulated_rows import loop_reference as loop_reference
 from .simulated_rows import simulated_loops as simulated_loops
 from .simulated_rows import simulated_position as simulated_position
 from .simulated_rows import simulated_right as simulated_right
+from .spectrum import power_density as power_density
 from .variable_projection import damped_step as damped_step
 from .variable_projection import search_bounds as search_bounds
 from .variable_projection import variable_projection as variable_projection

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
@@ -98,6 +99,9 @@ class Robust(Covariance):
 class Hac(Covariance):
     """Heteroscedasticity- and autocorrelation-consistent: Bartlett kernel [NeweyWest1987]_.
 
+    Rows count as neighbours by their distance in time, as in [Parzen1963]_: scores of rows that are
+    missing are zero.
+
     Attributes
     ----------
     lags : int or None
@@ -118,7 +122,8 @@ class Hac(Covariance):
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
         scores, lags = _scores(solution), self.chosen_lags(solution)
-        products = [scores[lag:].T @ scores[: len(scores) - lag] for lag in range(lags + 1)]
+        pairs = (solution.neighbours.pairs(lag) for lag in range(lags + 1))
+        products = [scores[late].T @ scores[early] for late, early in pairs]
         return _correction(solution, corrected=self.corrected) * bartlett(products)
 
     def chosen_lags(self, solution: Solution) -> int:
@@ -129,7 +134,8 @@ class Hac(Covariance):
         if self.lags is not None:
             return int(self.lags)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
-        return int(min(max(plug_in_lags(s) for s in _scores(solution).T), most_lags(n)))
+        wanted = max(plug_in_lags(s, solution.neighbours) for s in _scores(solution).T)
+        return int(min(wanted, most_lags(n)))
 
     def describe(self, solution: Solution) -> str:
         """See `Covariance.describe`."""
@@ -160,17 +166,19 @@ def first_lags(n: int) -> int:
     return int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
 
 
-def plug_in_lags(series: Array) -> int:
+def plug_in_lags(series: Array, neighbours: Neighbours) -> int:
     """Lags for the Bartlett kernel by the plug-in rule of [NeweyWest1994]_.
 
     Parameters
     ----------
     series : (n,) array
         Scores of one parameter.
+    neighbours : Neighbours
+        Of the rows.
     """
     n = len(series)
-    sums = [float(series[lag:] @ series[: n - lag]) / n for lag in range(first_lags(n) + 1)]
-    return lags_of(sums, n)
+    pairs = (neighbours.pairs(lag) for lag in range(first_lags(n) + 1))
+    return lags_of([float(series[late] @ series[early]) / n for late, early in pairs], n)
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:

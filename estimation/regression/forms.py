@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.signals import Prefilter, Signals
+from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
@@ -34,18 +34,17 @@ class Equations:
     known: Array
     regressor: Array
 
-    def reduced(self, prefilter: Prefilter, period: float) -> "Equations":
-        """The rows that the prefilter keeps, every column filtered alike."""
-        known, regressor = self.reduced_right(prefilter, period)
-        left = prefilter.reduce(self.left, period)
-        return Equations(left=left, known=known, regressor=regressor)
+    def reduced(self, data: FilteredRecord) -> "Equations":
+        """The rows that the record's filter keeps, every column filtered alike."""
+        known, regressor = self.reduced_right(data)
+        return Equations(left=data.reduce(self.left), known=known, regressor=regressor)
 
-    def reduced_right(self, prefilter: Prefilter, period: float) -> tuple[Array, Array]:
+    def reduced_right(self, data: FilteredRecord) -> tuple[Array, Array]:
         """Known part and regressor of `reduced`, where the left side is not needed."""
-        regressor = prefilter.reduce(self.regressor, period)
+        regressor = data.reduce(self.regressor)
         if not np.any(self.known):
             return np.zeros(len(regressor)), regressor
-        return prefilter.reduce(self.known, period), regressor
+        return data.reduce(self.known), regressor
 
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":

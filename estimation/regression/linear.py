@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -36,6 +37,8 @@ class Factored:
         G with ``G G' = (W'W)^-1`` for the columns W.
     names : tuple of str
         Of the columns' parameters, for messages.
+    neighbours : Neighbours
+        Which of the rows follow each other in time.
     """
 
     columns: Array
@@ -43,6 +46,7 @@ class Factored:
     basis: Wide
     inverse: Wide
     names: tuple[str, ...]
+    neighbours: Neighbours
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,15 +62,23 @@ class Solution:
         G with ``G G' = (W'W)^-1``, W the regressor (LS) or the instruments (IV).
     influence : (n, k) array
         A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS) or ``Z (X'Z)^-1`` (IV).
+    neighbours : Neighbours
+        Which of the rows follow each other in time.
     """
 
     theta: Array
     residuals: Array
     inverse_factor: Array
     influence: Array
+    neighbours: Neighbours
 
 
-def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Factored:
+def factor(
+    columns: Array,
+    names: Sequence[str],
+    what: str = "the record",
+    neighbours: Neighbours | None = None,
+) -> Factored:
     """Factor a regressor or instruments.
 
     Parameters
@@ -76,6 +88,8 @@ def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Fa
         Of the k columns' parameters.
     what : str
         Where the columns come from.
+    neighbours : Neighbours, optional
+        Which of the rows follow each other in time; by default all do.
 
     Raises
     ------
@@ -112,6 +126,7 @@ def factor(columns: Array, names: Sequence[str], what: str = "the record") -> Fa
         basis=q,
         inverse=_inverse(r) / scale[:, None],
         names=tuple(names),
+        neighbours=neighbours or Neighbours.consecutive(n),
     )
 
 
@@ -146,6 +161,7 @@ def least_squares(y: Array, X: Factored) -> Solution:
         residuals=(y - X.columns @ theta).astype(float),
         inverse_factor=X.inverse.astype(float),
         influence=(X.basis @ X.inverse.T).astype(float),
+        neighbours=X.neighbours,
     )
 
 
@@ -170,6 +186,7 @@ def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
         residuals=y - X.columns @ theta,
         inverse_factor=Z.inverse.astype(float),
         influence=np.linalg.solve(projected, basis.T).T / X.scale,
+        neighbours=X.neighbours,
     )
 
 

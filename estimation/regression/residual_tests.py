@@ -1,19 +1,24 @@
 """Tests of an estimate's residuals, each with what a figure of it needs.
 
 Independence (Durbin-Watson, Ljung-Box, runs of one sign), shape (Jarque-Bera), and what of the
-motion is left in them (correlation with the instruments over lags).
+motion is left in them (correlation with the instruments over lags). Neighbours are rows that follow
+each other in time: rows apart by a lag are counted, and what is measured of few is scaled to what
+all of them would give.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
+from axisid.estimation.signals import Index, Neighbours
 from axisid.support.arrays import Array
 
 _QUANTILES = 99
 _SIGNIFICANT = 0.05
+_FEWEST_SIGNS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +31,8 @@ class ResidualTests:
         Near 2 for uncorrelated neighbours, towards 0 for alike ones.
     ljung_box, ljung_box_p : float
         Over the lags of `autocorrelation`, chi-squared.
+    ljung_box_freedom : int
+        Its degrees of freedom: lags at which there are rows.
     jarque_bera, jarque_bera_p : float
         Normality, chi-squared with 2 degrees of freedom.
     skewness, excess_kurtosis : float
@@ -54,6 +61,7 @@ class ResidualTests:
     durbin_watson: float
     ljung_box: float
     ljung_box_p: float
+    ljung_box_freedom: int
     jarque_bera: float
     jarque_bera_p: float
     skewness: float
@@ -72,7 +80,9 @@ class ResidualTests:
     run_lengths: NDArray[np.int64]
 
 
-def residual_tests(residuals: Array, W: Array, lags: int | None = None) -> ResidualTests:
+def residual_tests(
+    residuals: Array, W: Array, lags: int | None = None, neighbours: Neighbours | None = None
+) -> ResidualTests:
     """Test residuals for correlation, normality and sign changes.
 
     Parameters
@@ -82,28 +92,34 @@ def residual_tests(residuals: Array, W: Array, lags: int | None = None) -> Resid
         Instruments, or the regressor of least squares.
     lags : int, optional
         Of the correlations; ``min(10 log10 n, n/5)`` by default.
+    neighbours : Neighbours, optional
+        Which rows follow each other in time; by default all do.
     """
     n = len(residuals)
     count = int(min(10 * np.log10(n), n / 5)) if lags is None else lags
+    order = neighbours or Neighbours.consecutive(n)
     power = float(residuals @ residuals)
-    correlations = np.array(
-        [float(residuals[lag:] @ residuals[: n - lag]) / power for lag in range(count + 1)]
-    )
-    box = n * (n + 2) * float(np.sum(correlations[1:] ** 2 / (n - np.arange(1, count + 1))))
+    pairs = [order.pairs(lag) for lag in range(count + 1)]
+    counts = np.array([order.count(lag) for lag in range(count + 1)])
+    sums = np.array([float(residuals[late] @ residuals[early]) for late, early in pairs]) / power
+    box, freedom = _ljung_box(sums[1:], counts[1:], n)
+    fewer = (n - np.arange(count + 1)) / np.maximum(counts, 1)
+    correlations = sums * fewer
     standardised = (residuals - residuals.mean()) / residuals.std()
     skewness = float(np.mean(standardised**3))
     kurtosis = float(np.mean(standardised**4)) - 3
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
-    lengths = _run_lengths(residuals > 0)
-    z = _runs_z(residuals > 0, len(lengths))
-    crossed = _cross_correlation(residuals, W, count)
-    deviations = _unrelated_deviations(correlations, W)
+    lengths = _run_lengths(residuals > 0, order)
+    z = _runs_z(residuals > 0, order)
+    crossed = _cross_correlation(residuals, W, pairs, np.sqrt(fewer))
+    deviations = _unrelated_deviations(correlations, W, pairs)
     largest = float(np.max(np.abs(crossed) / deviations))
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
-        durbin_watson=float(np.sum(np.diff(residuals) ** 2)) / power,
+        durbin_watson=_durbin_watson(residuals, order) / power,
         ljung_box=box,
-        ljung_box_p=float(chdtrc(count, box)),
+        ljung_box_p=float(chdtrc(freedom, box)) if freedom else 1.0,
+        ljung_box_freedom=freedom,
         jarque_bera=bera,
         jarque_bera_p=float(chdtrc(2, bera)),
         skewness=skewness,
@@ -123,38 +139,73 @@ def residual_tests(residuals: Array, W: Array, lags: int | None = None) -> Resid
     )
 
 
-def _cross_correlation(residuals: Array, W: Array, lags: int) -> Array:
-    n = len(residuals)
+def _ljung_box(sums: Array, counts: NDArray[np.int64], n: int) -> tuple[float, int]:
+    """Statistic and degrees of freedom, of sums over lags and how many rows each is of."""
+    there = counts > 0
+    return n * (n + 2) * float(np.sum(sums[there] ** 2 / counts[there])), int(there.sum())
+
+
+def _durbin_watson(residuals: Array, order: Neighbours) -> float:
+    """Sum of squared changes from a row to the next, as of as many as there are without a gap."""
+    late, early = order.pairs(1)
+    changes = residuals[late] - residuals[early]
+    return float(np.sum(changes**2)) * ((len(order) - 1) / max(len(changes), 1))
+
+
+def _cross_correlation(
+    residuals: Array, W: Array, pairs: Sequence[tuple[Index, Index]], scale: Array
+) -> Array:
+    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns.
+
+    Sums of fewer rows are scaled, (lags + 1,), to the deviation that sums without a gap have.
+    """
     norms = np.linalg.norm(W, axis=0) * np.linalg.norm(residuals)
-    rows = []
-    for lag in range(-lags, lags + 1):
-        late, early = max(lag, 0), max(-lag, 0)
-        rows.append(W[early : n - late].T @ residuals[late : n - early])
-    return np.asarray(np.array(rows) / norms, dtype=float)
+    before = [
+        a * (W[late].T @ residuals[early]) for a, (late, early) in zip(scale, pairs, strict=True)
+    ]
+    after = [
+        a * (W[early].T @ residuals[late]) for a, (late, early) in zip(scale, pairs, strict=True)
+    ]
+    return np.asarray(np.array([*reversed(before), *after[1:]]) / norms, dtype=float)
 
 
-def _unrelated_deviations(correlations: Array, W: Array) -> Array:
+def _unrelated_deviations(
+    correlations: Array, W: Array, pairs: Sequence[tuple[Index, Index]]
+) -> Array:
     """Bartlett's formula, tapered over the lags there are; never below that of white residuals."""
     n, lags = len(W), len(correlations) - 1
     power = np.sum(W**2, axis=0)
     variance = np.ones(W.shape[1])
-    for lag in range(1, lags + 1):
-        own = np.sum(W[lag:] * W[: n - lag], axis=0) / power
+    for lag, (late, early) in enumerate(pairs[1:], 1):
+        own = np.sum(W[late] * W[early], axis=0) / power
         variance = variance + 2 * (1 - lag / (lags + 1)) * correlations[lag] * own
     return np.asarray(np.sqrt(np.maximum(variance, 1.0) / n), dtype=float)
 
 
-def _run_lengths(positive: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _run_lengths(positive: NDArray[np.bool_], order: Neighbours) -> NDArray[np.int64]:
+    """Of each run of one sign; a run ends where a row is missing, too."""
     changes = np.flatnonzero(positive[1:] != positive[:-1]) + 1
-    return np.diff(np.concatenate([[0], changes, [len(positive)]]))
+    edges = np.union1d(changes, order.breaks)
+    return np.diff(np.concatenate([[0], edges, [len(positive)]]))
 
 
-def _runs_z(positive: NDArray[np.bool_], runs: int) -> float:
-    """Standardised number of runs of one sign."""
+def _runs_z(positive: NDArray[np.bool_], order: Neighbours) -> float:
+    """Standardised number of changes of the sign between rows that follow each other.
+
+    Its mean and variance are those over all orders of the signs, as those of Wald and Wolfowitz
+    are: two pairs of rows share a row, or none.
+    """
     n, above = len(positive), int(positive.sum())
     below = n - above
-    if not above or not below:
+    late, early = order.pairs(1)
+    pairs, threes = (int(np.sum(np.maximum(order.lengths - k, 0))) for k in (1, 2))
+    if not above or not below or n < _FEWEST_SIGNS or not pairs:
         return -np.inf
-    mean = 2 * above * below / n + 1
-    variance = (mean - 1) * (mean - 2) / (n - 1)
-    return float((runs - mean) / np.sqrt(variance))
+    changes = int(np.sum(positive[late] != positive[early]))
+    chance = 2 * above * below / (n * (n - 1))
+    sharing = 2 * threes
+    apart = pairs * (pairs - 1) - sharing
+    both = 4 * above * (above - 1) * below * (below - 1) / (n * (n - 1) * (n - 2) * (n - 3))
+    mean = pairs * chance
+    variance = mean + sharing * chance / 2 + apart * both - mean**2
+    return float((changes - mean) / np.sqrt(variance))

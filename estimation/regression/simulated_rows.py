@@ -6,7 +6,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, is_sampled_by
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import (
     Simulation,
     no_control_law,
@@ -81,7 +81,7 @@ def simulated_position(loops: Sequence[Simulation]) -> Array:
 
 
 def simulated_right(
-    form: Form, loops: Sequence[Simulation], physical: Array, prefilter: Prefilter, period: float
+    form: Form, loops: Sequence[Simulation], physical: Array, data: FilteredRecord
 ) -> tuple[Array, Array]:
     """Known part and regressor of simulated loops, reduced like the measured ones.
 
@@ -90,7 +90,7 @@ def simulated_right(
     at, pieces = form.at(physical), []
     for loop in loops:
         equations = at.equations(loop.signals)
-        if prefilter.hold == "zoh":
+        if data.prefilter.hold == "zoh":
             equations = equations.mean(at.equations(signals_before(form.axis, physical, loop)))
         pieces.append(equations)
-    return Equations.stacked(pieces).reduced_right(prefilter, period)
+    return Equations.stacked(pieces).reduced_right(data)

@@ -13,6 +13,8 @@ from .motion import one_direction as one_direction
 from .motion import one_speed as one_speed
 from .motion import resting as resting
 from .motion import rests_first as rests_first
+from .neighbours import Index as Index
+from .neighbours import Neighbours as Neighbours
 from .prefilter import LIGHT as LIGHT
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation

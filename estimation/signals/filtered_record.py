@@ -13,6 +13,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
 
 from .motion import resting
+from .neighbours import Neighbours
 from .prefilter import Prefilter
 from .signals import Signals, beside_force, drive_force
 from .without_turns import LEAST_LEFT, Information
@@ -108,6 +109,14 @@ class FilteredRecord:
     def row_numbers(self) -> Array:
         """The samples of the rows, (n,)."""
         return self.prefilter.rows(len(self), self.period)
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        step, numbers = self.prefilter.decimate, self.row_numbers.astype(np.int64)
+        starts = [start for start, _ in self.prefilter.spans(len(self), self.period)[1:]]
+        pieces = np.split(numbers, np.searchsorted(numbers, starts))
+        return Neighbours.joined([Neighbours.of(piece, step) for piece in pieces])
 
     @property
     def rest(self) -> float:

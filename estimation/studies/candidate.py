@@ -9,9 +9,8 @@ from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, InverseForm, Solution
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import FilteredRecord
 
 from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
 
@@ -101,9 +100,7 @@ class Candidate:
 
 def candidate(
     name: str,
-    axis: GeneratedAxis,
-    record: Record,
-    prefilter: Prefilter,
+    data: FilteredRecord,
     estimate: Estimate,
     blocks: Sequence[Block],
 ) -> Candidate:
@@ -112,10 +109,8 @@ def candidate(
     Parameters
     ----------
     name : str
-    axis : GeneratedAxis
-    record : Record
-    prefilter : Prefilter
-        As of the estimate.
+    data : FilteredRecord
+        That the estimate was made from.
     estimate : Estimate
         Of the inverse model.
     blocks : sequence of Block
@@ -128,17 +123,17 @@ def candidate(
     rows = regression_rows(estimate)
     signal = float(np.linalg.norm(estimate.y))
     equation, thetas = held_out_equation(rows, blocks, signal)
-    simulation = held_out_simulation(axis, record, prefilter, estimate, blocks, thetas)
+    simulation = held_out_simulation(data, estimate, blocks, thetas)
     reason = simulation if isinstance(simulation, str) else ""
     return Candidate(
         name=name,
-        axis=axis,
+        axis=data.axis,
         estimate=estimate,
         criteria=criteria(rows.by_least_squares()),
         equation=equation,
         simulation=None if isinstance(simulation, str) else simulation,
         reason=reason,
-        checks=_Checks(record, prefilter, estimate, rows, blocks, equation).all(),
+        checks=_Checks(data, estimate, rows, blocks, equation).all(),
     )
 
 
@@ -166,8 +161,7 @@ def criteria(solution: Solution) -> Criteria:
 class _Checks:
     """Each parameter of an estimate against zero, and against the model without it."""
 
-    record: Record
-    prefilter: Prefilter
+    data: FilteredRecord
     estimate: Estimate
     rows: Rows
     blocks: Sequence[Block]
@@ -223,11 +217,10 @@ class _Checks:
         """The rows without a parameter, and without those that then move nothing."""
         if not self.rows.nonlinear:
             return self.rows.without(column)
-        axis, physical = self.estimate.form.axis, self.estimate.physical.copy()
+        physical = self.estimate.physical.copy()
         physical[column] = 0.0
-        data = FilteredRecord.bind(axis, self.record, self.prefilter)
-        equations = InverseForm(axis, physical).equations(data.signals)
-        known, regressor = equations.reduced_right(self.prefilter, self.record.period)
+        equations = InverseForm(self.data.axis, physical).equations(self.data.signals)
+        known, regressor = equations.reduced_right(self.data)
         moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
         silent = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
         for i in reversed(silent):

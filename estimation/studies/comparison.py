@@ -12,8 +12,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import identify
+from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
@@ -122,15 +121,14 @@ def compare(
     ).prefilter
     fits, failures = _fits(named, record, filtered, method, progress)
     gap = filtered.memory(record.period)
-    rows = len(next(iter(fits.values())).y)
-    blocks = contiguous_blocks(rows, gap, max(len(e.physical) for e in fits.values()))
+    estimates = [result[method] for result in fits.values()]
+    most = max(len(estimate.physical) for estimate in estimates)
+    blocks = contiguous_blocks(len(estimates[0].y), gap, most)
     candidates = []
     with np.errstate(all="ignore"):
-        for name, estimate in each(
-            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
-        ):
+        for name, result in each(fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"):
             try:
-                found = candidate(name, named[name], record, filtered, estimate, blocks)
+                found = candidate(name, result.data, result[method], blocks)
             except EstimationError as error:
                 failures[name] = f"with a tenth of the rows held out, {error}"
             else:
@@ -162,12 +160,12 @@ def _fits(
     prefilter: Prefilter,
     method: str,
     progress: Progress | None,
-) -> tuple[dict[str, Estimate], dict[str, str]]:
-    """Estimates by candidate, and why there is none."""
+) -> tuple[dict[str, Identification], dict[str, str]]:
+    """Results by candidate, and why there is none."""
     fits, failures = {}, {}
     for name, axis in each(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
-            fits[name] = identify(axis, record, prefilter, [method])[method]
+            fits[name] = identify(axis, record, prefilter, [method])
         except (EstimationError, ModelError) as error:
             failures[name] = str(error)
     if not fits:

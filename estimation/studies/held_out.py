@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.records import Record
 from axisid.estimation.regression import (
+    Factored,
     InverseForm,
     Solution,
     factor,
@@ -24,7 +24,7 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_right,
 )
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 
@@ -45,6 +45,8 @@ class Rows:
         None for least squares.
     names : tuple of str
         Of the k parameters.
+    neighbours : Neighbours
+        Which of the rows follow each other in time.
     nonlinear : tuple of str
         Those about which the model is linearised.
     """
@@ -53,13 +55,18 @@ class Rows:
     regressor: Array
     instruments: Array | None
     names: tuple[str, ...]
+    neighbours: Neighbours
     nonlinear: tuple[str, ...] = ()
 
     def at(self, rows: NDArray[np.intp]) -> "Rows":
         """Some of the rows."""
         chosen = None if self.instruments is None else self.instruments[rows]
         return replace(
-            self, left=self.left[rows], regressor=self.regressor[rows], instruments=chosen
+            self,
+            left=self.left[rows],
+            regressor=self.regressor[rows],
+            instruments=chosen,
+            neighbours=self.neighbours[rows],
         )
 
     def without(self, column: int) -> "Rows":
@@ -74,15 +81,17 @@ class Rows:
 
     def by_least_squares(self) -> Solution:
         """Whatever the instruments."""
-        return least_squares(self.left, factor(self.regressor, self.names))
+        return least_squares(self.left, self._factored())
 
     def solved(self) -> Solution:
         """By instruments where there are any, else by least squares."""
         if self.instruments is None:
             return self.by_least_squares()
-        regressor = factor(self.regressor, self.names)
         instruments = factor(self.instruments, self.names, "the simulated loop")
-        return instrumental_variables(self.left, regressor, instruments)
+        return instrumental_variables(self.left, self._factored(), instruments)
+
+    def _factored(self) -> Factored:
+        return factor(self.regressor, self.names, neighbours=self.neighbours)
 
 
 def regression_rows(estimate: Estimate) -> Rows:
@@ -93,6 +102,7 @@ def regression_rows(estimate: Estimate) -> Rows:
         regressor=estimate.X,
         instruments=estimate.Z,
         names=tuple(q.name for q in estimate.quantities),
+        neighbours=estimate.neighbours,
         nonlinear=nonlinear_names(estimate.form.axis),
     )
 
@@ -192,9 +202,7 @@ def held_out_equation(
 
 
 def held_out_simulation(
-    axis: GeneratedAxis,
-    record: Record,
-    prefilter: Prefilter,
+    data: FilteredRecord,
     estimate: Estimate,
     blocks: Sequence[Block],
     thetas: Sequence[Array],
@@ -208,12 +216,12 @@ def held_out_simulation(
     HeldOut or str
         The reason where the loop cannot be simulated.
     """
-    form, squares = InverseForm(axis), []
+    form, squares = InverseForm(data.axis), []
     try:
         for block, step in zip(blocks, thetas, strict=True):
-            theta = np.clip(step, *search_bounds(axis))
-            loops = simulated_loops(axis, record, theta)
-            known, regressor = simulated_right(form, loops, theta, prefilter, record.period)
+            theta = np.clip(step, *search_bounds(data.axis))
+            loops = simulated_loops(data.axis, data.record, theta)
+            known, regressor = simulated_right(form, loops, theta, data)
             error = (estimate.y - regressor @ theta - known)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:

@@ -9,7 +9,7 @@ in a further pass, the products of neighbouring scores.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from axisid.estimation.signals import (
     LIGHT,
     REST,
     Information,
+    Neighbours,
     Prefilter,
     Signals,
     check_filter,
@@ -91,11 +92,11 @@ def identify_stream(
     found = extent(told.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
     chosen = chosen or Prefilter.suited(found.period)
-    rows = _Rows(generated, blocks, chosen, found, told.source)
+    rows = _LogRows(generated, blocks, chosen, found, told.source)
     triangle, size, left = _factored(rows)
     if chosen.reversals is None and rows.information.remaining < LEAST_LEFT:
         kept = replace(chosen, reversals="keep")
-        rows = _Rows(generated, blocks, kept, found, told.source)
+        rows = _LogRows(generated, blocks, kept, found, told.source)
         triangle, size, left = _factored(rows)
     names = [q.expression or q.name for q in generated.parameters]
     if size <= len(names) or not left:
@@ -148,7 +149,26 @@ def _check_axis(axis: GeneratedAxis) -> None:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Rows:
+    """Some rows of a regression.
+
+    Attributes
+    ----------
+    both : (n, p + 1) array
+        Regressor, and the left side less what is known.
+    left : (n,) array
+        The left side itself.
+    places : (n,) array of int
+        See `Neighbours`.
+    """
+
+    both: Array
+    left: Array
+    places: NDArray[np.int64]
+
+
+class _LogRows:
     """The rows of a regression, block by block; iterating reads the log anew."""
 
     def __init__(
@@ -180,8 +200,8 @@ class _Rows:
         self.rest = rest_below(self._velocities()) if left_out else None
         self._begin()
 
-    def __iter__(self) -> Iterator[tuple[Array, Array]]:
-        """Regressor (n, p) and left side less what is known (n,), with the left side itself."""
+    def __iter__(self) -> Iterator[_Rows]:
+        """The rows of the log, so many at a time."""
         self._begin()
         for piece in self._pieces():
             yield from self._between(*piece)
@@ -221,7 +241,7 @@ class _Rows:
 
     def _between(
         self, position: Array, force: Array, begin: int, start: int, stop: int
-    ) -> Iterator[tuple[Array, Array]]:
+    ) -> Iterator[_Rows]:
         """Rows whose samples are from `start` to before `stop`; the arrays start at `begin`."""
         f, period = self.prefilter, self.period
         cut, end = f.cut_before(period)
@@ -246,12 +266,17 @@ class _Rows:
             return
         both = both[low - begin : high - begin]
         weighted = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
-        kept = weighted[weighted[:, -1] > LIGHT, :-1]
+        heavy = weighted[:, -1] > LIGHT
+        kept = weighted[heavy, :-1]
         if not np.all(np.isfinite(kept)):
             raise EstimationError(
                 f"the regressor of {self.source} is not finite; check the signals' size."
             )
-        yield np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]), kept[:, -2]
+        yield _Rows(
+            both=np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]),
+            left=kept[:, -2],
+            places=rows[heavy] // f.decimate,
+        )
 
     def _look(
         self,
@@ -273,18 +298,18 @@ class _Rows:
             self.information.add(signals, kept, near, self.rest / REST)
 
 
-def _factored(rows: _Rows) -> tuple[Array, int, float]:
+def _factored(rows: _LogRows) -> tuple[Array, int, float]:
     """Triangular factor of ``[X y]``, (p + 1, p + 1), rows there are, norm of the left side."""
     width = len(rows.axis.parameters) + 1
     triangle, size, squares = np.zeros((width, width)), 0, 0.0
-    for both, left in rows:
-        _, triangle = np.linalg.qr(np.vstack([triangle, both]))
-        size += len(both)
-        squares += float(left @ left)
+    for piece in rows:
+        _, triangle = np.linalg.qr(np.vstack([triangle, piece.both]))
+        size += len(piece.both)
+        squares += float(piece.left @ piece.left)
     return triangle, size, math.sqrt(squares)
 
 
-def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, Array, int]:
+def _hac(rows: _LogRows, solution: Solution, size: int) -> tuple[Array, Array, int]:
     """Covariances as `Robust` and `Hac` have them, and the lags of the latter."""
     looked_at = first_lags(size)
     products = _score_products(rows, solution, looked_at)
@@ -296,18 +321,21 @@ def _hac(rows: _Rows, solution: Solution, size: int) -> tuple[Array, Array, int]
     return factor * products[0], factor * bartlett(list(products[: lags + 1])), lags
 
 
-def _score_products(rows: _Rows, solution: Solution, lags: int) -> Array:
+def _score_products(rows: _LogRows, solution: Solution, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of the scores for each lag from 0, (lags + 1, p, p)."""
     influence = solution.inverse_factor @ solution.inverse_factor.T
     width = len(solution.theta)
     products = np.zeros((lags + 1, width, width))
-    earlier = np.empty((0, width))
-    for both, _ in rows:
-        residuals = both[:, -1] - both[:, :-1] @ solution.theta
-        scores = np.vstack([earlier, both[:, :-1] @ influence * residuals[:, None]])
-        old = len(earlier)
-        for lag in range(min(lags + 1, len(scores))):
-            new = scores[max(old, lag) :]
-            products[lag] += new.T @ scores[max(old, lag) - lag : len(scores) - lag]
-        earlier = scores[max(len(scores) - lags, 0) :]
+    scores, places = np.empty((0, width)), np.empty(0, dtype=np.int64)
+    for piece in rows:
+        regressor, left, old = piece.both[:, :-1], piece.both[:, -1], len(scores)
+        residuals = left - regressor @ solution.theta
+        scores = np.vstack([scores, regressor @ influence * residuals[:, None]])
+        places = np.concatenate([places, piece.places])
+        order = Neighbours(places)
+        for lag in range(lags + 1):
+            late, early = order.pairs(lag, first=old)
+            products[lag] += scores[late].T @ scores[early]
+        keep = max(len(scores) - lags, 0)  # more than are within the lags, where rows are missing
+        scores, places = scores[keep:], places[keep:]
     return products

@@ -10,15 +10,12 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
-    DirectForm,
-    Form,
-    InverseForm,
     loop_reference,
     simulated_loops,
     simulated_position,
     simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
@@ -172,10 +169,9 @@ def validate(result: Identification, record: Record) -> Validation:
 
 
 def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
-    axis, record, prefilter = data.axis, data.record, data.prefilter
-    form: Form = InverseForm(axis) if estimate.method.startswith("idm") else DirectForm(axis)
-    form = form.at(estimate.physical)
-    rows = form.equations(data.signals).reduced(prefilter, record.period)
+    axis, record = data.axis, data.record
+    form = type(estimate.form)(axis).at(estimate.physical)
+    rows = form.equations(data.signals).reduced(data)
     theta = form.regressed(estimate.physical)
     if not len(rows.left):
         raise DataError(
@@ -191,7 +187,7 @@ def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
     try:
         reference = loop_reference(axis, record)
         loops = simulated_loops(axis, record, estimate.physical)
-        known, regressor = simulated_right(form, loops, estimate.physical, prefilter, record.period)
+        known, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
         return MethodValidation(
             method=estimate.method,
@@ -202,7 +198,7 @@ def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
             tracking_error_percent=None,
             reason=str(error),
         )
-    off, tracking = _positions(record, loops, reference, prefilter)
+    off, tracking = _positions(data, loops, reference)
     return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
@@ -217,8 +213,8 @@ def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
 
 
 def _positions(
-    record: Record, loops: Sequence[Simulation], reference: Array, prefilter: Prefilter
+    data: FilteredRecord, loops: Sequence[Simulation], reference: Array
 ) -> tuple[Array, Array]:
     """Recorded less simulated position, and reference less recorded position."""
-    kept = prefilter.kept(len(record), record.period)
-    return (record.position - simulated_position(loops))[kept], (reference - record.position)[kept]
+    position, kept = data.record.position, data.kept
+    return (position - simulated_position(loops))[kept], (reference - position)[kept]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from axisid.estimation.estimates.study import METHODS
 
 from axisid import (
     DataError,
@@ -26,7 +27,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.export import _TARGETS
 from axisid.commands.options.inputs import METHODS as OFFERED
 from axisid.commands.templates import scaffold
-from axisid.estimation.estimates.study import METHODS
 from axisid.estimation.estimates.value import Value
 from axisid.exports.export import _FUNCTIONS, _TABLES
 from axisid.exports.parameter_tables import with_deviation

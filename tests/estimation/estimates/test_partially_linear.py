@@ -173,12 +173,8 @@ def test_instruments_solve_their_nonlinear_equations(
 ) -> None:
     iv = result["idm-iv"]
     assert iv.Z is not None
-    rows = (
-        InverseForm(axis)
-        .at(iv.physical)
-        .equations(FilteredRecord.bind(axis, record, FILTER).signals)
-    )
-    reduced = rows.reduced(FilteredRecord.bind(axis, record, FILTER).prefilter, 1e-3)
+    data = FilteredRecord.bind(axis, record, FILTER)
+    reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
     residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
     assert np.abs(seen).max() < 1e-2
@@ -238,11 +234,11 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     free = identify(axis, record, kept, "idm-iv")["idm-iv"]
     assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
     assert damped.physical == pytest.approx(free.physical, rel=1e-4)
-    filtered = FilteredRecord.bind(axis, record, kept).prefilter
+    data = FilteredRecord.bind(axis, record, kept)
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
         form = InverseForm(axis)
-        known, regressor = simulated_right(form, loops, iterate.physical, filtered, record.period)
+        known, regressor = simulated_right(form, loops, iterate.physical, data)
         left = damped.y - known - regressor @ iterate.physical
         own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
         assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)
@@ -316,7 +312,7 @@ def test_blocks_are_simulated_within_the_bounds(
     axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
     blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
     beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
-    settings = axis, record, FilteredRecord.bind(axis, record, FILTER).prefilter, estimate, blocks
+    settings = FilteredRecord.bind(axis, record, FILTER), estimate, blocks
     found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
     assert isinstance(found, HeldOut)
     assert isinstance(expected, HeldOut)

@@ -156,12 +156,8 @@ def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
         record = twin_record(axis, seed=seed)
         reach = reach_of(axis, record)
         stretched = replace(reach, columns=100 * reach.columns)
-        filter_ = FilteredRecord.bind(axis, record, Prefilter.suited(record.period)).prefilter
-        rows = (
-            InverseForm(axis)
-            .equations(FilteredRecord.bind(axis, record, filter_).signals)
-            .reduced(filter_, record.period)
-        )
+        data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
+        rows = InverseForm(axis).equations(data.signals).reduced(data)
         check_shown(
             axis,
             stretched,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 from linearmodels.iv import IV2SLS
+from statsmodels.stats.sandwich_covariance import S_hac_simple
 
 from axisid import UsageError
 from axisid.estimation.regression.covariance import (
@@ -19,6 +20,7 @@ from axisid.estimation.regression.linear import (
     instrumental_variables,
     least_squares,
 )
+from axisid.estimation.signals import Neighbours
 from tests.estimation.nist import FILIP, LONGLEY, NORRIS, PONTIUS, Dataset
 
 NAMES = ("a", "b", "c")
@@ -88,7 +90,8 @@ def test_hac_without_lags_is_robust(data: tuple[np.ndarray, ...]) -> None:
 def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) -> None:
     white = rng.normal(size=3000)
     coloured = np.convolve(white, np.exp(-np.arange(100) / 20.0), "same")
-    assert plug_in_lags(white) < 30 < plug_in_lags(coloured)
+    following = Neighbours.consecutive(3000)
+    assert plug_in_lags(white, following) < 30 < plug_in_lags(coloured, following)
 
 
 def test_lags_do_not_depend_on_the_units_of_the_parameters(data: tuple[np.ndarray, ...]) -> None:
@@ -104,6 +107,29 @@ def test_names_say_kernel_lags_and_correction(data: tuple[np.ndarray, ...]) -> N
     assert Robust(corrected=False).describe(solution) == "heteroscedasticity-robust"
     with pytest.raises(UsageError, match="lags are -1"):
         Hac(-1)
+
+
+@pytest.mark.parametrize("lags", [0, 1, 7, 30])
+def test_missing_rows_count_as_rows_without_a_score(
+    data: tuple[np.ndarray, ...], rng: np.random.Generator, lags: int
+) -> None:
+    """As Parzen has it: against statsmodels, with zeros in place of what is missing."""
+    places = np.flatnonzero(rng.random(500) < 0.8)[:300]
+    kept = tuple(each[: len(places)] for each in data)
+    solution = least_squares(kept[0], factor(kept[1], NAMES, neighbours=Neighbours(places)))
+    scores = np.zeros((places[-1] + 1, 3))
+    scores[places] = solution.influence * solution.residuals[:, None]
+    expected = S_hac_simple(scores, nlags=lags)
+    assert Hac(lags, corrected=False).matrix(solution) == pytest.approx(expected, rel=1e-9)
+
+
+def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) -> None:
+    """Against the sum of what each record gives by itself."""
+    apart = Neighbours.joined([Neighbours.consecutive(150), Neighbours.consecutive(250)])
+    solution = least_squares(data[0], factor(data[1], NAMES, neighbours=apart))
+    scores = solution.influence * solution.residuals[:, None]
+    expected = S_hac_simple(scores[:150], nlags=9) + S_hac_simple(scores[150:], nlags=9)
+    assert Hac(9, corrected=False).matrix(solution) == pytest.approx(expected, rel=1e-9)
 
 
 def test_correlation_matrix_has_a_unit_diagonal(data: tuple[np.ndarray, ...]) -> None:

@@ -10,7 +10,8 @@ from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.stats.stattools import durbin_watson
 from statsmodels.tsa.stattools import ccf
 
-from axisid.estimation.regression.residual_tests import residual_tests
+from axisid.estimation.regression.residual_tests import ResidualTests, residual_tests
+from axisid.estimation.signals import Neighbours
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.6])
@@ -105,3 +106,60 @@ def test_residuals_of_one_sign_are_one_run() -> None:
     assert tests.runs_p == 0.0
     assert tests.run_lengths[-1] == 1
     assert len(tests.run_lengths) == 59
+
+
+def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
+    """Stretches of 5 to 40 rows, a few rows missing between them."""
+    places, at = [], 0
+    while len(places) < rows:
+        length = int(rng.integers(5, 41))
+        places += range(at, at + length)
+        at += length + int(rng.integers(1, 8))
+    return Neighbours(np.array(places[:rows]))
+
+
+def test_runs_with_gaps_vary_as_over_all_orders_of_the_signs(rng: np.random.Generator) -> None:
+    """The mean and the deviation of its z over orders drawn at random."""
+    order = with_gaps(rng, 60)
+    signs = np.repeat([1.0, -1.0], [25, 35])
+    W = np.ones((60, 1))
+    z = [residual_tests(rng.permutation(signs) + 0.01, W, 5, order).runs_z for _ in range(4000)]
+    assert np.mean(z) == pytest.approx(0.0, abs=4 / np.sqrt(4000))
+    assert np.std(z) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 4000))
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_independent_residuals_are_rejected_as_often_as_declared(
+    rng: np.random.Generator, gaps: bool
+) -> None:
+    order = with_gaps(rng, 400) if gaps else Neighbours.consecutive(400)
+    W = lfilter([1], [1, -0.9], rng.normal(size=(400, 2)), axis=0)
+    draws = 600
+    tests = [residual_tests(rng.normal(size=400), W, 12, order) for _ in range(draws)]
+    within = 4 * np.sqrt(0.05 * 0.95 / draws)
+    assert np.mean([t.ljung_box_p < 0.05 for t in tests]) == pytest.approx(0.05, abs=within)
+    assert np.mean([t.runs_p < 0.05 for t in tests]) == pytest.approx(0.05, abs=within)
+    assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
+    assert np.mean([t.durbin_watson for t in tests]) == pytest.approx(2.0, abs=0.02)
+
+
+def test_what_gaps_leave_of_a_correlation_is_found(rng: np.random.Generator) -> None:
+    """A first-order series of 5000 rows of which one in five is missing, at its own lags."""
+    whole = lfilter([1], [1, -0.8], rng.normal(size=6200))
+    order = Neighbours(np.flatnonzero(rng.random(6200) < 0.8))
+    e = whole[order.places]
+    tests = residual_tests(e, np.ones((len(e), 1)), 6, order)
+    assert tests.autocorrelation[1:] == pytest.approx(0.8 ** np.arange(1, 7), abs=0.08)
+    assert tests.durbin_watson == pytest.approx(2 * (1 - 0.8), abs=0.05)
+    taken = residual_tests(e, np.ones((len(e), 1)), 6)
+    assert taken.autocorrelation[6] < tests.autocorrelation[6]
+
+
+def parted(e: np.ndarray, places: list[int]) -> ResidualTests:
+    return residual_tests(e, np.ones((len(e), 1)), 1, Neighbours(np.array(places)))
+
+
+def test_a_run_ends_where_a_row_is_missing() -> None:
+    e = np.array([1.0, 2.0, 1.0, 3.0, -1.0, -2.0])
+    assert parted(e, [0, 1, 2, 3, 4, 5]).run_lengths.tolist() == [0, 1, 0, 1]
+    assert parted(e, [0, 1, 3, 4, 5, 6]).run_lengths.tolist() == [0, 3]

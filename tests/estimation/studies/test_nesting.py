@@ -7,6 +7,7 @@ import pytest
 import statsmodels.api as sm
 
 from axisid.estimation.regression.covariance import Hac
+from axisid.estimation.signals import Neighbours
 from axisid.estimation.studies.candidate import criteria
 from axisid.estimation.studies.held_out import Rows
 from axisid.estimation.studies.nesting import embedding, f_test, nested_tests, wald_test
@@ -16,7 +17,11 @@ N = 300
 
 def rows(X: np.ndarray, left: np.ndarray) -> Rows:
     return Rows(
-        left=left, regressor=X, instruments=None, names=tuple(f"p{i}" for i in range(X.shape[1]))
+        left=left,
+        regressor=X,
+        instruments=None,
+        names=tuple(f"p{i}" for i in range(X.shape[1])),
+        neighbours=Neighbours.consecutive(len(left)),
     )
 
 

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.estimation.estimates import STILL, Estimate
+from axisid.estimation.regression import power_density
 from axisid.support.arrays import Array
 
 from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
-_SEGMENT = 256  # rows of a periodogram of Welch's mean
 
 
 def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
@@ -71,7 +71,7 @@ def autocorrelation_plot(estimate: Estimate) -> Plot:
         title="Autocorrelation of the residuals",
         caption=f"{estimate.method.upper()}. 95 % of the values of independent residuals lie "
         f"within the dashed lines. Durbin-Watson {tests.durbin_watson:.2f}, where 2 is "
-        f"independent.{_glued(estimate)}",
+        f"independent.{_parted(estimate)}",
         x_label="lag [s]",
         panels=(
             Panel(
@@ -85,18 +85,16 @@ def autocorrelation_plot(estimate: Estimate) -> Plot:
 
 def spectrum_plot(estimate: Estimate) -> Plot:
     """Power density of the left side and of the residuals, by Welch's method."""
-    from scipy.signal import welch
-
     left, unit = estimate.form.left, left_unit(estimate)
 
     rate = 1 / row_period(estimate)
 
     def density(label: str, values: Array, tone: Tone) -> Series:
-        frequency, power = welch(values, rate, nperseg=min(_SEGMENT, len(values)))
-        # The mean was removed, and what is nothing has no logarithm.
+        frequency, power = power_density(values, rate, estimate.neighbours)
+        # What is nothing has no logarithm.
         positive = np.where(power > 0, power, np.nan)
         broad = tone == "measured"
-        return Series(label=label, x=frequency[1:], y=positive[1:], tone=tone, broad=broad)
+        return Series(label=label, x=frequency, y=positive, tone=tone, broad=broad)
 
     both = density(left, estimate.y, "measured"), density("residuals", estimate.residuals, "error")
     return Plot(
@@ -104,7 +102,7 @@ def spectrum_plot(estimate: Estimate) -> Plot:
         title="Spectrum of the residuals",
         caption=f"{estimate.method.upper()}. Welch's estimate of the power density. Where the "
         f"residuals come near the {left} the model explains nothing; a line is a vibration or "
-        f"a ripple that it does not have.{_glued(estimate)}",
+        f"a ripple that it does not have.{_parted(estimate)}",
         x_label="frequency [Hz]",
         panels=(
             Panel(
@@ -157,14 +155,14 @@ def convergence_plot(estimate: Estimate) -> Plot | NoPlot:
     )
 
 
-def _glued(estimate: Estimate) -> str:
-    """What a caption says of rows that are no neighbours and are taken for them."""
-    steps = np.diff(estimate.rows)
-    breaks = int(np.sum(steps > steps.min()))
+def _parted(estimate: Estimate) -> str:
+    """What a caption says of rows that are missing."""
+    breaks = len(estimate.neighbours.breaks)
     if not breaks:
         return ""
-    places = "place" if breaks == 1 else "places"
-    return f" Rows are missing in {breaks} {places}; those on both sides are taken for neighbours."
+    return (
+        f" Rows are missing in {breaks} place{'s' * (breaks > 1)}; those on both sides are parted."
+    )
 
 
 def row_times(estimate: Estimate) -> Array:

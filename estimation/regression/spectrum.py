@@ -1,0 +1,39 @@
+"""Power density of rows, by Welch's method over rows that follow each other."""
+
+import numpy as np
+
+from axisid.estimation.signals import Neighbours
+from axisid.support.arrays import Array
+
+_SEGMENT = 256  # rows
+_HELD = 0.5  # of the rows, that are in stretches of a segment or more
+
+
+def power_density(values: Array, rate: float, neighbours: Neighbours) -> tuple[Array, Array]:
+    """Frequencies in Hz and the power density of values at each, (f,), but for the mean.
+
+    Where rows are missing, segments are at most as long as the stretches that hold half of the
+    rows; what is in shorter stretches is left out.
+
+    Parameters
+    ----------
+    values : (n,) array
+    rate : float
+        Rows that follow each other in a second.
+    neighbours : Neighbours
+        Which of the rows do.
+    """
+    from scipy.signal import welch
+
+    lengths = np.sort(neighbours.lengths)[::-1]
+    enough = int(np.searchsorted(np.cumsum(lengths), _HELD * len(values)))
+    segment = min(_SEGMENT, int(lengths[enough]))
+    powers, weights = [], []
+    for piece in neighbours.split(values):
+        if len(piece) < segment:
+            continue
+        frequencies, power = welch(piece, rate, nperseg=segment)
+        powers.append(power)
+        overlap = segment // 2
+        weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged
+    return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]

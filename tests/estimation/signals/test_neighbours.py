@@ -1,0 +1,81 @@
+"""Rows that follow each other in time, and those that do not."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import Prefilter, Record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.signals import FilteredRecord, Neighbours
+
+places = st.sets(st.integers(0, 60), min_size=1).map(sorted)
+
+
+def listed(order: Neighbours, lag: int, first: int = 0) -> list[tuple[int, int]]:
+    rows = np.arange(len(order))
+    late, early = order.pairs(lag, first)
+    return list(zip(rows[late].tolist(), rows[early].tolist(), strict=True))
+
+
+@given(places, st.integers(0, 70), st.integers(0, 30))
+def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int, first: int) -> None:
+    order = Neighbours(np.array(numbers))
+    first = min(first, len(numbers))
+    expected = [
+        (i, j)
+        for i, late in enumerate(numbers)
+        for j, early in enumerate(numbers)
+        if late - early == lag and i >= first
+    ]
+    assert listed(order, lag, first) == expected
+    assert order.count(lag) == len(listed(order, lag))
+
+
+@given(st.lists(places, min_size=1, max_size=4))
+def test_rows_of_two_pieces_are_never_a_lag_apart(pieces: list[list[int]]) -> None:
+    joined = Neighbours.joined([Neighbours(np.array(piece)) for piece in pieces])
+    owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
+    for lag in range(len(joined)):
+        late, early = joined.pairs(lag)
+        assert np.array_equal(owner[late], owner[early])
+    own = sum(Neighbours(np.array(piece)).count(1) for piece in pieces)
+    assert joined.count(1) == own
+
+
+@given(places)
+def test_stretches_hold_every_row_once(numbers: list[int]) -> None:
+    order, values = Neighbours(np.array(numbers)), np.array(numbers, dtype=float)
+    pieces = order.split(values)
+    assert np.concatenate(pieces).tolist() == numbers
+    assert [len(piece) for piece in pieces] == order.lengths.tolist()
+    assert all(np.all(np.diff(piece) == 1) for piece in pieces)
+    assert order.whole == (len(pieces) == 1)
+
+
+def test_rows_left_out_of_a_record_part_their_neighbours(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    data = FilteredRecord.bind(emps2015, twin, Prefilter())
+    steps = np.diff(data.row_numbers)
+    assert np.array_equal(data.neighbours.breaks, np.flatnonzero(steps > 10) + 1)
+    assert np.array_equal(np.diff(data.neighbours.places), steps / 10)
+    kept = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="keep"))
+    assert kept.neighbours.whole
+
+
+@pytest.mark.parametrize("decimation", ["matlab", "scipy"])
+def test_segments_part_their_rows_whatever_their_lengths(
+    emps2015: GeneratedAxis, twin: Record, decimation: str
+) -> None:
+    from dataclasses import replace
+
+    segments = ((0, 2003), (2003, 4500), (4500, len(twin)))
+    data = FilteredRecord.bind(
+        emps2015,
+        replace(twin, segments=segments),
+        Prefilter(reversals="keep", decimation=decimation),  # type: ignore[arg-type]
+    )
+    breaks = np.searchsorted(data.row_numbers, [2003, 4500])
+    assert data.neighbours.breaks.tolist() == breaks.tolist()
+    assert np.diff(data.neighbours.places)[breaks - 1].min() >= len(data.row_numbers)
