@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Equations,
@@ -25,8 +26,12 @@ from axisid.estimation.signals import FilteredRecord, Prefilter, drive_force
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
+from .check import Check, passed
+
 _DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
 _STEPS, _STILL = 10, 1e-3
+_ALIGNED = 0.35  # samples; what rounding by the filter may look like is up to 0.15
+_TOLD = 0.5  # samples, one deviation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,3 +239,52 @@ def _by_instruments(
     except EstimationError:
         return start, float("inf"), False
     return delay, deviation, False
+
+
+def alignment_check(judged: Estimate, profile: Alignment | str, hold: str, *, weak: bool) -> Check:
+    """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
+    if isinstance(profile, str):
+        return Check.missing("alignment", profile)
+    if weak:
+        return Check.missing("alignment", "the instruments are too weak to measure a delay")
+    used = 0.5 if hold == "zoh" else 0.0
+    apart = profile.best - used
+    if profile.deviation > _TOLD:
+        return Check.missing(
+            "alignment",
+            f"the record tells the force's delay to +-{profile.deviation:.2g} samples only, which "
+            "is no more than a guess",
+        )
+    moved = ", ".join(
+        f"{p.name} by {slope:+.2g} {p.unit}"
+        for p, slope in zip(judged.quantities, profile.sensitivity, strict=True)
+    )
+    by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
+    fits = (
+        f"the force fits the motion best {_delay(profile)} earlier than it is recorded; "
+        f"hold {hold} takes it {used:g} samples earlier{by_ls}"
+    )
+    aligned = abs(apart) <= max(_ALIGNED, 2 * profile.deviation) and not profile.at_the_end
+    return Check(
+        name="alignment",
+        status=passed(aligned),
+        figure=apart,
+        threshold=_ALIGNED,
+        source="samples between the delay of least equation error and the one that is used, unless "
+        "two deviations of it are more; a drive that holds its force is half a sample late",
+        meaning=fits
+        if aligned
+        else f"{fits}.{_other_hold(profile, hold)} A sample of delay moves {moved}",
+    )
+
+
+def _other_hold(profile: Alignment, hold: str) -> str:
+    """The other hold, where the delay is its own."""
+    other, own = ("zoh", 0.5) if hold == "raw" else ("raw", 0.0)
+    return f" Try --hold {other}." if abs(profile.best - own) <= _ALIGNED else ""
+
+
+def _delay(profile: Alignment) -> str:
+    if profile.at_the_end:
+        return f"{profile.best:g} samples, the end of the range that was tried, or more"
+    return f"{profile.best:.2f} +- {profile.deviation:.2g} samples"

@@ -25,6 +25,8 @@ from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
+from .check import Check, passed
+
 #: Percent of the recorded control that a law may leave unexplained.
 GOOD_RESIDUAL = 5.0
 _SMOOTH = 0.02  # of the sampling frequency
@@ -134,6 +136,22 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
         else _fault(
             factors, declared, fitted, shift, None if law.continuous else law.delay, constant
         ),
+    )
+
+
+def law_check(law: LawCheck | str) -> Check:
+    """The declared law against the recorded control."""
+    if isinstance(law, str):
+        return Check.missing("control law", law)
+    return Check(
+        name="control law",
+        status=passed(law.passed),
+        figure=law.residual_percent,
+        threshold=GOOD_RESIDUAL,
+        source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
+        "where a factor is off 1 by more than 1 % and three deviations, for a delay, and for a "
+        "sampling period that is more than 0.05 % from the law's",
+        meaning=law.meaning,
     )
 
 

@@ -1,10 +1,11 @@
-"""The diagnosis of a result: what each test measured, and the verdict on it."""
+"""What was measured of a result, each thing once: what checks look at, and what is kept of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from axisid.estimation.estimates import Estimate, Reach
-from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
@@ -13,14 +14,13 @@ from .alignment import Alignment, alignment_of
 from .check import Check
 from .control_law import LawCheck, check_law
 from .excitation import Excitation, excitation
-from .fixed_values import fixed_check
-from .force import force_checks, limit_checks
-from .instruments import Endogeneity, InstrumentTests, endogeneity_of, instrument_tests
-from .left_over import constant_check, ripple_check
-from .verdict import verdict
-
-#: Which estimate is judged: the first of these that there is.
-JUDGED = ("idm-iv", "ddm-iv", "idm-ls", "ddm-ls")
+from .instruments import (
+    Endogeneity,
+    InstrumentTests,
+    endogeneity_of,
+    instrument_tests,
+    strength_check,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,75 +54,97 @@ class Diagnosis:
     verdict: tuple[Check, ...]
 
 
-def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnosis:
-    """Test a result; each method where it was run."""
-    axis, record, prefilter, signals = data.axis, data.record, data.prefilter, data.signals
-    method = judged_method(estimates)
-    judged = estimates[method]
-    law = check_law(axis, record)
-    instruments = _instruments(judged)
-    tested = endogeneity_of(estimates.get("idm-iv"))
-    moved = _excitation(data, judged)
-    alignment = _alignment(data, judged)
-    return Diagnosis(
-        judged=method,
-        law=law,
-        instruments=instruments,
-        endogeneity=tested,
-        excitation=moved,
-        alignment=alignment,
-        verdict=(
-            *verdict(
-                estimates,
-                judged,
-                law=law,
-                instruments=instruments,
-                tested=tested,
-                moved=moved,
-                alignment=alignment,
-                hold=str(prefilter.hold),
-                reversals=prefilter.reversals,
-                rest=data.rest,
-            ),
-            *fixed_check(judged),
-            *force_checks(axis, record),
-            *limit_checks(axis, record),
-            constant_check(judged, data.weights, law, axis.axis.drive.gain),
-            ripple_check(judged, signals, prefilter),
-        ),
-    )
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A result to be judged, and what several diagnostics measure of it.
+
+    Attributes
+    ----------
+    data : FilteredRecord
+    estimates : mapping of str to Estimate
+        By method.
+    """
+
+    data: FilteredRecord
+    estimates: Mapping[str, Estimate]
+
+    @property
+    def judged(self) -> Estimate:
+        """The estimate that checks of one estimate are of."""
+        return self.estimates[judged_method(self.estimates)]
+
+    @property
+    def direct(self) -> Estimate | None:
+        """The estimate of a direct model, by instruments where there is one."""
+        return self.estimates.get("ddm-iv") or self.estimates.get("ddm-ls")
+
+    @cached_property
+    def law(self) -> LawCheck | str:
+        """The control law against the record, or why it cannot be checked."""
+        return check_law(self.data.axis, self.data.record)
+
+    @cached_property
+    def instruments(self) -> InstrumentTests | None:
+        """Of the judged estimate; None for least squares."""
+        judged = self.judged
+        return None if judged.Z is None else instrument_tests(judged.X, judged.Z)
+
+    @cached_property
+    def strength(self) -> Check:
+        """Whether those instruments are strong."""
+        return strength_check(self.judged, self.instruments)
+
+    @property
+    def weak(self) -> bool:
+        """Whether the instruments tell nothing."""
+        return self.strength.status == "fail"
+
+    @cached_property
+    def endogeneity(self) -> Endogeneity | None:
+        """Of idm-iv; None without it, or where it cannot be tested."""
+        return endogeneity_of(self.estimates.get("idm-iv"))
+
+    @cached_property
+    def residuals(self) -> ResidualTests:
+        """Of the judged estimate."""
+        return self.judged.residual_tests
+
+    @cached_property
+    def excitation(self) -> tuple[Excitation, ...]:
+        """By physical parameter."""
+        data, physical = self.data, self.judged.physical
+        every = InverseForm(data.axis).at(physical).equations(data.signals)
+        return excitation(
+            data.axis,
+            data.signals,
+            every.reduced(data),
+            data.weights,
+            physical,
+            Reach.of(data.signals, every, data.kept),
+        )
+
+    @cached_property
+    def alignment(self) -> Alignment | str:
+        """The delay of the force, or why it cannot be measured."""
+        try:
+            return alignment_of(self.data, self.judged.physical, self._instruments)
+        except (DataError, EstimationError) as error:
+            return str(error)
+
+    @property
+    def _instruments(self) -> tuple[Array, Array] | None:
+        """Of the inverse model; a direct model's serve another left side."""
+        judged = self.judged
+        if judged.Z is None or judged.simulated is None or judged.ddm_quantities:
+            return None
+        return judged.Z, judged.simulated
 
 
 def judged_method(estimates: Mapping[str, Estimate]) -> str:
-    """Return the method that a verdict is of."""
-    return next(method for method in JUDGED if method in estimates)
+    """The method that is judged: by instruments where there are any, inverse model first."""
 
+    def preference(method: str) -> tuple[bool, bool]:
+        estimate = estimates[method]
+        return estimate.Z is None, isinstance(estimate.form, DirectForm)
 
-def _instruments(estimate: Estimate) -> InstrumentTests | None:
-    return None if estimate.Z is None else instrument_tests(estimate.X, estimate.Z)
-
-
-def _excitation(data: FilteredRecord, estimate: Estimate) -> tuple[Excitation, ...]:
-    every = InverseForm(data.axis).at(estimate.physical).equations(data.signals)
-    return excitation(
-        data.axis,
-        data.signals,
-        every.reduced(data),
-        data.weights,
-        estimate.physical,
-        Reach.of(data.signals, every, data.kept),
-    )
-
-
-def _alignment(data: FilteredRecord, estimate: Estimate) -> Alignment | str:
-    try:
-        return alignment_of(data, estimate.physical, _instruments_of(estimate))
-    except (DataError, EstimationError) as error:
-        return str(error)
-
-
-def _instruments_of(estimate: Estimate) -> tuple[Array, Array] | None:
-    """Of the inverse model; a direct model's serve another left side."""
-    if estimate.Z is None or estimate.simulated is None or estimate.ddm_quantities:
-        return None
-    return estimate.Z, estimate.simulated
+    return min(estimates, key=preference)

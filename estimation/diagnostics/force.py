@@ -39,16 +39,16 @@ class _Compared:
     lag: float
 
 
-def force_checks(axis: GeneratedAxis, record: Record) -> tuple[Check, ...]:
+def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
     """The recorded force against the drive's gain times the control; nothing without both."""
     if record.force is None or record.control is None:
-        return ()
+        return None
     found = _compared(record.longest(), axis.axis.drive.gain)
     vague = float(np.hypot(found.deviation, axis.axis.drive.relative_sd))
     scaled = abs(found.scale - 1) > max(_EXACT, _DEVIATIONS * vague)
     near, late = bool(found.apart <= _MOST), abs(found.lag) > _MOST_LAG
     good = near and not scaled and not late
-    check = Check(
+    return Check(
         name=_NAME,
         status=passed(good),
         figure=found.apart if np.isfinite(found.apart) else None,
@@ -64,22 +64,21 @@ def force_checks(axis: GeneratedAxis, record: Record) -> tuple[Check, ...]:
         f"control, {1e3 * found.lag:.2g} ms later and {found.apart:.3g} % off it: check the "
         "column, its unit and timing, and the gain",
     )
-    return (check,)
 
 
-def limit_checks(axis: GeneratedAxis, record: Record) -> tuple[Check, ...]:
+def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     """The recorded control against the drive's limit; nothing without either."""
     drive = axis.axis.drive
     if record.control is None or not np.isfinite(drive.limit):
-        return ()
+        return None
     size = np.abs(record.control)[_unmasked(record)]
     if not size.size:
-        return ()
+        return None
     beyond = size > (1 + _BEYOND) * drive.limit
     share = float(np.mean(beyond))
     good, used = share <= _RARE, record.force is None
     most = float(size.max())
-    check = Check(
+    return Check(
         name=_LIMIT,
         status=passed(good, matters=used),
         figure=100 * share,
@@ -98,7 +97,6 @@ def limit_checks(axis: GeneratedAxis, record: Record) -> tuple[Check, ...]:
             "the limit or the control's unit, unless it is recorded before the drive limits it"
         ),
     )
-    return (check,)
 
 
 def _scaled(axis: GeneratedAxis, found: _Compared) -> str:

@@ -16,6 +16,8 @@ from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
+from .check import Check, passed
+
 #: Deviations of the instrumental estimate within which least squares agrees with it.
 COVERED = 3.0
 #: First-stage F from which instruments are not weak [StaigerStock1997]_.
@@ -106,6 +108,28 @@ def biased_parameters(ls: Estimate, iv: Estimate, tested: Endogeneity | None) ->
         known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < _KNOWN * np.abs(iv.physical)
         far |= known & (apart > NOTICED * np.abs(iv.physical))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
+
+
+def strength_check(iv: Estimate, tests: InstrumentTests | None) -> Check:
+    """The weakest column of the regressor of an instrumental estimate."""
+    if tests is None:
+        return Check.missing("instrument strength", "no method with instruments gave an estimate")
+    names = [q.expression or q.name for q in iv.form.quantities]
+    weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
+    f = tests.weakest
+    strong = f >= STRONG_F
+    return Check(
+        name="instrument strength",
+        status=passed(strong),
+        figure=f if np.isfinite(f) else None,
+        threshold=STRONG_F,
+        source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
+        "other columns as in Sanderson and Windmeijer (2016)",
+        meaning="the simulated loop explains every column of the regressor"
+        if strong
+        else f"the simulated loop hardly explains the column of {names[weakest]}: its estimate "
+        "cannot be believed",
+    )
 
 
 def instrument_tests(X: Array, Z: Array) -> InstrumentTests:

@@ -14,17 +14,8 @@ _MANY = 100  # rows from which estimates are about normal whatever the residuals
 _OUTLIERS = 6.0  # excess kurtosis from which a few rows decide all the same; Laplace's is 3
 
 
-def residual_checks(estimate: Estimate, tests: ResidualTests) -> tuple[Check, ...]:
-    """Independence, runs, what is left of the motion, and normality."""
-    return (
-        _independence(tests, estimate.chosen),
-        _runs(tests, len(estimate.y), estimate.chosen),
-        _left_of_the_motion(tests, estimate),
-        _normality(tests, estimate),
-    )
-
-
-def _independence(tests: ResidualTests, chosen: str) -> Check:
+def independence(tests: ResidualTests, chosen: str) -> Check:
+    """Whether neighbouring residuals are alike; no matter where the HAC covariance was chosen."""
     independent = tests.ljung_box_p >= _SIGNIFICANT
     limit = float(chdtri(max(tests.ljung_box_freedom, 1), _SIGNIFICANT))
     return Check(
@@ -42,7 +33,8 @@ def _independence(tests: ResidualTests, chosen: str) -> Check:
     )
 
 
-def _runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
+def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
+    """Whether the residuals keep their sign longer than by chance."""
     by_chance = tests.runs_p >= _SIGNIFICANT
     longest = len(tests.run_lengths)
     return Check(
@@ -66,7 +58,8 @@ def _runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
     )
 
 
-def _left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
+def left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
+    """Whether the residuals follow the motion."""
     nothing = tests.cross_z <= tests.cross_limit
     relative = abs(tests.cross_correlation) / tests.cross_deviations
     row, column = divmod(int(relative.argmax()), relative.shape[1])
@@ -89,7 +82,8 @@ def _left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     )
 
 
-def _normality(tests: ResidualTests, estimate: Estimate) -> Check:
+def normality(tests: ResidualTests, estimate: Estimate) -> Check:
+    """Whether outliers decide the estimate."""
     rows = len(estimate.y)
     normal = tests.jarque_bera_p >= _SIGNIFICANT
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"

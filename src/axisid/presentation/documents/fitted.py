@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from axisid.codegen.artefacts import signature
-from axisid.estimation.diagnostics import JUDGED
+from axisid.estimation.estimates import METHODS as JUDGED
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import leave_out

@@ -1,0 +1,206 @@
+"""Every diagnostic, in the order of the verdict, and what it is worth.
+
+No check passes silently: one that could not be made says so. None is a universal gate; each names
+where its threshold comes from.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.signals import FilteredRecord, rests_first
+
+from .agreement import delta_method_check, fixed_check, ls_against_iv, self_test
+from .alignment import alignment_check
+from .check import Check
+from .control_law import law_check
+from .diagnosis import Case, Diagnosis, judged_method
+from .filter_bias import filter_bias
+from .force import force_check, limit_check
+from .left_over import constant_check, ripple_check
+from .motion import conditioning, precision, within_bounds
+from .residuals import independence, left_of_the_motion, normality, sign_runs
+from .simulation import following, rest_check
+
+_LIGHTEST = 100
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnostic:
+    """One thing that is held against a result.
+
+    Attributes
+    ----------
+    name : str
+        Of its check.
+    check : callable
+        Check of a case; None where the case has nothing to check.
+    weight : int
+        Its place among those that fail, the cause before what follows from it.
+    grave : bool
+        Whether the numbers may mean something else than what they are called where it fails.
+    """
+
+    name: str
+    check: Callable[[Case], Check | None]
+    weight: int = _LIGHTEST
+    grave: bool = False
+
+
+def _control_law(case: Case) -> Check:
+    return law_check(case.law)
+
+
+def _strength(case: Case) -> Check:
+    return case.strength
+
+
+def _against_instruments(case: Case) -> Check:
+    ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
+    return ls_against_iv(ls, iv, case.endogeneity, weak=case.weak)
+
+
+def _self_test(case: Case) -> Check:
+    return self_test(case.estimates.get("idm-iv"), case.estimates.get("ddm-iv"))
+
+
+def _excitation(case: Case) -> Check:
+    return conditioning(case.judged.X)
+
+
+def _precision(case: Case) -> Check:
+    return precision(case.judged, case.excitation)
+
+
+def _bounds(case: Case) -> Check:
+    return within_bounds(case.judged, rests_first(case.data.rest))
+
+
+def _delta_method(case: Case) -> Check:
+    return delta_method_check(case.direct)
+
+
+def _rests(case: Case) -> Check:
+    return rest_check(case.data.rest, sticks=case.data.axis.has_direction)
+
+
+def _simulation(case: Case) -> Check:
+    return following(case.judged, case.data.rest)
+
+
+def _independence(case: Case) -> Check:
+    return independence(case.residuals, case.judged.chosen)
+
+
+def _sign_runs(case: Case) -> Check:
+    return sign_runs(case.residuals, len(case.judged.y), case.judged.chosen)
+
+
+def _left_of_the_motion(case: Case) -> Check:
+    return left_of_the_motion(case.residuals, case.judged)
+
+
+def _normality(case: Case) -> Check:
+    return normality(case.residuals, case.judged)
+
+
+def _filter_bias(case: Case) -> Check:
+    return filter_bias(case.judged, case.data.prefilter.reversals)
+
+
+def _alignment(case: Case) -> Check:
+    hold = str(case.data.prefilter.hold)
+    return alignment_check(case.judged, case.alignment, hold, weak=case.weak)
+
+
+def _fixed_values(case: Case) -> Check | None:
+    found = fixed_check(case.judged)
+    return found if found is not None and found.name == "fixed values" else None
+
+
+def _physical(case: Case) -> Check | None:
+    found = fixed_check(case.judged)
+    return found if found is not None and found.name == "physical parameters" else None
+
+
+def _force(case: Case) -> Check | None:
+    return force_check(case.data.axis, case.data.record)
+
+
+def _limit(case: Case) -> Check | None:
+    return limit_check(case.data.axis, case.data.record)
+
+
+def _constant(case: Case) -> Check:
+    return constant_check(case.judged, case.data.weights, case.law, case.data.axis.axis.drive.gain)
+
+
+def _ripple(case: Case) -> Check:
+    return ripple_check(case.judged, case.data.signals, case.data.prefilter)
+
+
+#: By name, in the order of the verdict.
+DIAGNOSTICS: dict[str, Diagnostic] = {
+    row.name: row
+    for row in (
+        Diagnostic(name="control law", check=_control_law, weight=0, grave=True),
+        Diagnostic(name="instrument strength", check=_strength, weight=12),
+        Diagnostic(name="least squares against instruments", check=_against_instruments, weight=9),
+        Diagnostic(name="self-test", check=_self_test, weight=7, grave=True),
+        Diagnostic(name="excitation", check=_excitation, weight=11),
+        Diagnostic(name="precision", check=_precision, weight=13),
+        Diagnostic(name="bounds", check=_bounds, weight=3, grave=True),
+        Diagnostic(name="delta method", check=_delta_method),
+        Diagnostic(name="rests", check=_rests, weight=1, grave=True),
+        Diagnostic(name="simulation", check=_simulation, weight=2, grave=True),
+        Diagnostic(name="independent residuals", check=_independence),
+        Diagnostic(name="runs of one sign", check=_sign_runs),
+        Diagnostic(name="residuals against the motion", check=_left_of_the_motion, weight=14),
+        Diagnostic(name="normal residuals", check=_normality),
+        Diagnostic(name="filter bias", check=_filter_bias, weight=15),
+        Diagnostic(name="alignment", check=_alignment, weight=8),
+        Diagnostic(name="fixed values", check=_fixed_values, weight=4, grave=True),
+        Diagnostic(name="physical parameters", check=_physical, weight=10),
+        Diagnostic(name="force against control", check=_force, weight=5, grave=True),
+        Diagnostic(name="control against limit", check=_limit, weight=6, grave=True),
+        Diagnostic(name="constant force", check=_constant),
+        Diagnostic(name="ripple", check=_ripple),
+    )
+}
+
+
+def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnosis:
+    """What every diagnostic finds in a result."""
+    case = Case(data=data, estimates=estimates)
+    checks = (diagnostic.check(case) for diagnostic in DIAGNOSTICS.values())
+    return Diagnosis(
+        judged=judged_method(estimates),
+        law=case.law,
+        instruments=case.instruments,
+        endogeneity=case.endogeneity,
+        excitation=case.excitation,
+        alignment=case.alignment,
+        verdict=tuple(check for check in checks if check is not None),
+    )
+
+
+def conclusion(checks: Sequence[Check]) -> str:
+    """Whether the numbers can be believed, from the checks of a result."""
+    failed = [check for check in by_weight(checks) if check.status == "fail"]
+    if not failed:
+        return "Nothing that was checked speaks against these numbers."
+    first = DIAGNOSTICS.get(failed[0].name)
+    if first is not None and first.grave:
+        return f"Do not believe these numbers before this is mended: {first.name}."
+    names = ", ".join(check.name for check in failed)
+    return f"Believe these numbers with care; to look at: {names}."
+
+
+def by_weight(checks: Sequence[Check]) -> list[Check]:
+    """Checks by what it means for the numbers that they fail, the gravest first."""
+
+    def weight(check: Check) -> int:
+        found = DIAGNOSTICS.get(check.name)
+        return _LIGHTEST if found is None else found.weight
+
+    return sorted(checks, key=weight)
