@@ -431,7 +431,7 @@ def test_true_mass_that_is_fixed_does_not_contradict_the_record(name: str) -> No
     truth = axis.experiment.truth
     record = twin_record(axis)
     result = identify(fix(axis, M=truth["M"]), record, methods="idm-iv")
-    check = (c for c in result.verdict if c.name == "fixed values")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
     assert check.status == "pass"
     for parameter, value in result.physical["idm-iv"].parameters.items():
         assert abs(value.value - truth[parameter]) <= 3 * value.sd_hac + 1e-12
@@ -443,7 +443,7 @@ def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed
     off = replace(axis.drive, gain=1.03 * axis.drive.gain, relative_sd=0.05)
     declared = fix(replace(axis, drive=off), M=(95.1089, 0.5))
     result = identify(declared, record, methods="idm-ls")
-    check = (c for c in result.verdict if c.name == "fixed values")
+    (check,) = (c for c in result.verdict if c.name == "fixed values")
     assert check.status == "pass"
     assert result.physical["idm-ls"].parameters["M"].value == pytest.approx(95.1089, abs=0.3)
     sure = fix(replace(axis, drive=replace(off, relative_sd=0.0)), M=(95.1089, 0.5))

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from axisid.codegen.artefacts import signature
-from axisid.estimation.estimates import METHODS as JUDGED
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import leave_out
@@ -18,6 +17,9 @@ from axisid.support.result_file import read_json
 
 _SHOWN = 40  # letters
 _SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
+
+#: Which estimate is judged: the first of these that there is.
+JUDGED = ("idm-iv", "ddm-iv", "idm-ls", "ddm-ls")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,5 +1,6 @@
 """One sentence over all checks, the gravest first."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -7,7 +8,14 @@ import pytest
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.check import Check, Status, passed
-from axisid.estimation.diagnostics.conclusion import _GRAVE, _NEXT, by_weight, conclusion
+from axisid.estimation.diagnostics.diagnose import (
+    DIAGNOSTICS,
+    Diagnostic,
+    by_weight,
+    conclusion,
+)
+from axisid.estimation.diagnostics.diagnosis import Case
+from axisid.presentation.report.page import report_html
 
 
 def check(name: str, status: Status) -> Check:
@@ -71,12 +79,44 @@ def test_autocorrelation_matters_where_the_deviations_do_not_allow_for_it(
         assert found.status == status
 
 
-def test_every_name_that_is_weighed_is_one_that_a_check_has(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
+def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
-    force = replace(twin, force=35.15 * twin.control)
-    names = {check.name for check in identify(emps2015, force).verdict}
+    measured = replace(twin, force=emps2015.axis.drive.gain * twin.control)
+    case = Case(data=(result := identify(emps2015, measured)).data, estimates=result.estimates)
+    for name, row in DIAGNOSTICS.items():
+        found = row.check(case)
+        assert name == row.name
+        assert found is None or found.name == name
+    named = [check.name for check in result.verdict]
+    assert named == [name for name in DIAGNOSTICS if name in named]
     # These need parameters that are known, or more equations than unknowns.
-    names |= {"fixed values", "physical parameters"}
-    assert {*_GRAVE, *_NEXT} <= names
+    assert {*DIAGNOSTICS} - {*named} == {"fixed values", "physical parameters"}
+
+
+def test_a_diagnostic_is_one_row(
+    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes through verdict, conclusion, text, JSON and the page."""
+
+    def heavy(case: Case) -> Check:
+        mass = case.judged.parameters["M"]
+        return Check(
+            name="heavy",
+            status=passed(mass.value < 50),
+            figure=mass.value,
+            threshold=50.0,
+            source="what the crane lifts",
+            meaning=f"the axis weighs {mass.value:.0f} kg: call a stronger crane",
+        )
+
+    row = Diagnostic(name="heavy", check=heavy, grave=True, weight=-1)
+    monkeypatch.setitem(DIAGNOSTICS, "heavy", row)
+    result = identify(emps2015, twin)
+    assert conclusion(result.verdict).endswith("before this is mended: heavy.")
+    said = "the axis weighs 100 kg: call a stronger crane"
+    for shown in (result.summary(), report_html(result)):
+        assert "heavy" in shown
+    assert said in " ".join(result.summary().split())
+    written = json.loads(json.dumps(result.to_dict()))
+    (found,) = (c for c in written["verdict"] if c["name"] == "heavy")
+    assert (found["status"], found["meaning"]) == ("fail", said)
