@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from axisid import (
-    LIBRARY,
     EstimationError,
     Prefilter,
     Record,
@@ -14,7 +13,6 @@ from axisid import (
     compare,
     friction_ladder,
     identify,
-    identify_stream,
     leave_out,
     load_axis,
     sweep,
@@ -22,10 +20,12 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import identify_stream
 from axisid.estimation.diagnostics.conclusion import conclusion
 from axisid.estimation.estimates.visibility import Reach, check_shown, natural_sizes
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord
+from axisid.modeling import LIBRARY
 from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 from tests.estimation.unseen import with_bump, with_stribeck
 

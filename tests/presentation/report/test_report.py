@@ -21,7 +21,6 @@ from axisid import (
     Identification,
     Prefilter,
     Record,
-    Sweep,
     __version__,
     build,
     fix,
@@ -30,6 +29,7 @@ from axisid import (
     read_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Sweep
 from axisid.estimation.diagnostics.check import Check
 from axisid.estimation.diagnostics.conclusion import conclusion
 from axisid.modeling.declaration.axis import equation_of_motion
