@@ -31,17 +31,9 @@ from library import prefilter_of
 from random_axes import random_axis
 from signal_faults import FAULTS, Log, right_log, with_rests
 
-from axisid import (
-    LIBRARY,
-    AxisidError,
-    Identification,
-    build,
-    identify,
-    load_axis,
-    read_record,
-    twin_record,
-)
+from axisid import AxisidError, Identification, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.modeling import LIBRARY
 
 OUTCOMES = ("refused", "told", "harmless", "SILENT", "broken", "hung")
 VARIANTS = ("full", "with force", "without reference", "force alone")

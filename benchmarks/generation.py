@@ -17,8 +17,9 @@ from unittest.mock import patch
 
 from sympy.core.cache import clear_cache
 
-from axisid import LIBRARY, load_axis
+from axisid import load_axis
 from axisid.codegen.artefacts.generated_axis import stage_times
+from axisid.modeling import LIBRARY
 
 Times = dict[str, float]
 

@@ -10,15 +10,8 @@ import argparse
 import json
 from pathlib import Path
 
-from axisid import (
-    LIBRARY,
-    Identification,
-    Prefilter,
-    build,
-    identify,
-    load_axis,
-    twin_record,
-)
+from axisid import Identification, Prefilter, build, identify, load_axis, twin_record
+from axisid.modeling import LIBRARY
 
 #: Where the default does not suit: noise biases the least squares of emps2015 from 40 Hz on.
 PREFILTERS = {"emps2015": Prefilter(cutoff=40.0, decimate=20)}

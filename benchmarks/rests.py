@@ -22,35 +22,23 @@ import sympy
 from event_integrator import Acceleration, EventIntegrator
 from numpy.typing import NDArray
 
-from axisid import (
+from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
     ControlLaw,
-    Coordinate,
-    Drive,
-    EstimationError,
     Memory,
-    Move,
-    Parameter,
-    build,
     cascade_pd,
     cascade_pd_averaged,
     cascade_pd_difference,
-    cogging,
-    coulomb,
     gain,
-    newton,
-    offset,
-    periodic_coulomb,
-    simulate,
-    spring,
-    stribeck,
-    viscous,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import cogging, coulomb, offset, periodic_coulomb, spring, stribeck, viscous
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 
 Array = NDArray[np.float64]
 Row = dict[str, float]

@@ -28,17 +28,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, cheby1, sosfiltfilt
 
-from axisid import (
-    Prefilter,
-    Record,
-    build,
-    identify,
-    load_axis,
-    read_record,
-    simulate,
-    simulate_batch,
-)
+from axisid import Prefilter, Record, build, identify, load_axis, read_record, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import back_and_forth
 
@@ -213,8 +205,8 @@ def in_fresh_process(statement: str, cache: str) -> float:
 
 _COLD = """
 import time; begin = time.perf_counter()
-from axisid.codegen import axis_artefacts, build
-from axisid.modeling import derive, load_axis
+from axisid import build, derive, load_axis
+from axisid.codegen.artefacts import axis_artefacts
 axis = load_axis("emps"); axis_artefacts(derive(axis)); assert build(axis).native.library()
 print(time.perf_counter() - begin)
 """

@@ -11,7 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from axisid import LIBRARY, AxisModel, derive, load_axis
+from axisid import derive, load_axis
+from axisid.modeling import LIBRARY, AxisModel
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import named_constants
 from axisid.modeling.wording import describe_combinations

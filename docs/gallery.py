@@ -8,7 +8,8 @@
 from IPython.display import Markdown, display
 from matplotlib import pyplot as plt
 
-from axisid import LIBRARY, identify, load_axis, twin_record
+from axisid import identify, load_axis, twin_record
+from axisid.modeling import LIBRARY
 from axisid.presentation.formulas import decimals, readable_unit, significant
 from axisid.presentation.formulas.latex import equation_latex
 from benchmarks.library import prefilter_of

@@ -10,14 +10,12 @@ from axisid import (
     Parameter,
     Prefilter,
     back_and_forth,
-    cascade_pd_averaged,
-    coulomb,
     identify,
     newton,
-    spring,
     twin_record,
-    viscous,
 )
+from axisid.control import cascade_pd_averaged
+from axisid.elements import coulomb, spring, viscous
 
 x = Coordinate("x", unit="m")
 m = Parameter("m", "kg", nominal=5.0, lower=0.0, description="carriage and pulleys")

@@ -12,19 +12,15 @@ file for PD control.
 
 import sympy
 
-from axisid import (
+from axisid import Constant, Coordinate, Drive, Parameter, lagrange
+from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
-    Constant,
     ControlLaw,
-    Coordinate,
-    Drive,
     Memory,
-    Parameter,
     gain,
-    lagrange,
 )
 
 GRAVITY = Constant(9.81, "m/s^2", "g")  # as the authors have it, so that mc compares

@@ -5,20 +5,8 @@ Run it: axisid identify examples/pendulum.py
 
 import sympy
 
-from axisid import (
-    MEASURED_POSITION,
-    PERIOD,
-    REFERENCE,
-    ControlLaw,
-    Coordinate,
-    Drive,
-    Experiment,
-    Memory,
-    Parameter,
-    back_and_forth,
-    gain,
-    lagrange,
-)
+from axisid import Coordinate, Drive, Experiment, Parameter, back_and_forth, lagrange
+from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 
 theta = Coordinate("theta", unit="rad")  # 0 hangs down
 J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0, description="inertia about the pivot")

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from axisid import LIBRARY, build, load_axis, read_record, twin_record
+from axisid import build, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import main
 from axisid.estimation.records.record import Record
+from axisid.modeling import LIBRARY
 
 ROOT = Path(__file__).resolve().parents[1]
 

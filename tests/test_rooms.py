@@ -14,6 +14,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
+    ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
     ("modeling.wording",),

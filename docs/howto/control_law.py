@@ -10,9 +10,9 @@
 #
 # | | |
 # |---|---|
-# | `cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
-# | `cascade_pd_difference(kp, kv, period)` | the same, velocity from the difference of two encoder positions |
-# | `cascade_pd_averaged(kp, kv, period)` | the same, velocity from averaged encoder differences |
+# | `axisid.control.cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
+# | `axisid.control.cascade_pd_difference(kp, kv, period)` | the same, velocity from the difference of two encoder positions |
+# | `axisid.control.cascade_pd_averaged(kp, kv, period)` | the same, velocity from averaged encoder differences |
 #
 # In TOML: `control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-3 }`.
 #
@@ -26,7 +26,7 @@
 from dataclasses import replace
 
 import axisid
-from axisid import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
+from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 
 last = Memory("last", following=MEASURED_POSITION, start=MEASURED_POSITION)
 total = Memory("total", following=gain("total") + REFERENCE - MEASURED_POSITION, start=0)

@@ -12,13 +12,13 @@
 #
 # A vertical ball-screw stage, with gravity on what the counterbalance leaves, and viscous friction that
 # differs by direction. Elements are added up; each has its formula, units and a reference in its
-# docstring (`help(axisid.asymmetric_viscous)`).
+# docstring (`help(axisid.elements.asymmetric_viscous)`).
 
 # %%
 from textwrap import fill
 
 import axisid
-from axisid import Coordinate, Drive, Parameter, newton
+from axisid import Coordinate, Drive, Parameter, elements, newton
 
 z = Coordinate("z", unit="m")
 m = Parameter("m", "kg", nominal=20.0, lower=0.0)
@@ -32,9 +32,9 @@ vertical = newton(
     parameters=(m, up, down, fc, w),
     inertia=m,
     resistance=(
-        axisid.asymmetric_viscous(up, down, z),
-        axisid.coulomb(fc, z),
-        axisid.offset(w),
+        elements.asymmetric_viscous(up, down, z),
+        elements.coulomb(fc, z),
+        elements.offset(w),
     ),
     drive=Drive(gain=120.0, unit="A", limit=10.0),
 )
@@ -50,7 +50,7 @@ try:
         coordinate=z,
         parameters=(m, fc),
         inertia=m,
-        resistance=(axisid.coulomb(fc, z), m * z.velocity),
+        resistance=(elements.coulomb(fc, z), m * z.velocity),
         drive=Drive(gain=120.0, unit="A"),
     )
 except axisid.ModelError as error:
@@ -58,7 +58,7 @@ except axisid.ModelError as error:
 
 # %% [markdown]
 # A plain number such as `9.81` has no unit; where the term does not fit without one it passes, and
-# `axis.unchecked_terms` lists it. `axisid.G`, or `Constant(0.25, "m", "arm")`, is checked.
+# `axis.unchecked_terms` lists it. `axisid.elements.G`, or `Constant(0.25, "m", "arm")`, is checked.
 #
 # What no motion can tell apart is said before anything is measured. Coulomb friction of its own in each
 # direction, and a weight beside it:
@@ -70,7 +70,7 @@ doubtful = newton(
     coordinate=z,
     parameters=(m, left, right, w),
     inertia=m,
-    resistance=(axisid.asymmetric_coulomb(left, right, z), axisid.offset(w)),
+    resistance=(elements.asymmetric_coulomb(left, right, z), elements.offset(w)),
     drive=Drive(gain=120.0, unit="A", limit=10.0),
 )
 for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
@@ -85,7 +85,8 @@ for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
 # %%
 import sympy
 
-from axisid import G, lagrange
+from axisid import lagrange
+from axisid.elements import G
 
 q = Coordinate("q", unit="rad")
 J = Parameter("J", "kg m^2", nominal=0.02)
@@ -134,7 +135,11 @@ stribeck = newton(
     coordinate=x,
     parameters=(M, b, c, s, vs),
     inertia=M,
-    resistance=(axisid.viscous(b, x), axisid.coulomb(c, x), axisid.stribeck(s, x, velocity=vs)),
+    resistance=(
+        elements.viscous(b, x),
+        elements.coulomb(c, x),
+        elements.stribeck(s, x, velocity=vs),
+    ),
     drive=Drive(gain=18.0, unit="A", limit=12.0),
 )
 print(axisid.derive(stribeck).ddm_refusal)
@@ -156,7 +161,7 @@ experiment = axisid.Experiment(
     truth={"m": 21.0, "up": 60.0, "down": 45.0, "fc": 14.0, "w": 25.0},
     position_noise=2e-6,
 )
-law = axisid.cascade_pd(kp=50.0, kv=20.0, period=1e-3)
+law = axisid.control.cascade_pd(kp=50.0, kv=20.0, period=1e-3)
 twin = replace(vertical, control=law, experiment=experiment)
 result = axisid.identify(twin, axisid.twin_record(twin), methods=["idm-ls", "idm-iv"])
 print(result)

@@ -85,7 +85,7 @@ failures(axisid.twin_record(replace(declared, force=declared.force + cogging)))
 # reason is given in words. Instruments do not help.
 
 # %%
-slow = (axisid.Move(distance=0.05, speed=0.02, acceleration=2.0),)
+slow = (axisid.modeling.Move(distance=0.05, speed=0.02, acceleration=2.0),)
 experiment = replace(declared.experiment, moves=slow)
 failures(axisid.twin_record(replace(declared, experiment=experiment)))
 
@@ -97,7 +97,7 @@ failures(axisid.twin_record(replace(declared, experiment=experiment)))
 
 # %%
 Fs = axisid.Parameter("Fs", "N", nominal=10.0)
-slope = axisid.stribeck(Fs, declared.coordinate, velocity=1e-3)
+slope = axisid.elements.stribeck(Fs, declared.coordinate, velocity=1e-3)
 richer = replace(declared, parameters=(*declared.parameters, Fs), force=declared.force + slope)
 try:
     axisid.identify(richer, record)

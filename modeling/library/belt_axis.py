@@ -4,16 +4,9 @@ Figures typical of a pick-and-place axis: a gear of 5, a pulley of 30 mm radius,
 0.45 N m/A whose inertia of 1.8 kg cm^2, 5 kg at the carriage, is known from its data sheet.
 """
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    asymmetric_coulomb,
-    asymmetric_viscous,
-    back_and_forth,
-    cascade_pd_averaged,
-    motor_inertia,
-    newton,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import asymmetric_coulomb, asymmetric_viscous, motor_inertia
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 TURNS = 5 / 0.03  # rad/m

@@ -8,14 +8,10 @@ acceleration is linear in no finite set of parameters, so there is no direct reg
 
 import sympy
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    lagrange,
-)
-from axisid.modeling.quantities import Constant, Coordinate, G, Parameter
+from axisid.control import cascade_pd_averaged
+from axisid.elements import G
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, lagrange
+from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 radius, rod = Constant(0.05, "m", "radius").symbol, Constant(0.2, "m", "rod").symbol
 

@@ -4,16 +4,9 @@
 from the record. The twin has the published estimates.
 """
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    coulomb,
-    newton,
-    offset,
-    viscous,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import coulomb, offset, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Coordinate, Parameter
 
 q = Coordinate("q", unit="m")

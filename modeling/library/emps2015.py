@@ -4,15 +4,9 @@
 Table 1. Its motion is ours (the paper's is not published), chosen for forces within 150 N.
 """
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd,
-    coulomb,
-    newton,
-    viscous,
-)
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Coordinate, Parameter
 
 q = Coordinate("q", unit="m")

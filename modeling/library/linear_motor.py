@@ -8,16 +8,9 @@ identified here. As the nominal force sees an inertia of the position, there is 
 
 import sympy
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    cogging,
-    coulomb,
-    newton,
-    viscous,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import cogging, coulomb, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 pitch = Constant(0.016, "m", "pitch")

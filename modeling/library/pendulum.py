@@ -3,17 +3,10 @@
 Typical of a laboratory arm: 0.23 kg half a metre from the pivot, a disc motor of 0.5 N m/A.
 """
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    coulomb,
-    gravity_moment,
-    newton,
-    viscous,
-)
-from axisid.modeling.quantities import Coordinate, G, Parameter
+from axisid.control import cascade_pd_averaged
+from axisid.elements import G, coulomb, gravity_moment, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
+from axisid.modeling.quantities import Coordinate, Parameter
 
 q = Coordinate("q", unit="rad")
 J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0, description="inertia about the pivot")

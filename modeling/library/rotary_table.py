@@ -6,16 +6,9 @@ Figures typical of a direct-drive indexing table of 300 mm (22 pole pairs; coggi
 
 import math
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    cogging,
-    coulomb,
-    newton,
-    viscous,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import cogging, coulomb, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Coordinate, Parameter
 
 PERIOD = 2 * math.pi / 66  # rad

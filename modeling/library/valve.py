@@ -5,19 +5,9 @@ spring closes; 0 is the middle of the stroke, where the spring pushes with its p
 are beyond the experiment's stroke: they are there for simulations that hit them.
 """
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    Move,
-    cascade_pd_averaged,
-    coulomb,
-    cubic_spring,
-    end_stop,
-    newton,
-    offset,
-    spring,
-    viscous,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import coulomb, cubic_spring, end_stop, offset, spring, viscous
+from axisid.modeling.declaration import Drive, Experiment, Move, newton
 from axisid.modeling.quantities import Coordinate, Parameter
 
 # Reversals all over the stroke, m: at its ends alone they would bias the stiffness.

@@ -8,19 +8,9 @@ from the counterbalance, whose force falls by its rate as the slide rises.
 
 import math
 
-from axisid.modeling.declaration import (
-    Drive,
-    Experiment,
-    back_and_forth,
-    cascade_pd_averaged,
-    coulomb,
-    gravity,
-    motor_inertia,
-    newton,
-    offset,
-    spring,
-    viscous,
-)
+from axisid.control import cascade_pd_averaged
+from axisid.elements import coulomb, gravity, motor_inertia, offset, spring, viscous
+from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Constant, Coordinate, Parameter
 
 TURNS = 2 * math.pi / 0.01  # rad/m

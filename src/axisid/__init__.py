@@ -1,7 +1,9 @@
 """axisid: from the equation of motion of a one-degree-of-freedom axis to trustworthy parameters.
 
 Declare an axis with `newton` or `lagrange` (or take one of the library with `load_axis`), read a
-record, choose a `Prefilter`, `identify`. Names are imported when first used.
+record, choose a `Prefilter`, `identify`. Friction and loads are in `axisid.elements`, control laws
+in `axisid.control`; what results hold is in `axisid.modeling`, `axisid.codegen` and
+`axisid.estimation`. Names are imported when first used.
 """
 
 import lazy_loader

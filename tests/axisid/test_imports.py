@@ -4,11 +4,13 @@ import ast
 import json
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import axisid
+from tests.faces import FACES, public_names
 
 STAGES = ("modeling", "codegen", "estimation")
 
@@ -63,19 +65,31 @@ def test_importing_axisid_is_quick() -> None:
     assert int(total[0].split("|")[1]) < 500_000
 
 
-def test_every_public_name_resolves_and_is_typed() -> None:
-    source = Path(axisid.__file__).with_suffix(".pyi").read_text()
-    typed = {
-        alias.asname or alias.name
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-    assert typed == set(axisid.__all__) == set(dir(axisid))
-    for name in axisid.__all__:
-        assert getattr(axisid, name) is not None
+def test_the_stubs_are_what_the_lazy_faces_give() -> None:
+    for face in ("axisid", "axisid.modeling", "axisid.codegen", "axisid.estimation"):
+        module = import_module(face)
+        assert set(public_names(face)) == set(module.__all__) == set(dir(module))
     with pytest.raises(AttributeError, match="No axisid attribute nonsense"):
         axisid.nonsense  # noqa: B018
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_every_public_name_resolves(face: str) -> None:
+    for name in public_names(face):
+        assert getattr(import_module(face), name) is not None
+
+
+def test_every_public_name_has_one_place() -> None:
+    places = [name for face in FACES for name in public_names(face)]
+    assert sorted(places) == sorted({*places})
+
+
+def test_the_top_has_verbs_types_errors_and_the_other_faces_only() -> None:
+    """What a first script needs can be read at a glance; the rest has a face of its own."""
+    others = {face.removeprefix("axisid.") for face in FACES[1:]}
+    errors = {name for name in public_names("axisid") if name.endswith("Error")}
+    assert len(errors) == 5
+    assert 20 < len({*public_names("axisid")} - others - errors - {"__version__"}) < 30
 
 
 def test_commands_know_nothing_of_the_command_line_that_gathers_them(root: Path) -> None:

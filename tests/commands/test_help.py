@@ -12,9 +12,9 @@ import click
 import pytest
 from click.shell_completion import BashComplete
 
-from axisid import LIBRARY
 from axisid.commands.main import cli
 from axisid.commands.options.completion import library_names
+from axisid.modeling import LIBRARY
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -208,7 +208,8 @@ def test_instruments_without_a_reference_column(run: Run, log: Callable[..., Pat
 
 
 NO_LAW = """
-from axisid import Coordinate, Drive, Parameter, newton, viscous
+from axisid import Coordinate, Drive, Parameter, newton
+from axisid.elements import viscous
 q = Coordinate("q")
 M, Fv = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)")
 axis = newton("bare", coordinate=q, parameters=(M, Fv), inertia=M, resistance=(viscous(Fv, q),),

@@ -4,26 +4,19 @@ from types import MappingProxyType
 
 import sympy
 
-from axisid import (
+from axisid import Coordinate, Drive, Parameter, lagrange, newton
+from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
     ControlLaw,
-    Coordinate,
-    Drive,
     Memory,
-    Parameter,
     cascade_pd,
     cascade_pd_averaged,
-    coulomb,
     gain,
-    lagrange,
-    newton,
-    offset,
-    spring,
-    viscous,
 )
+from axisid.elements import coulomb, offset, spring, viscous
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=100.0)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import sympy
 
-from axisid import Axis, Parameter, load_axis, stribeck
+from axisid import Axis, Parameter, load_axis
+from axisid.elements import stribeck
 
 FS = Parameter("Fs", "N", nominal=10.0)
 

@@ -7,17 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid import (
-    EstimationError,
-    Move,
-    Record,
-    build,
-    identify,
-    load_axis,
-    simulate,
-    twin_record,
-)
+from axisid import EstimationError, Record, build, identify, load_axis, simulate, twin_record
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 from tests.estimation.unseen import with_bump, with_stribeck
 from tests.faults.fault import Fault, Misuse
 
@@ -26,7 +18,8 @@ from dataclasses import replace
 
 import sympy
 
-from axisid import Parameter, load_axis, stribeck
+from axisid import Parameter, load_axis
+from axisid.elements import stribeck
 
 base = load_axis("emps2015")
 q = base.coordinate

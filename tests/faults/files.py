@@ -13,15 +13,8 @@ from pathlib import Path
 import numpy as np
 from scipy.io import savemat
 
-from axisid import (
-    DataError,
-    LogBlocks,
-    UsageError,
-    identify,
-    load_axis,
-    read_record,
-    twin_record,
-)
+from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
+from axisid.estimation import LogBlocks
 from tests.faults.fault import Fault, Misuse
 
 Make = Callable[[Path], list[object]]

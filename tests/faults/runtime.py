@@ -13,8 +13,6 @@ import numpy as np
 from axisid import (
     DataError,
     EstimationError,
-    GeneratedAxis,
-    LogBlocks,
     Prefilter,
     Record,
     UsageError,
@@ -24,14 +22,15 @@ from axisid import (
     load_axis,
     read_record,
     simulate,
-    simulate_batch,
     sweep,
     twin_record,
 )
+from axisid.codegen import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.library_cache import _name
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.estimation import LogBlocks, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.studies.streaming import identify_stream
 from tests.faults.fault import Fault, Misuse
@@ -74,7 +73,8 @@ def _virtual(_: Path, out: str) -> None:
 _PUBLISHED = """
 from dataclasses import replace
 
-from axisid import Drive, cascade_pd, load_axis
+from axisid import Drive, load_axis
+from axisid.control import cascade_pd
 
 axis = replace(
     load_axis("emps2015"),

@@ -16,15 +16,13 @@ from axisid import (
     Parameter,
     UsageError,
     build,
-    cascade_pd,
-    coulomb,
-    end_stop,
     load_axis,
     newton,
     simulate,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, end_stop, viscous
 from tests.faults.fault import Fault, Misuse
 
 # A carriage under a cascade, with resistances of its own; its experiment is a twin.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from axisid import LIBRARY
+from axisid.modeling import LIBRARY
 
 EMPS = "{data}/emps/DATA_EMPS.mat"
 DFKI = "{root}/examples/dfki_pendulum.py {folder}/dfki_joined.csv"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid import LIBRARY
+from axisid.modeling import LIBRARY
 
 
 @pytest.mark.parametrize("name", LIBRARY)

@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import LIBRARY, Identification, derive, identify, load_axis, twin_record
+from axisid import Identification, derive, identify, load_axis, twin_record
 from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.modeling import LIBRARY
 from benchmarks.library import outside, prefilter_of
 from tests.bounded import within
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from axisid import LIBRARY, build, load_axis, simulate_batch
-from axisid.estimation import trajectory
+from axisid import build, load_axis
+from axisid.estimation import simulate_batch
+from axisid.estimation.simulation import trajectory
+from axisid.modeling import LIBRARY
 
 SECONDS = 5.0
 DRAWS = 3

@@ -8,29 +8,29 @@ import pytest
 import sympy
 
 from axisid import (
-    MEASURED_POSITION,
-    PERIOD,
-    REFERENCE,
-    ControlLaw,
     Coordinate,
     Drive,
     Experiment,
-    Memory,
     Parameter,
     Prefilter,
     back_and_forth,
     build,
-    cascade_pd,
-    cascade_pd_averaged,
-    coulomb,
-    gain,
     identify,
     lagrange,
     newton,
-    spring,
     twin_record,
-    viscous,
 )
+from axisid.control import (
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
+    ControlLaw,
+    Memory,
+    cascade_pd,
+    cascade_pd_averaged,
+    gain,
+)
+from axisid.elements import coulomb, spring, viscous
 from axisid.modeling.declaration.axis import Axis
 
 x = Coordinate("x")
@@ -102,7 +102,9 @@ def test_unseen_axis_is_identified_from_its_twin_within_one_percent(axis: Axis) 
 
 
 AXIS_FILE = """\
-from axisid import Coordinate, Drive, Parameter, cascade_pd, coulomb, newton, viscous
+from axisid import Coordinate, Drive, Parameter, newton
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
 
 x = Coordinate("x", unit="m")
 m = Parameter("m", "kg", nominal=5.0)

@@ -7,6 +7,7 @@ import operator
 import pickle
 import warnings
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from multiprocessing.pool import Pool
 from typing import Any
 
@@ -16,16 +17,13 @@ import sympy
 
 import axisid
 from axisid import (
-    LIBRARY,
     AxisidError,
     Constant,
     DataError,
     EstimationError,
-    GeneratedAxis,
     ModelError,
     Prefilter,
     Record,
-    Repairs,
     UsageError,
     build,
     compare,
@@ -34,14 +32,26 @@ from axisid import (
     identify,
     load_axis,
     simulate,
-    simulate_batch,
     sweep,
     twin_record,
     validate,
 )
+from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
+from axisid.estimation import (
+    Classical,
+    Hac,
+    LogBlocks,
+    Published,
+    Repair,
+    Repairs,
+    Robust,
+    simulate_batch,
+)
 from axisid.estimation.diagnostics.control_law import check_law
 from axisid.estimation.studies.streaming import identify_stream
+from axisid.modeling import LIBRARY
+from tests.faces import FACES, public_names
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -100,8 +110,15 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "masked record": dataclasses.replace(record, masked=((5, 9),)),
         "prefilter": FILTER,
         "repairs": Repairs(),
+        "repair": Repair(kind="tail", count=1, text="a line left out at the end"),
         "identification": found,
         "estimate": found["idm-iv"],
+        "value": found["idm-iv"].parameters["M"],
+        "diagnosis": found.diagnosis,
+        "verdict": found.verdict,
+        "residual tests": found["idm-iv"].residual_tests,
+        "draws": found["idm-iv"].propagate("Fv/M", draws=50),
+        "covariances": (Published(), Classical(), Robust(), Hac()),
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
         "comparison": compare(ladder, record, FILTER),
@@ -109,7 +126,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "law check": check_law(axis, record),
         "streamed estimate": identify_stream(axis, blocks, FILTER, sample_period=record.period),
-        "log blocks": axisid.LogBlocks(file=log, axis=declared, columns={"position": "position"}),
+        "log blocks": LogBlocks(file=log, axis=declared, columns={"position": "position"}),
         "feed-forward": feed_forward(
             derive(declared), {p.name: (1.0, "") for p in declared.parameters}
         ),
@@ -122,7 +139,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 KINDS = (
     "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
-    "masked record,prefilter,repairs,identification,estimate,validation,sweep,comparison,"
+    "masked record,prefilter,repairs,repair,identification,estimate,value,diagnosis,verdict,"
+    "residual tests,draws,covariances,validation,sweep,comparison,"
     "simulation,batch,law check,streamed estimate,log blocks,feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
@@ -150,10 +168,21 @@ def test_round_trip_through_another_process_changes_nothing(
     assert same(objects[kind], elsewhere.apply(operator.getitem, ((objects[kind],), 0)))
 
 
+def _types(held: Any) -> Iterator[type]:
+    """The class of an object and of all that it holds."""
+    yield type(held)
+    if dataclasses.is_dataclass(held):
+        held = [getattr(held, field.name) for field in dataclasses.fields(held)]
+    elif isinstance(held, Mapping):
+        held = list(held.values())
+    if isinstance(held, (tuple, list)):
+        for each in held:
+            yield from _types(each)
+
+
 def test_every_public_class_is_among_them(objects: dict[str, Any]) -> None:
-    seen = {type(each) for each in objects.values()}
-    seen |= {type(move) for move in objects["experiment"].moves} | {axisid.Memory}
-    named = [getattr(axisid, name) for name in axisid.__all__]
+    seen = {axisid.control.Memory, *_types(tuple(objects.values()))}
+    named = [getattr(import_module(face), name) for face in FACES for name in public_names(face)]
     assert {each for each in named if isinstance(each, type)} - seen == set()
     assert set(KINDS) == set(objects)
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, LogBlocks, identify_stream, read_record
+from axisid import DataError, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import LogBlocks, identify_stream
 from axisid.estimation.logs import formats
 from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table

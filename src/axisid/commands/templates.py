@@ -192,17 +192,9 @@ axisid identify NAME.py           its twin: the experiment at the end
 axisid identify NAME.py log.csv   your record
 """
 
-from axisid import (
-    Coordinate,
-    Drive,
-    Experiment,
-    Parameter,
-    back_and_forth,
-    cascade_pd,
-    coulomb,
-    newton,
-    viscous,
-)
+from axisid import Coordinate, Drive, Experiment, Parameter, back_and_forth, newton
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
 
 x = Coordinate("x", unit="m")  # or "rad"; x.velocity and x.acceleration are its own
 # What is identified. Instrumental variables start from nominal: the inertia needs a fair guess.
@@ -240,20 +232,8 @@ axisid identify NAME.py log.csv   your record
 
 import sympy
 
-from axisid import (
-    MEASURED_POSITION,
-    PERIOD,
-    REFERENCE,
-    ControlLaw,
-    Coordinate,
-    Drive,
-    Experiment,
-    Memory,
-    Parameter,
-    back_and_forth,
-    gain,
-    lagrange,
-)
+from axisid import Coordinate, Drive, Experiment, Parameter, back_and_forth, lagrange
+from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 
 theta = Coordinate("theta", unit="rad")  # or "m"; 0 hangs down
 # What is identified. Instrumental variables start from nominal: the inertia needs a fair guess.

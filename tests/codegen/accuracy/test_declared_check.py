@@ -9,27 +9,14 @@ import sympy
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from axisid import (
-    Axis,
-    Constant,
-    Coordinate,
-    Drive,
-    ModelError,
-    Parameter,
-    build,
-    coulomb,
-    cubic_spring,
-    derive,
-    newton,
-    stribeck,
-    viscous,
-)
+from axisid import Axis, Constant, Coordinate, Drive, ModelError, Parameter, build, derive, newton
 from axisid.codegen.accuracy.declared_check import check_programs
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.axis_functions import axis_programs
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st
+from axisid.elements import coulomb, cubic_spring, stribeck, viscous
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities.constants import with_numbers
 from axisid.modeling.quantities.symbols import FORCE

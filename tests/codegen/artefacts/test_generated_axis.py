@@ -10,8 +10,9 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import LIBRARY, build, derive, load_axis
+from axisid import build, derive, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.drive import Drive
 from axisid.modeling.quantities.names import RESERVED
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE

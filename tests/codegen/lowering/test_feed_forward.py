@@ -12,19 +12,7 @@ import pytest
 import sympy
 from hypothesis import given, settings
 
-from axisid import (
-    Axis,
-    Coordinate,
-    Drive,
-    Parameter,
-    UsageError,
-    build,
-    coulomb,
-    derive,
-    load_axis,
-    newton,
-    viscous,
-)
+from axisid import Axis, Coordinate, Drive, Parameter, UsageError, build, derive, load_axis, newton
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
@@ -34,6 +22,7 @@ from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.elements import coulomb, viscous
 from axisid.modeling.library import LIBRARY
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError

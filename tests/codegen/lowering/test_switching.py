@@ -5,19 +5,9 @@ import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Piecewise, cos, exp, pi, sign, sin, sqrt, tanh
 
-from axisid import (
-    Axis,
-    Constant,
-    Coordinate,
-    Drive,
-    Parameter,
-    coulomb,
-    derive,
-    end_stop,
-    newton,
-    viscous,
-)
+from axisid import Axis, Constant, Coordinate, Drive, Parameter, derive, newton
 from axisid.codegen.lowering.switching import Switching, switching
+from axisid.elements import coulomb, end_stop, viscous
 from axisid.modeling.quantities import with_numbers
 
 x = Coordinate("x", unit="rad")

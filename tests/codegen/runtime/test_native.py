@@ -17,24 +17,16 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import (
-    LIBRARY,
-    Constant,
-    Coordinate,
-    UsageError,
-    build,
-    cascade_pd,
-    coulomb,
-    derive,
-    load_axis,
-    newton,
-)
+from axisid import Constant, Coordinate, UsageError, build, derive, load_axis, newton
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.runtime.compiler import FLAGS, find_compiler
 from axisid.codegen.runtime.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.runtime.native import Native
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.control import cascade_pd
+from axisid.elements import coulomb
+from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.declaration.drive import Drive
 from axisid.modeling.quantities.symbols import Parameter

@@ -6,27 +6,15 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import (
-    Axis,
-    Constant,
-    Coordinate,
-    Drive,
-    Parameter,
-    build,
-    cascade_pd,
-    coulomb,
-    cubic_spring,
-    derive,
-    end_stop,
-    newton,
-    viscous,
-)
+from axisid import Axis, Constant, Coordinate, Drive, Parameter, build, derive, newton
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native import Native
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, cubic_spring, end_stop, viscous
 
 x = Coordinate("x")
 m, fv = Parameter("m", "kg", nominal=95.0), Parameter("fv", "N/(m/s)", nominal=200.0)

@@ -53,7 +53,8 @@ REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)
 LONG = """
 import os, signal, sys, threading, time
 import numpy as np
-from axisid import build, load_axis, simulate, simulate_batch
+from axisid import build, load_axis, simulate
+from axisid.estimation import simulate_batch
 
 lanes = int(sys.argv[1])
 axis = build(load_axis("emps"))

@@ -6,22 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import (
+from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import (
     MEASURED_POSITION,
     PERIOD,
     REFERENCE,
     ControlLaw,
     Memory,
-    Prefilter,
-    Record,
-    build,
     cascade_pd,
     gain,
-    identify,
-    load_axis,
-    twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.modeling.declaration.control import LAWS, velocity_variants
 from tests.estimation.axes import AXES
@@ -41,7 +36,7 @@ def test_plain_backward_difference_is_told_from_the_drives_own_filter(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
     """3.3 % for the plain difference: worse by far, though within what instruments bear."""
-    from axisid import MEASURED_POSITION, PERIOD, REFERENCE, Memory
+    from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, Memory
 
     last = Memory("last", MEASURED_POSITION, MEASURED_POSITION)
     velocity = (MEASURED_POSITION - last.symbol) / PERIOD

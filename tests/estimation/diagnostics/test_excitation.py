@@ -11,28 +11,25 @@ from axisid import (
     EstimationError,
     Experiment,
     Identification,
-    Move,
     Parameter,
     Prefilter,
     Record,
     back_and_forth,
     build,
-    cascade_pd,
-    coulomb,
     identify,
     load_axis,
     newton,
-    offset,
     simulate,
-    spring,
     twin_record,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, offset, spring, viscous
 from axisid.estimation.diagnostics.excitation import Excitation
 from axisid.estimation.signals.motion import motion_lacks
 from axisid.estimation.signals.signals import Signals
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 
 PERIOD = 1e-3
 x = Coordinate("x")

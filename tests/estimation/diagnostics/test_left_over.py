@@ -5,17 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import (
-    Identification,
-    Parameter,
-    Record,
-    build,
-    cogging,
-    identify,
-    load_axis,
-    twin_record,
-)
+from axisid import Identification, Parameter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import cogging
 from axisid.estimation.diagnostics.check import Check
 
 GAIN = 35.15

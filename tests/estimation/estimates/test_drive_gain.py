@@ -15,14 +15,14 @@ from axisid import (
     Record,
     back_and_forth,
     build,
-    cascade_pd,
     identify,
     load_axis,
     newton,
     twin_record,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import viscous
 from axisid.estimation.estimates.estimate import Estimate
 
 SD = 0.005

@@ -13,7 +13,6 @@ from scipy.optimize import least_squares as scipy_least_squares
 
 from axisid import (
     Axis,
-    Comparison,
     Coordinate,
     Drive,
     EstimationError,
@@ -24,18 +23,18 @@ from axisid import (
     Record,
     back_and_forth,
     build,
-    cascade_pd,
     compare,
-    coulomb,
     derive,
     identify,
     newton,
     sweep,
     twin_record,
     validate,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
+from axisid.estimation import Comparison
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
 from axisid.estimation.signals.filtered_record import FilteredRecord

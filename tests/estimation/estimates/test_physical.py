@@ -9,24 +9,18 @@ import sympy
 from scipy.optimize import least_squares
 
 from axisid import (
-    MEASURED_POSITION,
-    PERIOD,
-    REFERENCE,
     Axis,
     Constant,
-    ControlLaw,
     Coordinate,
     Drive,
     Experiment,
     Identification,
-    Memory,
     Parameter,
     Prefilter,
     Record,
     back_and_forth,
     build,
     fix,
-    gain,
     identify,
     lagrange,
     load_axis,
@@ -34,6 +28,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.estimation.diagnostics.agreement import fixed_check
 from axisid.estimation.estimates.base_distance import BaseMap, Distance
 from axisid.estimation.estimates.estimate import Estimate

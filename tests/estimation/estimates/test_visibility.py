@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axisid.estimation.diagnostics.conclusion import conclusion
 
 from axisid import (
-    LIBRARY,
     EstimationError,
     Prefilter,
     Record,
@@ -14,7 +14,6 @@ from axisid import (
     compare,
     friction_ladder,
     identify,
-    identify_stream,
     leave_out,
     load_axis,
     sweep,
@@ -22,10 +21,11 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.conclusion import conclusion
+from axisid.estimation import identify_stream
 from axisid.estimation.estimates.visibility import Reach, check_shown, natural_sizes
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord
+from axisid.modeling import LIBRARY
 from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 from tests.estimation.unseen import with_bump, with_stribeck
 

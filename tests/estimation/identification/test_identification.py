@@ -8,7 +8,6 @@ import pytest
 import sympy
 
 from axisid import (
-    METHODS,
     Constant,
     Coordinate,
     DataError,
@@ -21,18 +20,17 @@ from axisid import (
     UsageError,
     back_and_forth,
     build,
-    cascade_pd,
-    coulomb,
     identify,
     load_axis,
     newton,
-    offset,
     simulate,
     twin_record,
     validate,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, offset, viscous
+from axisid.estimation import METHODS
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.arrays import relative_error_percent
 

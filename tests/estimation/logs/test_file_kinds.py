@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, LogBlocks, read_record
+from axisid import DataError, read_record
+from axisid.estimation import LogBlocks
 
 TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, Repairs, load_axis, read_record
+from axisid import DataError, Record, load_axis, read_record
+from axisid.estimation import Repairs
 
 N = 50
 T = 1e-3 * np.arange(N)

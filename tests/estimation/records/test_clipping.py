@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, Repairs, identify, read_record, simulate, twin_record
+from axisid import Record, identify, read_record, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.records.clipping import clipped
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import axisid
-from axisid import DataError, Repairs, UsageError, load_axis, read_record
+from axisid import DataError, UsageError, load_axis, read_record
+from axisid.estimation import Repairs
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
 
@@ -256,7 +257,7 @@ def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str
         with pytest.raises(
             DataError, match=r"position (has no row with a number|is inf in data row 1)"
         ):
-            read_record(log, repairs=axisid.Repairs(**repairs))
+            read_record(log, repairs=axisid.estimation.Repairs(**repairs))
 
 
 def test_column_for_two_roles_is_refused() -> None:

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, Repairs, UsageError, identify, load_axis, read_record
+from axisid import DataError, Record, UsageError, identify, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Repairs
 from axisid.estimation.records.clipping import clipped
 
 N = 400

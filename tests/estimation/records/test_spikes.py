@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from axisid import Record, Repairs, identify, read_record, twin_record
+from axisid import Record, identify, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Repairs
 from axisid.estimation.records.spikes import spikes
 
 

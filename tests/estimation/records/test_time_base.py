@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, Repairs, build, identify, load_axis, read_record, validate
+from axisid import DataError, Record, build, identify, load_axis, read_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.records.own_period import own_period
 from axisid.estimation.regression.simulated_rows import LoopDataError

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, Repairs, read_record
+from axisid import DataError, Record, read_record
+from axisid.estimation import Repairs
 from axisid.estimation.records.blocks import extent
 
 N = 2000

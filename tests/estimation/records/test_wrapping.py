@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import DataError, Repairs, load_axis, read_record
+from axisid import DataError, load_axis, read_record
+from axisid.estimation import Repairs
 from axisid.estimation.records.blocks import extent
 from axisid.estimation.records.wrapping import undone
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import EstimationError, Prefilter, delta_method
+from axisid import EstimationError, Prefilter
+from axisid.estimation import delta_method
 from axisid.estimation.regression.covariance import Classical, Published
 from axisid.estimation.regression.linear import (
     condition_number,

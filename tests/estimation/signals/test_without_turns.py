@@ -7,26 +7,25 @@ from axisid import (
     Axis,
     Coordinate,
     Drive,
-    Move,
     Parameter,
     Prefilter,
     Record,
     build,
-    cascade_pd,
-    coulomb,
     identify,
-    identify_stream,
     load_axis,
     newton,
     simulate,
     twin_record,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
+from axisid.estimation import identify_stream
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.motion import resting
 from axisid.estimation.signals.without_turns import dependence
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 from tests.estimation.unseen import with_stribeck
 
 PERIOD = 1e-3

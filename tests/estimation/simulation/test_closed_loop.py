@@ -6,21 +6,19 @@ import numpy as np
 import pytest
 
 from axisid import (
-    REFERENCE,
-    ControlLaw,
     Coordinate,
     Drive,
     EstimationError,
     ModelError,
     Parameter,
     build,
-    coulomb,
     newton,
     simulate,
-    spring,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import REFERENCE, ControlLaw
+from axisid.elements import coulomb, spring
 from axisid.estimation.simulation.closed_loop import Simulation, signals_before
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move

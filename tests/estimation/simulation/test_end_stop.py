@@ -5,16 +5,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from axisid import (
-    MEASURED_POSITION,
-    REFERENCE,
-    ControlLaw,
     Coordinate,
     Drive,
     Parameter,
     Prefilter,
     build,
     derive,
-    end_stop,
     identify,
     load_axis,
     newton,
@@ -22,6 +18,8 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw
+from axisid.elements import end_stop
 
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=2.0)

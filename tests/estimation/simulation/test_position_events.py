@@ -7,25 +7,13 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import (
-    MEASURED_POSITION,
-    REFERENCE,
-    ControlLaw,
-    Coordinate,
-    Drive,
-    EstimationError,
-    Move,
-    Parameter,
-    build,
-    cascade_pd,
-    coulomb,
-    newton,
-    simulate,
-    simulate_batch,
-    viscous,
-)
+from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd
+from axisid.elements import coulomb, viscous
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
 
 x = Coordinate("x")

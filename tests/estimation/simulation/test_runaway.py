@@ -7,22 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import (
-    MEASURED_VELOCITY,
-    ControlLaw,
-    Coordinate,
-    Drive,
-    EstimationError,
-    GeneratedAxis,
-    Parameter,
-    build,
-    cascade_pd,
-    gravity,
-    newton,
-    simulate,
-    simulate_batch,
-    viscous,
-)
+from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid.codegen import GeneratedAxis
+from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
+from axisid.elements import gravity, viscous
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
 
 PERIOD, KP, MASS, GRAVITY, SAG = 1e-3, 40.0, 1.0, 9.80665, 2.3e-3

@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from axisid import (
-    MEASURED_POSITION,
-    ControlLaw,
     Coordinate,
     Drive,
     EstimationError,
@@ -20,18 +18,19 @@ from axisid import (
     Parameter,
     UsageError,
     build,
-    coulomb,
     derive,
     load_axis,
     newton,
     simulate,
-    simulate_batch,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import LoopSettings
 from axisid.codegen.runtime.native import Native
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
+from axisid.control import MEASURED_POSITION, ControlLaw
+from axisid.elements import coulomb
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.closed_loop import signals_before
 from tests.estimation.axes import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop

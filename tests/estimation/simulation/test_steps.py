@@ -7,24 +7,11 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import (
-    MEASURED_POSITION,
-    REFERENCE,
-    Constant,
-    ControlLaw,
-    Coordinate,
-    Drive,
-    EstimationError,
-    Parameter,
-    build,
-    cascade_pd,
-    gain,
-    newton,
-    simulate,
-    simulate_batch,
-    viscous,
-)
+from axisid import Constant, Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
+from axisid.elements import viscous
+from axisid.estimation import simulate_batch
 
 PERIOD = 1e-3
 TIME = PERIOD * np.arange(600)

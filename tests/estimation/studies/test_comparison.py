@@ -11,7 +11,6 @@ import sympy
 
 from axisid import (
     Axis,
-    Comparison,
     Coordinate,
     DataError,
     Drive,
@@ -27,10 +26,11 @@ from axisid import (
     load_axis,
     newton,
     simulate,
-    spring,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import spring
+from axisid.estimation import Comparison
 from axisid.estimation.studies.comparison import _recommend
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks
 
@@ -353,7 +353,9 @@ def test_real_record_gives_the_published_directional_friction(
 
 
 AXIS = """
-from axisid import Coordinate, Drive, Parameter, cascade_pd, coulomb, newton, viscous
+from axisid import Coordinate, Drive, Parameter, newton
+from axisid.control import cascade_pd
+from axisid.elements import coulomb, viscous
 
 q = Coordinate("q")
 M, Fv, Fc = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N")

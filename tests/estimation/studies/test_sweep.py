@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import EstimationError, Prefilter, Record, Sweep, UsageError, identify, sweep
+from axisid import EstimationError, Prefilter, Record, UsageError, identify, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Sweep
 from axisid.estimation.signals.prefilter import matching_decimation
 from axisid.estimation.studies.sweep import default_cutoffs
 

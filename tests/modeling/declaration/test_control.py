@@ -3,7 +3,7 @@
 import pytest
 import sympy
 
-from axisid import ControlLaw, cascade_pd, cascade_pd_averaged
+from axisid.control import ControlLaw, cascade_pd, cascade_pd_averaged
 from axisid.modeling.declaration.control import gain
 from axisid.modeling.quantities.symbols import (
     MEASURED_POSITION,

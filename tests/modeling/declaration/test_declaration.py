@@ -8,25 +8,21 @@ import pytest
 import sympy
 
 from axisid import (
-    MEASURED_POSITION,
-    REFERENCE,
     Constant,
-    ControlLaw,
     Coordinate,
     Drive,
     Experiment,
-    G,
-    Memory,
     ModelError,
-    Move,
     Parameter,
     build,
     derive,
     lagrange,
     load_axis,
     newton,
-    viscous,
 )
+from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, Memory
+from axisid.elements import G, viscous
+from axisid.modeling import Move
 from axisid.modeling.declaration.control import gain
 
 q = Coordinate("q")

@@ -7,7 +7,6 @@ import pytest
 import sympy
 
 from axisid import (
-    LIBRARY,
     Axis,
     Constant,
     Coordinate,
@@ -19,6 +18,7 @@ from axisid import (
     load_axis,
     newton,
 )
+from axisid.modeling import LIBRARY
 
 x = Coordinate("x")
 X, DX, DDX = x.symbol, x.velocity, x.acceleration

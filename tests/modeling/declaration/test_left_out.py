@@ -12,14 +12,12 @@ from axisid import (
     ModelError,
     Parameter,
     UsageError,
-    coulomb,
     fix,
     leave_out,
     load_axis,
     newton,
-    stribeck,
-    viscous,
 )
+from axisid.elements import coulomb, stribeck, viscous
 from axisid.modeling.declaration.left_out import left_out_text
 
 x = Coordinate("x")

@@ -6,21 +6,14 @@ from typing import Any
 import pytest
 import sympy
 
-from axisid import (
-    Constant,
-    Coordinate,
-    Drive,
+from axisid import Constant, Coordinate, Drive, ModelError, Parameter, lagrange, load_axis, newton
+from axisid.elements import (
     G,
-    ModelError,
-    Parameter,
     cogging,
     coulomb,
     gravity,
-    lagrange,
-    load_axis,
     load_dependent,
     motor_inertia,
-    newton,
     offset,
     spring,
     stribeck,

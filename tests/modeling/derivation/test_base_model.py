@@ -14,18 +14,17 @@ from axisid import (
     Coordinate,
     Drive,
     Experiment,
-    G,
     ModelError,
-    Move,
     Parameter,
     UsageError,
-    asymmetric_coulomb,
     derive,
     fix,
     lagrange,
     load_axis,
     newton,
 )
+from axisid.elements import G, asymmetric_coulomb
+from axisid.modeling import Move
 from axisid.modeling.declaration.known_values import read_fixed
 from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.base_terms import reduced_rows

@@ -9,14 +9,12 @@ from axisid import (
     Drive,
     ModelError,
     Parameter,
-    coulomb,
     derive,
     lagrange,
     load_axis,
     newton,
-    spring,
-    viscous,
 )
+from axisid.elements import coulomb, spring, viscous
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE

@@ -13,16 +13,13 @@ from axisid import (
     Drive,
     ModelError,
     Parameter,
-    asymmetric_coulomb,
-    asymmetric_viscous,
     build,
     fix,
     lagrange,
     load_axis,
     newton,
-    quadratic,
-    stribeck,
 )
+from axisid.elements import asymmetric_coulomb, asymmetric_viscous, quadratic, stribeck
 from axisid.modeling.derivation.friction_ladder import friction_ladder
 from axisid.modeling.derivation.model import derive
 from axisid.modeling.quantities.units import parse_unit

@@ -6,19 +6,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axisid import (
-    Axis,
-    Constant,
-    Coordinate,
-    Drive,
-    Parameter,
-    build,
-    coulomb,
-    derive,
-    newton,
-    stribeck,
-    viscous,
-)
+from axisid import Axis, Constant, Coordinate, Drive, Parameter, build, derive, newton
+from axisid.elements import coulomb, stribeck, viscous
 from axisid.modeling.derivation.null_space import generic_points
 from axisid.modeling.quantities.symbols import DIRECTION
 from axisid.modeling.wording.identifiability import describe_direction, describe_loss

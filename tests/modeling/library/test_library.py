@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import LIBRARY, Constant, Drive, G, derive, end_stop, lagrange, load_axis, newton
+from axisid import Constant, Drive, derive, lagrange, load_axis, newton
+from axisid.elements import G, end_stop
+from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.library import crank

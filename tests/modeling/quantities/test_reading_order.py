@@ -7,7 +7,8 @@ import pytest
 import sympy
 from hypothesis import given
 
-from axisid import Constant, Coordinate, G, Parameter, load_axis
+from axisid import Constant, Coordinate, Parameter, load_axis
+from axisid.elements import G
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities.formula import Formula
 from axisid.modeling.quantities.reading_order import written

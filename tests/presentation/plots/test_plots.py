@@ -18,17 +18,16 @@ from axisid import (
     Parameter,
     Prefilter,
     Record,
-    Sweep,
     UsageError,
     build,
-    coulomb,
     identify,
     newton,
     sweep,
     validate,
-    viscous,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import coulomb, viscous
+from axisid.estimation import Sweep
 from axisid.estimation.studies.friction_curve import Friction, friction
 from axisid.presentation.drawing.matplotlib import drawn, rendered
 from axisid.presentation.drawing.ticks import Thousands, log_ticks

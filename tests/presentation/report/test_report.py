@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from axisid.estimation.diagnostics.conclusion import conclusion
 
 from axisid import (
     Coordinate,
     Identification,
     Prefilter,
     Record,
-    Sweep,
     __version__,
     build,
     fix,
@@ -30,8 +30,8 @@ from axisid import (
     read_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import Sweep
 from axisid.estimation.diagnostics.check import Check
-from axisid.estimation.diagnostics.conclusion import conclusion
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities.formula import Formula
 from axisid.presentation.formulas.mathml import formula_mathml

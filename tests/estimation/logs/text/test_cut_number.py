@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, Repairs, read_record
+from axisid import DataError, Record, read_record
+from axisid.estimation import Repairs
 from axisid.estimation.logs.text.cut_number import cut_number
 from axisid.estimation.records.blocks import LogBlocks
 

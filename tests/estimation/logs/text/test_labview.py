@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, LogBlocks, read_record
+from axisid import DataError, read_record
+from axisid.estimation import LogBlocks
 
 N = 50
 TIME = 1e-3 * np.arange(N)

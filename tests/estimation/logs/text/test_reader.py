@@ -10,7 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from axisid import DataError, Repairs, read_record
+from axisid import DataError, read_record
+from axisid.estimation import Repairs
 from axisid.estimation.logs.text.dialect import Dialect
 from axisid.estimation.logs.text.reader import read_text
 

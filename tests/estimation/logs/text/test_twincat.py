@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, Repairs, read_record
+from axisid import DataError, read_record
+from axisid.estimation import Repairs
 from axisid.estimation.logs.text.reader import read_text
 
 N = 60

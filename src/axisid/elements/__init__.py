@@ -1,0 +1,23 @@
+"""Friction and loads: what the inverse model of an axis is added up from.
+
+In: a parameter and its coordinate. Out: an expression in `tau = inertia * ddq + resistances`.
+Knows nothing of the axis that they become part of.
+"""
+
+from axisid.modeling.declaration import asymmetric_coulomb as asymmetric_coulomb
+from axisid.modeling.declaration import asymmetric_viscous as asymmetric_viscous
+from axisid.modeling.declaration import cogging as cogging
+from axisid.modeling.declaration import coulomb as coulomb
+from axisid.modeling.declaration import cubic_spring as cubic_spring
+from axisid.modeling.declaration import end_stop as end_stop
+from axisid.modeling.declaration import gravity as gravity
+from axisid.modeling.declaration import gravity_moment as gravity_moment
+from axisid.modeling.declaration import load_dependent as load_dependent
+from axisid.modeling.declaration import motor_inertia as motor_inertia
+from axisid.modeling.declaration import offset as offset
+from axisid.modeling.declaration import periodic_coulomb as periodic_coulomb
+from axisid.modeling.declaration import quadratic as quadratic
+from axisid.modeling.declaration import spring as spring
+from axisid.modeling.declaration import stribeck as stribeck
+from axisid.modeling.declaration import viscous as viscous
+from axisid.modeling.quantities import G as G
