@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import METHODS, Prefilter, Record, UsageError, identify
+from axisid import Prefilter, Record, UsageError, identify
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import Fit, Method, Problem
+from axisid.estimation.estimates import METHODS, Fit, Method, Problem
 from axisid.estimation.regression import InverseForm, factor, least_squares
 
 
