@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from axisid.presentation.report.prose import prose_html
 
 from axisid import (
     Coordinate,
@@ -39,7 +40,6 @@ from axisid.presentation.formulas.numbers import readable_text, significant
 from axisid.presentation.plots.estimate import force_plot
 from axisid.presentation.report.embedding import figures_data, script_json, thinned
 from axisid.presentation.report.page import report_html, report_sweep
-from axisid.presentation.report.prose import prose_html
 from axisid.presentation.report.verdict import verdict_html
 
 Run = Callable[..., tuple[int, str, str]]
