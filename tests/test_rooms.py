@@ -34,7 +34,9 @@ FLOORS = (
     ("estimation.diagnostics",),
     ("estimation.identification",),
     ("estimation.studies",),
+    ("presentation.blocks",),
     ("presentation.formulas",),
+    ("presentation.html",),
     ("presentation.plots",),
     ("presentation.drawing",),
     ("presentation.text",),
@@ -200,8 +202,8 @@ def test_rooms_know_no_library_that_is_not_theirs(
         "modeling": {"numpy", "scipy", "casadi", "matplotlib", "click"},
         "codegen.runtime": {"sympy", "matplotlib", "click"},
         **{
-            f"presentation.{room}": {"matplotlib", "click"}
-            for room in ("formulas", "plots", "text", "documents")
+            f"presentation.{room}": {"matplotlib", "click", "rich"}
+            for room in ("blocks", "formulas", "html", "plots", "text", "documents")
         },
     }
     for room, packages in banned.items():

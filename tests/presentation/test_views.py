@@ -17,6 +17,8 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.presentation import views
+from axisid.presentation.blocks import plain_text
+from axisid.presentation.html import blocks_html
 from axisid.support.shown import Shown
 
 
@@ -41,9 +43,9 @@ def test_every_result_has_text_and_plain_data(emps2015: GeneratedAxis, record: R
 
 def test_every_kind_of_result_has_its_row() -> None:
     kinds = {kind.__name__ for kind in Shown.__subclasses__()}
-    assert len(kinds) == 7
-    for view in (views.as_text, views.as_document):
-        assert kinds - {"Estimate"} <= {kind.__name__ for kind in view.registry}
+    assert len(kinds) == 8
+    for view in (views.as_blocks, views.as_document):
+        assert kinds <= {kind.__name__ for kind in view.registry}
 
 
 def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
@@ -65,8 +67,16 @@ def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
         result.plot("force", method="ddm-iv")
 
 
-def test_notebooks_get_pages_of_what_has_one(emps2015: GeneratedAxis, record: Record) -> None:
+def test_notebooks_get_every_result_as_a_page(emps2015: GeneratedAxis, record: Record) -> None:
     result = identify(emps2015, record, methods=["idm-ls"])
-    assert "<table>" in str(result._repr_html_())
-    assert "<table>" in str(result["idm-ls"]._repr_html_())
-    assert record._repr_html_() is None
+    for shown in (result, result["idm-ls"], record, validate(result, record)):
+        assert "<table>" in shown._repr_html_()
+
+
+def test_text_and_pages_are_made_of_the_same_blocks(
+    emps2015: GeneratedAxis, record: Record
+) -> None:
+    result = identify(emps2015, record, methods=["idm-ls"])
+    assert plain_text(views.as_blocks(result, full=True)) == result.summary(full=True)
+    assert blocks_html(views.as_blocks(result)) == result._repr_html_()
+    assert str(result["idm-ls"]) == repr(result["idm-ls"])

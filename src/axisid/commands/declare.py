@@ -4,7 +4,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis
 from axisid.commands.options.option_checks import Command
-from axisid.presentation.console import ProgressLine, show_text
+from axisid.presentation.console import ProgressLine, print_document
 
 
 @click.command(
@@ -47,11 +47,12 @@ def show(axis: str, form: str) -> None:
     """
     from axisid.modeling.derivation import derive
     from axisid.modeling.text import load_axis
-    from axisid.presentation.formulas import shown
+    from axisid.presentation.formulas import axis_document, shown
 
     with ProgressLine(f"deriving {axis}"):
-        text = shown(derive(load_axis(axis)), form)
-    if form == "text":
-        show_text(text)
+        model = derive(load_axis(axis))
+        page = axis_document(model) if form == "text" else shown(model, form)
+    if isinstance(page, str):
+        click.echo(page, nl=False)
     else:
-        click.echo(text, nl=False)
+        print_document(page)

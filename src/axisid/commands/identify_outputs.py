@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axisid.commands.options.outputs import put_json
-from axisid.presentation.console import ProgressLine, show_text
+from axisid.commands.options.outputs import print_result, put_json
+from axisid.presentation.console import ProgressLine, print_document
 
 if TYPE_CHECKING:
     from axisid.estimation.identification import Identification
@@ -25,12 +25,13 @@ def put_identification(
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation.studies import validate
     from axisid.presentation.text import left_out_notes
+    from axisid.presentation.views import as_blocks
     from axisid.support.errors import EstimationError, UsageError
 
     with ProgressLine("judging the estimates"):
         validation = None if other is None else validate(result, other)
         written = None if json_file is None else result.to_dict(draws)
-        text = "" if json_file == "-" else result.summary(draws, full=full)
+        document = () if json_file == "-" else as_blocks(result, draws=draws, full=full)
     refused: UsageError | None = None
     if json_file is not None and written is not None:
         added = {} if validation is None else {"validation": validation.to_dict()}
@@ -42,9 +43,10 @@ def put_identification(
         for method, reason in result.skipped.items():
             click.echo(f"axisid: without {method}: {reason}", err=True)
     else:
-        show_text(text)
+        print_document(document)
         if validation is not None:
-            show_text(f"\n{validation.summary()}")
+            click.echo()
+            print_result(validation)
 
     def say(line: str) -> None:
         click.echo(f"axisid: {line}", err=True)

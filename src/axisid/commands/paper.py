@@ -6,7 +6,7 @@ import click
 
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import check_folder, force_option
-from axisid.presentation.console import ProgressLine, show_text
+from axisid.presentation.console import ProgressLine, print_document
 
 
 @click.command(
@@ -25,7 +25,7 @@ def paper(output: Path | None, force: bool) -> None:
 
     Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
     """
-    from axisid.paper import STUDY_FILES, run_study, study_tables, write_study
+    from axisid.paper import STUDY_FILES, run_study, study_document, write_study
 
     if output is not None:
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
@@ -33,7 +33,7 @@ def paper(output: Path | None, force: bool) -> None:
     check_folder(output, "--output", STUDY_FILES, deep=True, force=force)
     with ProgressLine("the paper's study") as line:
         study = run_study(line)
-    show_text(f"{study_tables(study)}\n")
+    print_document(study_document(study))
     if output is not None:
         with ProgressLine("drawing figures"):
             written = write_study(study, output)

@@ -14,10 +14,11 @@ from axisid.commands.options.outputs import (
     check_targets,
     force_option,
     json_option,
+    print_result,
     put_json,
 )
 from axisid.commands.options.record_options import Reading, record_options
-from axisid.presentation.console import ProgressLine, show_text
+from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
 
@@ -76,7 +77,7 @@ def sweep(
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
         result = run(generated, data, cutoffs, filtering.prefilter(), progress=line)
     if json_file != "-":
-        show_text(result.summary())
+        print_result(result)
     if json_file is not None:
         put_json(json_file, result.to_dict())
     if figure is not None:

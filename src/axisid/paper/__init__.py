@@ -5,6 +5,7 @@ In: nothing, or its record. Out: its tables beside ours.
 
 from .study import STUDY_FILES as STUDY_FILES
 from .study import run_study as run_study
+from .study import study_document as study_document
 from .study import study_tables as study_tables
 from .study import table_text as table_text
 from .study import write_study as write_study

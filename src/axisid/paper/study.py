@@ -4,17 +4,27 @@ The published figures stand beside the twin's. The twin has the paper's paramete
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from axisid.codegen.artefacts import build, replace_file
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.text import load_axis
-from axisid.presentation.text import text_table
+from axisid.presentation.blocks import (
+    Cell,
+    Column,
+    Document,
+    Quantity,
+    Table,
+    block_text,
+    paragraph,
+    plain_text,
+    text_columns,
+)
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.json_text import json_text
 from axisid.support.progress import Progress, each
@@ -23,25 +33,25 @@ from axisid.support.progress import Progress, each
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
 
-Published = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+_Figures = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True)
-class _Table:
+class _Published:
     """A published table of estimates: value and relative sd (%) of three parameters, and error."""
 
     number: int
     title: str
     methods: tuple[str, str]
     appropriate: bool
-    published: tuple[Published, Published]
+    published: tuple[_Figures, _Figures]
     published_errors: tuple[float, float]
 
 
 _TABLES = {
     table.number: table
     for table in (
-        _Table(
+        _Published(
             1,
             "IDM, appropriate filter",
             ("idm-ls", "idm-iv"),
@@ -49,7 +59,7 @@ _TABLES = {
             (((100.6, 0.4), (234.9, 1.3), (24.2, 1.1)), ((100.2, 0.5), (236.9, 1.5), (24.8, 1.2))),
             (4.9, 5.2),
         ),
-        _Table(
+        _Published(
             2,
             "DDM, appropriate filter",
             ("ddm-ls", "ddm-iv"),
@@ -57,7 +67,7 @@ _TABLES = {
             (((0.01, 0.3), (2.32, 1.4), (0.23, 1.2)), ((0.01, 0.3), (2.35, 1.5), (0.23, 1.3))),
             (6.9, 6.9),
         ),
-        _Table(
+        _Published(
             6,
             "IDM, inappropriate filter",
             ("idm-ls", "idm-iv"),
@@ -65,7 +75,7 @@ _TABLES = {
             (((54.9, 1.0), (236.9, 3.7), (23.5, 3.4)), ((100.8, 1.1), (238.1, 5.2), (24.3, 4.3))),
             (48.7, 6.6),
         ),
-        _Table(
+        _Published(
             7,
             "DDM, inappropriate filter",
             ("ddm-ls", "ddm-iv"),
@@ -121,17 +131,28 @@ def run_study(progress: Progress | None = None) -> Study:
     return Study(*(identify(axis, record, prefilter) for prefilter in filters))
 
 
-def study_tables(study: Study) -> str:
+def study_document(study: Study) -> Document:
     """The paper's tables in its order, each with the published figures beside the twin's."""
     record = study.appropriate.record
-    heading = (
-        f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms\n"
-        f"true values: {_truth(study)}"
+    made = f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms"
+    return (
+        paragraph(made, f"true values: {_truth(study)}", filled=False),
+        *(study_table(study, number) for number in range(1, 9)),
+        paragraph(*_NOTES.splitlines(), filled=False),
     )
-    return "\n\n".join([heading, *(table_text(study, number) for number in range(1, 9)), _NOTES])
+
+
+def study_tables(study: Study) -> str:
+    """The paper's tables as plain text."""
+    return plain_text(study_document(study))
 
 
 def table_text(study: Study, number: int) -> str:
+    """One of the paper's tables, 1 to 8, as plain text."""
+    return block_text(study_table(study, number))
+
+
+def study_table(study: Study, number: int) -> Table:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
     if number in _MAPPED:
         return _mapped(study, number)
@@ -173,7 +194,7 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     from axisid.presentation.drawing import force_figure
 
     texts = {
-        "tables.txt": study_tables(study) + "\n",
+        "tables.txt": study_tables(study),
         "appropriate.json": json_text(study.appropriate.to_dict()),
         "inappropriate.json": json_text(study.inappropriate.to_dict()),
     }
@@ -207,72 +228,66 @@ def _error(estimate: Estimate) -> float:
     return estimate.simulation_error_percent
 
 
-def _estimates(study: Study, table: _Table) -> str:
+def _estimates(study: Study, table: _Published) -> Table:
     result = study.under(appropriate=table.appropriate)
-    header = ["", "unit"]
-    for method in table.methods:
-        header += [method.upper(), "rel. sd", "paper", "rel. sd"]
+    columns = [Column(m.upper(), parts=("rel. sd", "paper", "rel. sd")) for m in table.methods]
     estimates = [result[method] for method in table.methods]
     values = [list((e.ddm_parameters or e.parameters).items()) for e in estimates]
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for i, (name, first) in enumerate(values[0]):
-        row = [name, first.unit]
-        for column, published in zip(values, table.published, strict=True):
-            value, (paper, paper_sd) = column[i][1], published[i]
-            row += [
-                _significant(value.value),
-                f"{value.relative_sd_percent:.1f} %",
-                f"{paper:g}",
-                f"{paper_sd:g} %",
-            ]
-        rows.append(row)
-    errors = ["error", "%"]
-    for estimate, published_error in zip(estimates, table.published_errors, strict=True):
-        errors += [f"{_error(estimate):.1f}", "", f"{published_error:g}", ""]
-    return _titled(table.number, table.title, header, [*rows, errors])
+        of_methods = zip(values, table.published, strict=True)
+        cells = (_beside(column[i][1], *published[i]) for column, published in of_methods)
+        rows.append((name, first.unit, *cells))
+    errors = zip(estimates, table.published_errors, strict=True)
+    cells = (Quantity(f"{_error(estimate):.1f}", "", (f"{paper:g}",)) for estimate, paper in errors)
+    rows.append(("error", "%", *cells))
+    return _titled(table.number, table.title, columns, rows)
 
 
-def _mapped(study: Study, number: int) -> str:
+def _mapped(study: Study, number: int) -> Table:
     appropriate, published = _MAPPED[number]
     result = study.under(appropriate=appropriate)
-    header = ["", "unit"]
-    for method in ("DDM-LS", "DDM-IV"):
-        header += [method, "rel. sd", "paper"]
-    rows = []
+    methods = ("ddm-ls", "ddm-iv")
+    columns = [Column(method.upper(), parts=("rel. sd", "paper")) for method in methods]
+    rows: list[tuple[Cell, ...]] = []
     for i, quantity in enumerate(result.axis.parameters):
-        row = [quantity.name, quantity.unit]
-        for method, paper in zip(("ddm-ls", "ddm-iv"), published, strict=True):
-            value = result[method].parameters[quantity.name]
-            row += [
-                _significant(value.value),
-                f"{value.relative_sd_percent:.1f} %",
-                f"{paper[i]:g}",
-            ]
-        rows.append(row)
+        values = [result[method].parameters[quantity.name] for method in methods]
+        cells = (_beside(v, paper[i]) for v, paper in zip(values, published, strict=True))
+        rows.append((quantity.name, quantity.unit, *cells))
     which = "appropriate" if appropriate else "inappropriate"
-    return _titled(number, f"DDM mapped to physical parameters, {which} filter", header, rows)
+    title = f"DDM mapped to physical parameters, {which} filter"
+    return _titled(number, title, columns, rows)
 
 
-def _iterations(study: Study, number: int) -> str:
+def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quantity:
+    """A value with its relative deviation, and the published ones."""
+    published = [f"{paper:g}", *([] if paper_sd is None else [f"{paper_sd:g} %"])]
+    relative = f"{value.relative_sd_percent:.1f} %"
+    return Quantity(_significant(value.value), relative, tuple(published))
+
+
+def _iterations(study: Study, number: int) -> Table:
     method, published = _ITERATIONS[number]
     estimate = study.appropriate[method]
     labels = [
         f"{q.name} [{q.unit}]" for q in estimate.ddm_quantities or study.appropriate.axis.parameters
     ]
-    header = ["iteration"]
-    steps = max(len(estimate.iterates), len(published))
-    for step in range(steps):
-        header += [str(step), "paper"]
-    rows = []
+    steps = range(max(len(estimate.iterates), len(published)))
+    columns = [Column(head, group=str(step)) for step in steps for head in (str(step), "paper")]
+    rows: list[tuple[Cell, ...]] = []
     for i, label in enumerate([*labels, "error [%]"]):
         row = [label]
-        for step in range(steps):
+        for step in steps:
             ours = estimate.iterates[step] if step < len(estimate.iterates) else None
             values = [] if ours is None else [*ours.theta, ours.simulation_error_percent]
             row.append(_significant(values[i]) if values else "")
             row.append(f"{published[step][i]:g}" if step < len(published) else "")
-        rows.append(row)
-    return _titled(number, f"{method.upper()} by iteration, appropriate filter", header, rows)
+        rows.append(tuple(row))
+    return Table(
+        columns=(*text_columns(["iteration"]), *columns),
+        rows=tuple(rows),
+        title=f"Table {number}. {method.upper()} by iteration, appropriate filter",
+    )
 
 
 def _significant(value: float) -> str:
@@ -280,5 +295,12 @@ def _significant(value: float) -> str:
     return f"{value:#.4g}".rstrip(".") if value else "0"
 
 
-def _titled(number: int, title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return f"Table {number}. {title}\n{text_table(header, rows)}"
+def _titled(
+    number: int, title: str, columns: Iterable[Column], rows: Iterable[tuple[Cell, ...]]
+) -> Table:
+    return Table(
+        columns=(*text_columns(["", "unit"]), *columns),
+        rows=tuple(rows),
+        labels=2,
+        title=f"Table {number}. {title}",
+    )

@@ -1,4 +1,4 @@
-"""How each result looks: as text, as plain data, as HTML, in figures. One row for each type."""
+"""How each result looks: in blocks, as plain data, in figures. One row for each type."""
 
 from collections.abc import Iterable, Sequence
 from functools import singledispatch
@@ -8,15 +8,19 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
+    TwoResults,
     comparison_dict,
     estimate_dict,
     identification_dict,
     record_dict,
     stream_dict,
     sweep_dict,
+    two_results_document,
     validation_dict,
 )
+from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import (
     Plot,
     autocorrelation_plot,
@@ -30,14 +34,13 @@ from axisid.presentation.plots import (
     tracking_plot,
 )
 from axisid.presentation.text import (
-    comparison_text,
-    estimate_html,
-    identification_text,
-    record_text,
-    result_html,
-    stream_text,
-    sweep_text,
-    validation_text,
+    comparison_document,
+    estimate_document,
+    identification_document,
+    record_document,
+    stream_document,
+    sweep_document,
+    validation_document,
 )
 from axisid.support.errors import UsageError
 from axisid.support.shown import Shown
@@ -55,17 +58,34 @@ _OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot}
 
 
 @singledispatch
-def as_text(result: Shown) -> str:
-    """A result as plain text."""
-    return repr(result)
+def as_blocks(result: Shown, **how: Any) -> Document:
+    """A result as a document of blocks, which text, terminals and HTML are rendered from."""
+    del how
+    raise UsageError(f"a {type(result).__name__} has no document of its own.")
 
 
-as_text.register(Record, record_text)
-as_text.register(Identification, identification_text)
-as_text.register(Sweep, sweep_text)
-as_text.register(Comparison, comparison_text)
-as_text.register(Validation, validation_text)
-as_text.register(StreamedEstimate, stream_text)
+as_blocks.register(Record, record_document)
+as_blocks.register(Estimate, estimate_document)
+as_blocks.register(Identification, identification_document)
+as_blocks.register(Sweep, sweep_document)
+as_blocks.register(Comparison, comparison_document)
+as_blocks.register(Validation, validation_document)
+as_blocks.register(StreamedEstimate, stream_document)
+as_blocks.register(TwoResults, two_results_document)
+
+
+@singledispatch
+def as_text(result: Shown, **how: Any) -> str:
+    """A result as plain text; of an estimate by itself one line."""
+    return plain_text(as_blocks(result, **how))
+
+
+as_text.register(Estimate, repr)
+
+
+def as_html(result: Shown) -> str:
+    """A result for notebooks."""
+    return blocks_html(as_blocks(result))
 
 
 @singledispatch
@@ -81,17 +101,7 @@ as_document.register(Sweep, sweep_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
-
-
-@singledispatch
-def as_html(result: Shown) -> str | None:
-    """A result for notebooks; None where plain text serves."""
-    del result
-    return None
-
-
-as_html.register(Estimate, estimate_html)
-as_html.register(Identification, result_html)
+as_document.register(TwoResults, TwoResults.to_dict)
 
 
 @singledispatch

@@ -44,10 +44,9 @@ class Shown:
         drawn: Figure = shown_by("figure_of", self, what, **how)
         return drawn
 
-    def _repr_html_(self) -> str | None:
-        """For notebooks; None where plain text serves."""
-        page: str | None = shown_by("as_html", self)
-        return page
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return str(shown_by("as_html", self))
 
 
 def shown_by(view: str, result: Shown, *what: str, **how: Any) -> Any:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from axisid.estimation.diagnostics.conclusion import conclusion
 
 from axisid import (
     EstimationError,
@@ -22,6 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import identify_stream
+from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.estimates.visibility import Reach, check_shown, natural_sizes
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord

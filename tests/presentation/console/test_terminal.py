@@ -1,4 +1,4 @@
-"""What a terminal shows is the text of a pipe, dressed; what a pipe gets is plain."""
+"""A terminal shows what a pipe gets, dressed; progress is shown there and only there."""
 
 import io
 import os
@@ -15,12 +15,11 @@ from pathlib import Path
 import click
 import pytest
 
-from axisid import Identification, Record, derive, identify, load_axis
+from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.blocks import Checks, Judged
 from axisid.presentation.console.progress import ProgressLine
-from axisid.presentation.console.terminal import emphasised, fit, show_text
-from axisid.presentation.formulas.axis_page import shown
-from axisid.presentation.text.tables import text_table
+from axisid.presentation.console.terminal import print_document
 from axisid.support.progress import each
 
 Run = Callable[..., tuple[int, str, str]]
@@ -94,59 +93,13 @@ def test_colours_can_be_refused(
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "stdout", terminal)
-    show_text("FAIL   one: two\n")
+    print_document((Checks(judged=(Judged("fail", ("one",), "two"),)),))
     assert ("\x1b" in terminal.getvalue()) == coloured
     assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
 
 
 def test_on_a_pipe_there_is_nothing_but_text(run: Run, result: Identification) -> None:
     assert run("identify", "emps2015") == (0, result.summary(), "")
-
-
-def test_emphasis_changes_no_character(result: Identification) -> None:
-    text = result.summary() + "-      one: not evaluated, since\n       two\nrecommended: three\n"
-    dressed = emphasised(text)
-    assert click.unstyle(dressed) == text
-    assert click.style("       two", dim=True) in dressed
-    header = next(line for line in text.splitlines() if "IDM-LS" in line)
-    assert click.style(header, bold=True) in dressed
-
-
-@pytest.mark.parametrize("width", [60, 80, 100])
-def test_a_narrow_terminal_gets_every_word_within_its_width(
-    result: Identification, width: int
-) -> None:
-    text = f"{result.summary()}\nTable 1. A title\n{result.summary()}\n"
-    text += shown(derive(load_axis("emps")), "text")
-    narrow = fit(text, width)
-    assert max(map(len, narrow.splitlines())) <= width
-    assert {w for w in text.split() if set(w) != {"-"}} <= set(narrow.split())
-
-
-def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:
-    table = text_table(
-        ["", "unit", "ONE", "sd", "TWO", "sd"],
-        [["M", "kg", "95.1", "0.2", "96.1", "0.3"], ["long name", "N", "1", "2", "3", "4"]],
-    )
-    assert fit(f"{table}\n", 40) == f"{table}\n"
-    title = "x" * 45
-    assert fit(f"{title}\n\n{table}\nsaid.\n", 44) == f"{title}\n\n{table}\nsaid.\n"
-    wide = text_table(
-        ["", "unit", "FIRST METHOD", "sd", "SECOND METHOD", "sd"],
-        [["M", "kg", "95.1", "0.2", "96.1", "0.3"], ["long name", "N", "1", "2", "3", "4"]],
-    )
-    assert fit(f"{wide}\nand so on.\n", 42).splitlines() == [
-        "           unit  FIRST METHOD   sd",
-        "----------------------------------",
-        "M            kg          95.1  0.2",
-        "long name     N             1    2",
-        "",
-        "           unit  SECOND METHOD   sd",
-        "-----------------------------------",
-        "M            kg           96.1  0.3",
-        "long name     N              3    4",
-        "and so on.",
-    ]
 
 
 def wait_for(text: str, terminal: Terminal) -> None:

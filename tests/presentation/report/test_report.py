@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from axisid.estimation.diagnostics.conclusion import conclusion
 
 from axisid import (
     Coordinate,
@@ -31,15 +30,16 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
+from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.diagnostics.check import Check
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities.formula import Formula
 from axisid.presentation.formulas.mathml import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text, significant
+from axisid.presentation.html import prose_html
 from axisid.presentation.plots.estimate import force_plot
 from axisid.presentation.report.embedding import figures_data, script_json, thinned
 from axisid.presentation.report.page import report_html, report_sweep
-from axisid.presentation.report.prose import prose_html
 from axisid.presentation.report.verdict import verdict_html
 
 Run = Callable[..., tuple[int, str, str]]

@@ -6,25 +6,16 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 import click
 
-from axisid.presentation.console import show_text
+from axisid.presentation.console import print_document
 from axisid.support.json_text import json_text
+from axisid.support.shown import Shown
 
 from .earlier_output import is_earlier
 from .inputs import file_of
-
-
-class Result(Protocol):
-    """What a command found."""
-
-    def summary(self) -> str:
-        """Say it in words and tables."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Say it as JSON does."""
 
 
 def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -231,12 +222,26 @@ def _write(path: Path, text: str) -> None:
         raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
 
 
-def put_result(result: Result, json_file: str | None) -> None:
+def put_result(result: Shown, json_file: str | None) -> None:
     """Write a result where ``--json`` says, and print it unless that is standard output."""
     if json_file is not None:
         put_json(json_file, result.to_dict())
     if json_file != "-":
-        show_text(result.summary())
+        print_result(result)
+
+
+def print_result(result: Shown, **how: Any) -> None:
+    """Print a result as its summary, dressed on a terminal.
+
+    Parameters
+    ----------
+    result : Shown
+    **how
+        As its `summary` takes it.
+    """
+    from axisid.presentation.views import as_blocks
+
+    print_document(as_blocks(result, **how))
 
 
 def put_json(file: str, result: dict[str, Any]) -> None:

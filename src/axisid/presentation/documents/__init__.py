@@ -11,5 +11,7 @@ from .identification import identification_dict as identification_dict
 from .identification import record_dict as record_dict
 from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
+from .two_results import TwoResults as TwoResults
 from .two_results import compare_results as compare_results
+from .two_results import two_results_document as two_results_document
 from .validation import validation_dict as validation_dict

@@ -1,14 +1,24 @@
 """Two results that were written as JSON, side by side."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from axisid.presentation.text import text_table, wrapped
+from axisid.presentation.blocks import (
+    Block,
+    Document,
+    Notes,
+    Paragraph,
+    Sentence,
+    Table,
+    paragraph,
+    text_columns,
+)
 from axisid.support.errors import DataError
 from axisid.support.result_file import read_json
+from axisid.support.shown import Shown
 
 from .fitted import real_number
 from .identification import SCHEMA as _RESULT
@@ -50,7 +60,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TwoResults:
+class TwoResults(Shown):
     """What two results have in common, and where they part.
 
     Attributes
@@ -88,73 +98,86 @@ class TwoResults:
             "verdict": {name: list(pair) for name, pair in self.checks.items()},
         }
 
-    def summary(self) -> str:
-        """Tables of parameters and errors, then settings and checks that differ."""
-        blocks = ["\n".join(f"{side:<8}{s}" for side, s in zip("AB", self.sources, strict=True))]
-        if "axis" in self.settings:
-            blocks.append("These are results of different axes.")
-        methods = dict.fromkeys(d.method for d in self.differences)
-        blocks += [self._table(method) for method in methods]
-        for side, names in zip("AB", self.alone, strict=True):
-            blocks += [wrapped("", f"only in {side}: {', '.join(names)}", 4)] if names else []
-        blocks.append(self._settings())
-        blocks.append("\n".join(self._verdict()) or "the verdicts are the same")
-        blocks.append(
-            "[1] (B - A) / sqrt(sd_A^2 + sd_B^2), HAC deviations: for records of their own. Two "
-            "results of\n    one record share its noise; there the figure is a scale, not a test."
+
+def two_results_document(results: TwoResults) -> Document:
+    """Tables of parameters and errors, then settings and checks that differ."""
+    pairs = zip("AB", results.sources, strict=True)
+    methods = dict.fromkeys(d.method for d in results.differences)
+    alone = (
+        paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
+        for side, names in zip("AB", results.alone, strict=True)
+        if names
+    )
+    other = "These are results of different axes."
+    return (
+        paragraph(*(f"{side:<8}{source}" for side, source in pairs), filled=False),
+        *((paragraph(other),) if "axis" in results.settings else ()),
+        *(_table(results, method) for method in methods),
+        *alone,
+        *_settings_blocks(results.settings),
+        _verdict(results),
+        Notes((_NOTE,)),
+    )
+
+
+_NOTE = (
+    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC deviations: for records of their own. Two results of one "
+    "record share its noise; there the figure is a scale, not a test."
+)
+
+
+def _table(results: TwoResults, method: str) -> Table:
+    rows = [
+        (
+            d.name,
+            d.unit,
+            *(f"{x:.6g}" for x in (d.first, d.second)),
+            *(f"{x:.3g}" for x in (d.sd_first, d.sd_second)),
+            f"{d.difference:+.3g}",
+            "-" if d.deviations is None else f"{d.deviations:+.2f}",
         )
-        return "\n\n".join(blocks) + "\n"
+        for d in results.differences
+        if d.method == method
+    ]
+    for kind in ("equation error", "simulation error"):
+        pair = results.errors.get(f"{method} {kind}", (None, None))
+        cells = ["-" if x is None else f"{x:.4g}" for x in pair]
+        apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
+        rows.append((kind, "%", *cells, "", "", apart, ""))
+    heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")
+    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2)
 
-    def _table(self, method: str) -> str:
-        rows = [
-            [
-                d.name,
-                d.unit,
-                *(f"{x:.6g}" for x in (d.first, d.second)),
-                *(f"{x:.3g}" for x in (d.sd_first, d.sd_second)),
-                f"{d.difference:+.3g}",
-                "-" if d.deviations is None else f"{d.deviations:+.2f}",
-            ]
-            for d in self.differences
-            if d.method == method
+
+def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
+    if not settings:
+        return [paragraph("the settings are the same")]
+    shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
+    long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
+    rows = tuple((name, *pair) for name, pair in shown.items() if name not in long)
+    columns = text_columns(["settings that differ", "A", "B"])
+    tables: list[Block] = [Table(columns=columns, rows=rows)] if rows else []
+    return tables + [
+        paragraph(
+            *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
+            title=f"{name} differs:",
+        )
+        for name, pair in shown.items()
+        if name in long
+    ]
+
+
+def _verdict(results: TwoResults) -> Paragraph:
+    told = []
+    for name, (first, second) in results.checks.items():
+        states = [_status(first), _status(second)]
+        line = f"{name}: {states[0]} in A, {states[1]} in B"
+        told.append(Sentence(text=line, filled=False))
+        told += [
+            Sentence(text=f"    {side}: {check['meaning']}", hang=7)
+            for side, check in zip("AB", (first, second), strict=True)
+            if check is not None and check["status"] != "pass"
         ]
-        for kind in ("equation error", "simulation error"):
-            pair = self.errors.get(f"{method} {kind}", (None, None))
-            cells = ["-" if x is None else f"{x:.4g}" for x in pair]
-            apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
-            rows.append([kind, "%", *cells, "", "", apart, ""])
-        header = [method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]"]
-        return text_table(header, rows)
-
-    def _settings(self) -> str:
-        if not self.settings:
-            return "the settings are the same"
-        shown = {name: tuple(map(_short, pair)) for name, pair in self.settings.items()}
-        long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
-        rows = [[name, *pair] for name, pair in shown.items() if name not in long]
-        blocks = [text_table(["settings that differ", "A", "B"], rows)] if rows else []
-        blocks += [
-            "\n".join(
-                [
-                    f"{name} differs:",
-                    *(
-                        wrapped("", f"    {s}: {v}", 7)
-                        for s, v in zip("AB", shown[name], strict=True)
-                    ),
-                ]
-            )
-            for name in shown
-            if name in long
-        ]
-        return "\n\n".join(blocks)
-
-    def _verdict(self) -> Iterator[str]:
-        for name, (first, second) in self.checks.items():
-            states = [_status(first), _status(second)]
-            yield f"{name}: {states[0]} in A, {states[1]} in B"
-            for side, check in zip("AB", (first, second), strict=True):
-                if check is not None and check["status"] != "pass":
-                    yield wrapped("", f"    {side}: {check['meaning']}", 7)
+    return paragraph(*told) if told else paragraph("the verdicts are the same")
 
 
 def compare_results(first: str | Path, second: str | Path) -> TwoResults:

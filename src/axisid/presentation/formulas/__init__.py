@@ -3,6 +3,7 @@
 In: expressions, values. Out: LaTeX, MathML, typeset text. Knows nothing of estimators.
 """
 
+from .axis_page import axis_document as axis_document
 from .axis_page import shown as shown
 from .latex import symbol_latex as symbol_latex
 from .latex import unit_latex as unit_latex

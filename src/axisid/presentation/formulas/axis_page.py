@@ -1,34 +1,51 @@
 """An axis on one page: what was declared and what was derived, as text, LaTeX or Markdown."""
 
 import math
-import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
 from axisid.modeling.wording import Section, derived_sections, describe_settled, describe_unsettled
+from axisid.presentation.blocks import Document, Listing, paragraph, plain_text
 
 from .latex import aligned_latex, escaped_latex
 
 FORMATS = ("text", "latex", "markdown")
 
-_WIDTH = 96
 _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 
 
 def shown(model: AxisModel, form: str = "text") -> str:
     """Return the page of an axis in one of `FORMATS`."""
-    title = f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
-    sections = [
+    if form == "text":
+        return plain_text(axis_document(model))
+    write = {"latex": _latex, "markdown": _markdown}[form]
+    return write(_title(model), _sections(model), model.axis.coordinate)
+
+
+def axis_document(model: AxisModel) -> Document:
+    """Return the page of an axis in blocks."""
+    q = model.axis.coordinate
+    listings = (
+        Listing(title=section.title, lines=tuple(_lines(section, q)))
+        for section in _sections(model)
+    )
+    return paragraph(_title(model), filled=False), *listings
+
+
+def _title(model: AxisModel) -> str:
+    return f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
+
+
+def _sections(model: AxisModel) -> list[Section]:
+    return [
         *_equation(model),
         *derived_sections(model),
         *_physical(model),
         *_around(model.base.declared),
     ]
-    write = {"text": _text, "latex": _latex, "markdown": _markdown}[form]
-    return write(title, sections, model.axis.coordinate)
 
 
 def _equation(model: AxisModel) -> list[Section]:
@@ -113,38 +130,23 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
     )
 
 
-def _text(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
-    lines = [title]
-    for section in sections:
-        lines += ["", section.title]
-        lines += _wrapped(f"({section.note})") if section.note else []
-        formulas = [line for line in section.lines if isinstance(line, Formula)]
-        heads = [formula.head(coordinate) for formula in formulas]
-        listed = any(f.column is not None for f in formulas)
-        head = max(map(len, heads), default=0) if listed else 0
-        unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
-        for line in section.lines:
-            text = line if isinstance(line, str) else _row(line, coordinate, head, unit)
-            lines += _wrapped(text)
-    return "\n".join(lines) + "\n"
+def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
+    """The note of a section, then its formulas and facts, formulas of one list aligned."""
+    if section.note:
+        yield f"({section.note})"
+    formulas = [line for line in section.lines if isinstance(line, Formula)]
+    heads = [formula.head(coordinate) for formula in formulas]
+    listed = any(f.column is not None for f in formulas)
+    head = max(map(len, heads), default=0) if listed else 0
+    unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
+    for line in section.lines:
+        yield line if isinstance(line, str) else _row(line, coordinate, head, unit)
 
 
 def _row(line: Formula, coordinate: Coordinate, head: int, unit: int) -> str:
     label = f"{line.head(coordinate):<{head}}"
     label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
     return label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
-
-
-def _wrapped(line: str) -> list[str]:
-    return textwrap.wrap(
-        line,
-        _WIDTH,
-        initial_indent="  ",
-        subsequent_indent="      ",
-        break_long_words=False,
-        break_on_hyphens=False,
-        replace_whitespace=False,
-    )
 
 
 def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:

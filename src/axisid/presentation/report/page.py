@@ -15,12 +15,12 @@ from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
 from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_motion
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
 from axisid.presentation.formulas import formula_mathml
+from axisid.presentation.html import prose_html
 from axisid.presentation.plots import NoPlot, Plot, result_plots
 from axisid.support.version import __version__
 
 from .embedding import figures_data, script_json
 from .parameters import parameters_html
-from .prose import prose_html
 from .provenance import provenance_html, truth_text
 from .verdict import verdict_html
 

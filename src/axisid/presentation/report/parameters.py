@@ -8,15 +8,14 @@ from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Validation
 from axisid.presentation.formulas import decimals, readable_unit, significant, true_minus
+from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
-    drawn_text,
+    drawn_table,
     left_out_notes,
     physical_notes,
-    record_lines,
+    record_facts,
     shared_remarks,
 )
-
-from .prose import prose_html
 
 _ABOUT = {"idm": "Inverse model", "ddm": "Direct model"}
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
@@ -39,10 +38,8 @@ def parameters_html(
         for form in shown[1:]
     ]
     if draws:
-        drawn = escape(drawn_text(result.estimates, draws))
-        parts.append(
-            f"<details><summary>Intervals from draws</summary><pre>{drawn}</pre></details>"
-        )
+        drawn = table_html(drawn_table(result.estimates, draws))
+        parts.append(f"<details><summary>Intervals from draws</summary>{drawn}</details>")
     parts += [] if validation is None else [_validation(validation)]
     return "".join(parts)
 
@@ -216,7 +213,7 @@ def _validation(validation: Validation) -> str:
         + "</tr>"
         for (name, unit), figures in validation.errors.items()
     )
-    told = record_lines(validation.record)
+    told = record_facts(validation.record)
     # Names that a file brings stay as they are.
     facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
     sentences = [*map(escape, facts), *map(prose_html, validation.notes)]

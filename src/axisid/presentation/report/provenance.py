@@ -8,9 +8,8 @@ from importlib.metadata import version
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.formulas import readable_unit
+from axisid.presentation.html import unbroken
 from axisid.support.version import __version__
-
-from .prose import unbroken
 
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
 

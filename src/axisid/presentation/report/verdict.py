@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from html import escape
 
 from axisid.estimation.diagnostics import Check, by_weight, conclusion
-
-from .prose import prose_html
+from axisid.presentation.html import prose_html
 
 _SIGNS = {"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"}
 _CLASSES = {"pass": "pass", "note": "noted", "fail": "fail", "not evaluated": "missing"}

@@ -1,20 +1,19 @@
-"""Results as plain text and in notebooks.
+"""Results in words and tables.
 
-In: a result. Out: text. Computes no statistics.
+In: a result. Out: a document of blocks. Computes no statistics.
 """
 
-from .comparison import comparison_text as comparison_text
-from .identification import drawn_text as drawn_text
-from .identification import identification_text as identification_text
+from .comparison import comparison_document as comparison_document
+from .details import checks_table as checks_table
+from .estimate import estimate_document as estimate_document
+from .identification import drawn_table as drawn_table
+from .identification import identification_document as identification_document
 from .identification import left_out_notes as left_out_notes
 from .identification import shared_remarks as shared_remarks
-from .notebook import estimate_html as estimate_html
-from .notebook import result_html as result_html
 from .physical import physical_notes as physical_notes
-from .record import record_lines as record_lines
-from .record import record_text as record_text
-from .stream import stream_text as stream_text
-from .sweep import sweep_text as sweep_text
-from .tables import text_table as text_table
-from .tables import wrapped as wrapped
-from .validation import validation_text as validation_text
+from .record import record_document as record_document
+from .record import record_facts as record_facts
+from .stream import stream_document as stream_document
+from .sweep import sweep_document as sweep_document
+from .validation import validation_document as validation_document
+from .validation import validation_table as validation_table

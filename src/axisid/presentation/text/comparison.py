@@ -1,16 +1,28 @@
-"""A comparison of candidates as text."""
+"""A comparison of candidates as a document."""
 
 import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
 from axisid.estimation.diagnostics import within_bounds
+from axisid.estimation.estimates import Value
 from axisid.estimation.studies import LEVEL, Candidate, Comparison, NestedTest, ParameterCheck
 from axisid.modeling.declaration import left_out_text
+from axisid.presentation.blocks import (
+    Cell,
+    Document,
+    Heading,
+    Notes,
+    Paragraph,
+    Quantity,
+    Sentence,
+    Table,
+    paragraph,
+    text_columns,
+)
 
-from .quantity import number_with_sd
-from .record import record_lines, rows_text
-from .tables import heading_text, text_table, wrapped
+from .quantity import quantity
+from .record import record_facts, rows_text
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
@@ -31,30 +43,38 @@ _OF_NONLINEAR = MappingProxyType(
 )
 
 
-def comparison_text(comparison: Comparison) -> str:
+def comparison_document(comparison: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
     c = comparison
-    blocks = [_heading(c)]
-    blocks += [
-        _estimates(c.candidates[i : i + _ABREAST]) for i in range(0, len(c.candidates), _ABREAST)
-    ]
-    blocks.append(_errors(c.candidates))
-    if c.tests:
-        blocks.append(_tests(c))
-    said = [*_uninformed(c.candidates), *_untested(c), *_unneeded(c.tests), *_remarks(c)]
-    blocks.append("\n".join(said))
-    blocks.append(wrapped("recommended: ", f"{c.recommended or 'none'}; {c.reason}.", 4))
-    blocks.append("\n".join(wrapped(f"[{i}] ", note) for i, note in enumerate(_notes(c), 1)))
-    return "\n\n".join(block for block in blocks if block) + "\n"
+    told = f"{c.recommended or 'none'}; {c.reason}."
+    return (
+        _heading(c),
+        *(
+            _estimates(c.candidates[i : i + _ABREAST])
+            for i in range(0, len(c.candidates), _ABREAST)
+        ),
+        _errors(c.candidates),
+        *((_tests(c),) if c.tests else ()),
+        Paragraph(
+            sentences=(
+                *_uninformed(c.candidates),
+                *_untested(c),
+                *_unneeded(c.tests),
+                *_remarks(c),
+            )
+        ),
+        paragraph(Sentence(lead="recommended: ", text=told, hang=4)),
+        Notes(tuple(_notes(c))),
+    )
 
 
-def _heading(c: Comparison) -> str:
+def _heading(c: Comparison) -> Heading:
     method = (
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    lines = {"left out": _left_out(c.candidates), **record_lines(c.record)}
-    return heading_text({**lines, "columns": "", "method": method})
+    facts = {"left out": _left_out(c.candidates), **record_facts(c.record)}
+    return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
 
 def _left_out(candidates: Sequence[Candidate]) -> str:
@@ -65,66 +85,73 @@ def _left_out(candidates: Sequence[Candidate]) -> str:
     return "; ".join(f"{text} of {name}" for name, text in texts.items() if text)
 
 
-def _estimates(candidates: Sequence[Candidate]) -> str:
+def _estimates(candidates: Sequence[Candidate]) -> Table:
     """Parameters by candidate, value +- deviation."""
     units = {q.name: q.unit for c in candidates for q in c.estimate.quantities}
-    header = ["estimate +- sd [1]", "unit", *(c.name for c in candidates)]
-    rows = []
-    for name, unit in units.items():
-        values = [c.estimate.parameters.get(name) for c in candidates]
-        cells = ["-" if v is None else " +- ".join(_short(*number_with_sd(v)[:2])) for v in values]
-        rows.append([name, unit, *cells])
-    return text_table(header, rows)
+    return Table(
+        columns=text_columns(["estimate +- sd [1]", "unit", *(c.name for c in candidates)]),
+        rows=tuple(
+            (name, unit, *(_short(c.estimate.parameters.get(name)) for c in candidates))
+            for name, unit in units.items()
+        ),
+        labels=2,
+    )
 
 
-def _short(value: str, sd: str) -> tuple[str, str]:
+def _short(value: Value | None) -> Cell:
     """The digits that two digits of the deviation warrant."""
-    spread = float(sd)
+    if value is None:
+        return "-"
+    told = quantity(value)
+    number, spread = float(told.value), float(told.deviation)
     places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
-    return f"{float(value):.{places}f}", f"{spread:.{places}f}"
+    return Quantity(f"{number:.{places}f}", f"{spread:.{places}f}")
 
 
-def _errors(candidates: Sequence[Candidate]) -> str:
-    header = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
-    header += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
-    best = {
+def _errors(candidates: Sequence[Candidate]) -> Table:
+    heads = ("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %")
+    heads += ("dAIC [3]", "dBIC [3]", "dTIC [4]")
+    least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
-    rows = []
-    for c in candidates:
-        simulated = c.estimate.simulation_error_percent
-        rows.append(
-            [
-                c.name,
-                str(c.size),
-                f"{c.estimate.equation_error_percent:.4f}",
-                f"{c.equation.error_percent:.4f}",
-                "-" if simulated is None else f"{simulated:.4f}",
-                "-" if c.simulation is None else f"{c.simulation.error_percent:.4f}",
-                *(_above(getattr(c.criteria, name), least) for name, least in best.items()),
-            ]
+    rows = tuple(
+        (
+            c.name,
+            str(c.size),
+            _percent(c.estimate.equation_error_percent),
+            _percent(c.equation.error_percent),
+            _percent(c.estimate.simulation_error_percent),
+            _percent(c.simulation and c.simulation.error_percent),
+            *(_above(getattr(c.criteria, name), value) for name, value in least.items()),
         )
-    return text_table(header, rows)
+        for c in candidates
+    )
+    return Table(columns=text_columns(heads), rows=rows)
+
+
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{error:.4f}"
 
 
 def _above(value: float, least: float) -> str:
     return f"{value - least:.1f}" if math.isfinite(value - least) else "-"
 
 
-def _tests(c: Comparison) -> str:
+def _tests(c: Comparison) -> Table:
     """Every nested pair, classical and robust."""
-    rows = [
-        [
+    rows = tuple(
+        (
             f"{t.smaller} in {t.larger}",
             str(t.restrictions),
             _statistic(t.f),
             _p(t.f_p),
             _statistic(t.wald),
             _p(t.wald_p),
-        ]
+        )
         for t in c.tests
-    ]
-    return text_table(["nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"], rows)
+    )
+    heads = ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p")
+    return Table(columns=text_columns(heads), rows=rows)
 
 
 def _statistic(value: float | None) -> str:
@@ -137,38 +164,42 @@ def _p(value: float | None) -> str:
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
 
-def _uninformed(candidates: Sequence[Candidate]) -> list[str]:
-    """A line for each parameter that the record does not need."""
-    lines = [
-        wrapped("", f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
+def _line(text: str) -> Sentence:
+    return Sentence(text=text, filled=False)
+
+
+def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
+    """A sentence for each parameter that the record does not need."""
+    told = [
+        Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
         for c in candidates
         for check in c.checks
         if check.informed is False
     ]
     judged = "linear " if any(not c.axis.is_linear for c in candidates) else ""
-    return lines or [f"Every {judged}parameter of every candidate carries information [5]."]
+    return told or [_line(f"Every {judged}parameter of every candidate carries information [5].")]
 
 
-def _untested(c: Comparison) -> list[str]:
-    """A line for each pair and each parameter that no test judges."""
-    lines = [
+def _untested(c: Comparison) -> list[Sentence]:
+    """A sentence for each pair and each parameter that no test judges."""
+    told = [
         f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4]."
         for t in c.tests
         if t.not_tested
     ]
-    lines += [
+    told += [
         f"{check.name} of {each.name} is not judged: {check.not_tested} [5]."
         for each in c.candidates
         for check in each.checks
         if check.informed is None
     ]
-    return [wrapped("", line) for line in lines]
+    return [Sentence(text=text) for text in told]
 
 
-def _unneeded(tests: Sequence[NestedTest]) -> list[str]:
-    """A line for each model that says no more than one it contains."""
+def _unneeded(tests: Sequence[NestedTest]) -> list[Sentence]:
+    """A sentence for each model that says no more than one it contains."""
     return [
-        f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)})."
+        _line(f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)}).")
         for t in tests
         if t.wald_p is not None and t.wald_p >= LEVEL
     ]
@@ -189,37 +220,47 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
     return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
 
 
-def _remarks(c: Comparison) -> list[str]:
+def _remarks(c: Comparison) -> list[Sentence]:
     """What kept a candidate or a figure out, and what disagrees."""
-    faults = [
-        wrapped("", f"{each.name}: {check.meaning}.")
-        for each in c.candidates
-        if (check := within_bounds(each.estimate)).status == "fail"
-    ]
-    if not isinstance(c.law, str) and not c.law.passed:
-        faults.append(wrapped("", f"Believe nothing before this is mended: {c.law.meaning}."))
-    lines = [wrapped("", f"{name} is left out: {why}") for name, why in c.failures.items()]
-    lines += [
-        f"{a} and {b} are the same model in different parameters, on these rows." for a, b in c.same
+    told = _faults(c)
+    told += [Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()]
+    told += [
+        _line(f"{a} and {b} are the same model in different parameters, on these rows.")
+        for a, b in c.same
     ]
     shared: dict[str, list[str]] = {}
     for each in c.candidates:
         if each.reason:
             shared.setdefault(each.reason, []).append(each.name)
-    lines += [wrapped("", f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()]
+    told += [
+        Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
+    ]
     first, *others = c.candidates
-    lines += [
-        f"{e.name} and {first.name} have different control laws, so their simulation errors "
-        "compare these too."
+    told += [
+        _line(
+            f"{e.name} and {first.name} have different control laws, so their simulation errors "
+            "compare these too."
+        )
         for e in others
         if e.axis.axis.control != first.axis.axis.control
     ]
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
     if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
-        lines.append(
-            wrapped("", f"The held-out simulation error is smallest for {min(simulated)[1]}.")
-        )
-    return [*faults, *lines]
+        least = min(simulated)[1]
+        told.append(Sentence(text=f"The held-out simulation error is smallest for {least}."))
+    return told
+
+
+def _faults(c: Comparison) -> list[Sentence]:
+    """Parameters beyond their bounds, and a control law that is not the declared one."""
+    faults = [
+        f"{each.name}: {check.meaning}."
+        for each in c.candidates
+        if (check := within_bounds(each.estimate)).status == "fail"
+    ]
+    if not isinstance(c.law, str) and not c.law.passed:
+        faults.append(f"Believe nothing before this is mended: {c.law.meaning}.")
+    return [Sentence(text=fault) for fault in faults]
 
 
 def _notes(c: Comparison) -> list[str]:

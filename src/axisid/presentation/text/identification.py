@@ -1,4 +1,4 @@
-"""An identification as text: heading, tables, verdict and numbered notes."""
+"""An identification as a document: heading, tables, verdict and numbered notes."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,52 +10,66 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
+from axisid.presentation.blocks import (
+    Cell,
+    Checks,
+    Column,
+    Document,
+    Heading,
+    Judged,
+    Notes,
+    Status,
+    Table,
+    text_columns,
+)
 from axisid.presentation.formulas import decimals
 
-from .details import details_text
+from .details import details_document
 from .physical import physical_notes
-from .quantity import number_with_sd, places
-from .record import record_lines, rows_text
-from .tables import Row, heading_text, numbered, text_table, wrapped
+from .quantity import places, quantity
+from .record import record_facts, rows_text
 
 _NOTICEABLE = 0.5  # deviations
 _CORRECTED = "without filter bias"
+#: What a table with room tells of a value.
+PARTS = ("sd [1]", "rel. sd", "i.i.d. [2]")
+Row = tuple[Cell, ...]
 
 
-def identification_text(result: Identification, draws: int = 0, *, full: bool = False) -> str:
+def identification_document(
+    result: Identification, draws: int = 0, *, full: bool = False
+) -> Document:
     """Heading, one table for each model form, physical parameters, and numbered notes.
 
     See `Identification.summary`.
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
-    blocks = [_heading(result.axis, result.record)]
-    for form in ("idm", "ddm"):
-        of_form = [e for e in estimates if e.method.startswith(form)]
-        if of_form:
-            blocks.append(_estimates_table(of_form))
-    blocks += _physical_table(list(physical.values()))
-    blocks.append(_verdict(diagnosis.verdict))
+    of_forms = ([e for e in estimates if e.method.startswith(form)] for form in ("idm", "ddm"))
     rows = rows_text(result.record, result.prefilter, len(estimates[0].y))
     made = f"{rows} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [*_notes(estimates), *physical_notes(physical), made, *left_out_notes(missing)]
-    blocks.append("\n".join(numbered(i, note) for i, note in enumerate(notes, 1)))
-    drawn = f"\n{drawn_text(result.estimates, draws)}" if draws else ""
-    details = f"\n{details_text(result.estimates, diagnosis)}" if full else ""
-    return "\n\n".join(blocks) + "\n" + drawn + details
-
-
-def _heading(axis: GeneratedAxis, record: Record) -> str:
-    declared, source = axis.axis, record.provenance
-    return heading_text(
-        {
-            "axis": declared.name + (f": {declared.title}" if declared.title else ""),
-            "left out": left_out_text(axis.declared),
-            **record_lines(record),
-            "truth": _truth(axis.declared.parameters, source.truth),
-            "": _truth([p for p, _ in axis.base.combined], source.truth),
-        }
+    return (
+        _heading(result.axis, result.record),
+        *(_estimates_table(of_form) for of_form in of_forms if of_form),
+        *_physical_tables(list(physical.values())),
+        verdict_block(diagnosis.verdict),
+        Notes(tuple(notes)),
+        *((drawn_table(result.estimates, draws),) if draws else ()),
+        *(details_document(result.estimates, diagnosis) if full else ()),
     )
+
+
+def _heading(axis: GeneratedAxis, record: Record) -> Heading:
+    declared, source = axis.axis, record.provenance
+    facts = {
+        "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+        "left out": left_out_text(axis.declared),
+        **record_facts(record),
+        "truth": _truth(axis.declared.parameters, source.truth),
+        "": _truth([p for p, _ in axis.base.combined], source.truth),
+    }
+    return Heading(facts=tuple(facts.items()))
 
 
 def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
@@ -64,46 +78,39 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
     )
 
 
-def _estimates_table(estimates: Sequence[Estimate]) -> str:
-    header = _header("", [e.method for e in estimates])
+def _estimates_table(estimates: Sequence[Estimate]) -> Table:
     first = estimates[0]
     rows = _value_rows([e.parameters for e in estimates], _labels(first.quantities))
     rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
-    rows.append(_row("equation error", "%", [f"{e.equation_error_percent:.4f}" for e in estimates]))
-    rows.append(
-        _row(
-            "simulation error",
-            "%",
-            [
-                "-" if e.simulation_error_percent is None else f"{e.simulation_error_percent:.4f}"
-                for e in estimates
-            ],
-        )
-    )
-    rows.append(_row("rows", "", [str(len(e.y)) for e in estimates]))
-    rows.append(_row("condition number", "", [f"{e.condition_number:.3f}" for e in estimates]))
-    rows.append(
-        _row("iterations", "", [str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates])
-    )
-    return text_table(header, rows)
+    rows += [
+        ("equation error", "%", *(f"{e.equation_error_percent:.4f}" for e in estimates)),
+        ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
+        ("rows", "", *(str(len(e.y)) for e in estimates)),
+        ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
+        ("iterations", "", *(str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates)),
+    ]
+    return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
 
 
-def _physical_table(found: Sequence[Physical]) -> list[str]:
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{error:.4f}"
+
+
+def _physical_tables(found: Sequence[Physical]) -> list[Table]:
     """Physical parameters that are no base parameters, if there are any, of one model form."""
     every = [physical for physical in found if physical.shows_more]
     shown = [physical for physical in every if physical.method.startswith("idm")] or every
     if not shown:
         return []
-    header = _header("physical parameters", [physical.method for physical in shown])
+    columns = _columns("physical parameters", [physical.method for physical in shown])
     names = {name: name for name in shown[0].parameters}
-    return [text_table(header, _value_rows([physical.parameters for physical in shown], names))]
+    rows = _value_rows([physical.parameters for physical in shown], names)
+    return [Table(columns=columns, rows=tuple(rows), labels=2)]
 
 
-def _header(what: str, methods: Iterable[str]) -> list[str]:
-    header = [what, "unit"]
-    for method in methods:
-        header += [method.upper(), "sd [1]", "rel. sd", "i.i.d. [2]"]
-    return header
+def _columns(what: str, methods: Iterable[str]) -> tuple[Column, ...]:
+    of_methods = (Column(method.upper(), parts=PARTS) for method in methods)
+    return (*text_columns([what, "unit"]), *of_methods)
 
 
 def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
@@ -113,11 +120,9 @@ def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
 def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str]) -> list[Row]:
     rows: list[Row] = []
     for name, label in labels.items():
-        cells = [label, columns[0][name].unit]
-        for column in columns:
-            cells += number_with_sd(column[name])
-        rows.append(cells)
-        rows += _corrected_row([column[name] for column in columns])
+        values = [column[name] for column in columns]
+        rows.append((label, values[0].unit, *map(quantity, values)))
+        rows += _corrected_row(values)
     return rows
 
 
@@ -125,12 +130,12 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
     """The centres of the intervals, where one is noticeably not the value above it."""
     if not any(shift(v.filter_bias, v.deviation) > _NOTICEABLE for v in values):
         return []
-    numbers = ["-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values]
-    return [_row(f"  {_CORRECTED}", "", numbers)]
+    numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
+    return [(f"  {_CORRECTED}", "", *numbers)]
 
 
-def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
-    """A table of intervals from draws, beside those of the delta method."""
+def drawn_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
+    """Intervals from draws, beside those of the delta method."""
     rows: list[Row] = []
     lost, seed = 0, 0
     for method, estimate in estimates.items():
@@ -138,25 +143,15 @@ def drawn_text(estimates: Mapping[str, Estimate], draws: int) -> str:
             drawn = estimate.propagate(name, draws=draws)
             lost = max(lost, drawn.lost)
             seed = drawn.seed
-            rows.append(
-                [
-                    f"{method.upper()} {name}",
-                    value.unit,
-                    *(
-                        f"{x:.{decimals(value.deviation)}f}"
-                        for x in (drawn.median, *drawn.interval, *value.interval)
-                    ),
-                ]
-            )
-    header = ["", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"]
+            digits = decimals(value.deviation)
+            numbers = (drawn.median, *drawn.interval, *value.interval)
+            cells = (f"{x:.{digits}f}" for x in numbers)
+            rows.append((f"{method.upper()} {name}", value.unit, *cells))
     said = f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
     if lost:
         said += f"; up to {lost} gave no positive inertia and are left out"
-    return f"{text_table(header, rows)}\n{said}.\n"
-
-
-def _row(label: str, unit: str, cells: Sequence[str]) -> Row:
-    return [label, unit, *(c for cell in cells for c in (cell, "", "", ""))]
+    heads = ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %")
+    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2, said=(f"{said}.",))
 
 
 def _notes(estimates: Sequence[Estimate]) -> list[str]:
@@ -223,24 +218,24 @@ def _gain_notes(estimate: Estimate) -> list[str]:
     ]
 
 
-def _verdict(checks: Sequence[Check]) -> str:
+def verdict_block(checks: Sequence[Check]) -> Checks:
     """Whether to believe it, a sentence for each check that did not pass, and what passed."""
     ordered = by_weight(checks)
-    lines = [wrapped("verdict    ", conclusion(checks)), ""]
-    for status, head in (("fail", "FAIL   "), ("note", "note   ")):
-        told = [c for c in ordered if c.status == status]
-        lines += [wrapped(head, f"{check.name}: {check.meaning}") for check in told]
+    statuses: tuple[Status, ...] = ("fail", "note")
+    judged = [
+        Judged(status, (check.name,), check.meaning)
+        for status in statuses
+        for check in ordered
+        if check.status == status
+    ]
     skipped: dict[str, list[str]] = {}
     for check in checks:
         if check.status == "not evaluated":
             skipped.setdefault(check.meaning, []).append(check.name)
-    lines += [
-        wrapped("-      ", f"{', '.join(names)}: not evaluated, {why}")
-        for why, names in skipped.items()
-    ]
-    passed = [check.name for check in checks if check.status == "pass"]
-    lines += [wrapped("pass   ", ", ".join(passed))] if passed else []
-    return "\n".join(lines)
+    judged += [Judged("not evaluated", tuple(names), why) for why, names in skipped.items()]
+    passed = tuple(check.name for check in checks if check.status == "pass")
+    judged += [Judged("pass", passed)] if passed else []
+    return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 
 
 def left_out_notes(missing: Mapping[str, str]) -> list[str]:
@@ -253,8 +248,3 @@ def left_out_notes(missing: Mapping[str, str]) -> list[str]:
 
 def _sentence(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
-
-
-def failed(name: str, meaning: str) -> str:
-    """A failed check, as in a verdict."""
-    return wrapped("FAIL   ", f"{name}: {meaning}")

@@ -3,21 +3,21 @@
 import math
 
 from axisid.estimation.estimates import Value
+from axisid.presentation.blocks import Quantity
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 
 
-def number_with_sd(value: Value) -> tuple[str, str, str, str]:
-    """Value, deviation, relative deviation and i.i.d. deviation, digits as they warrant."""
+def quantity(value: Value) -> Quantity:
+    """Value and deviation; then relative deviation and i.i.d. deviation, digits as they warrant."""
     digits = places(value)
     relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
     percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
-    return (
+    return Quantity(
         f"{value.value:.{digits}f}",
         f"{value.deviation:.{digits}f}",
-        percent,
-        f"{value.sd:.{digits}f}",
+        (percent, f"{value.sd:.{digits}f}"),
     )
 
 

@@ -4,8 +4,7 @@ import numpy as np
 
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
-
-from .tables import heading_text, text_table
+from axisid.presentation.blocks import Document, Heading, Table, text_columns
 
 
 def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
@@ -35,7 +34,7 @@ def _of_segments(record: Record, prefilter: Prefilter) -> str:
     return f" in {used} of {there} segments (the others are too short)"
 
 
-def record_lines(record: Record) -> dict[str, str]:
+def record_facts(record: Record) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
     return {
@@ -46,11 +45,12 @@ def record_lines(record: Record) -> dict[str, str]:
     }
 
 
-def record_text(record: Record) -> str:
+def record_document(record: Record) -> Document:
     """Where it comes from, what was assumed and repaired, and how far its columns reach."""
-    rows = [
-        [role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values)))]
+    rows = tuple(
+        (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
         for role, values in record.channels().items()
-    ]
-    table = text_table(["", "least", "most", "range"], rows)
-    return f"{heading_text(record_lines(record))}\n\n{table}\nValues are SI.\n"
+    )
+    columns = text_columns(["", "least", "most", "range"])
+    table = Table(columns=columns, rows=rows, said=("Values are SI.",))
+    return Heading(facts=tuple(record_facts(record).items())), table

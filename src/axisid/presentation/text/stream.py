@@ -1,30 +1,59 @@
-"""What comes of a log that was read in blocks, as text."""
+"""What comes of a log that was read in blocks, as a document."""
 
 from axisid.estimation.studies import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
+from axisid.presentation.blocks import (
+    Cell,
+    Checks,
+    Column,
+    Document,
+    Heading,
+    Judged,
+    Notes,
+    Table,
+    text_columns,
+)
 
-from .identification import failed
-from .quantity import number_with_sd
-from .tables import heading_text, numbered, text_table
+from .identification import PARTS
+from .quantity import quantity
 
 
-def stream_text(estimate: StreamedEstimate) -> str:
-    """The estimate as text, with notes."""
-    source, f, declared = estimate.provenance, estimate.prefilter, estimate.axis.axis
-    heading = heading_text(
-        {
-            "axis": declared.name + (f": {declared.title}" if declared.title else ""),
-            "left out": left_out_text(estimate.axis.declared),
-            "record": f"{source.source}, {estimate.samples} samples of "
-            f"{1e3 * estimate.period:.6g} ms, read in blocks",
-            "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
-            "assumed": "; ".join(source.assumed),
-        }
+def stream_document(estimate: StreamedEstimate) -> Document:
+    """Heading, estimates, faults if there are any, and notes."""
+    faults = {"control law": estimate.time_base, "bounds": estimate.beyond_bounds}
+    return (
+        _heading(estimate),
+        _table(estimate),
+        *(Checks(judged=(Judged("fail", (name,), why),)) for name, why in faults.items() if why),
+        Notes(_notes(estimate)),
     )
-    rows = [[n, v.unit, *number_with_sd(v)] for n, v in estimate.parameters.items()]
-    rows.append(["equation error", "%", f"{estimate.equation_error_percent:.4f}", "", "", ""])
-    rows.append(["condition number", "", f"{estimate.condition_number:.3f}", "", "", ""])
-    table = text_table(["", "unit", "IDM-LS", "sd [1]", "rel. sd", "i.i.d. [2]"], rows)
+
+
+def _heading(estimate: StreamedEstimate) -> Heading:
+    source, declared = estimate.provenance, estimate.axis.axis
+    facts = {
+        "axis": declared.name + (f": {declared.title}" if declared.title else ""),
+        "left out": left_out_text(estimate.axis.declared),
+        "record": f"{source.source}, {estimate.samples} samples of "
+        f"{1e3 * estimate.period:.6g} ms, read in blocks",
+        "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
+        "assumed": "; ".join(source.assumed),
+    }
+    return Heading(facts=tuple(facts.items()))
+
+
+def _table(estimate: StreamedEstimate) -> Table:
+    rows: list[tuple[Cell, ...]] = [
+        (name, value.unit, quantity(value)) for name, value in estimate.parameters.items()
+    ]
+    rows.append(("equation error", "%", f"{estimate.equation_error_percent:.4f}"))
+    rows.append(("condition number", "", f"{estimate.condition_number:.3f}"))
+    columns = (*text_columns(["", "unit"]), Column("IDM-LS", parts=PARTS))
+    return Table(columns=columns, rows=tuple(rows), labels=2)
+
+
+def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
+    f = estimate.prefilter
     start, end = f.dropped(estimate.period)
     quiet = f"are left out, {estimate.silenced} samples"
     if f.reversals == "keep":
@@ -34,7 +63,7 @@ def stream_text(estimate: StreamedEstimate) -> str:
             else ""
         )
         quiet = f"are kept{biased}"
-    notes = (
+    return (
         f"HAC, Bartlett kernel, {estimate.lags} lags (plug-in rule), times n/(n - k).",
         f"i.i.d., residual variance with n - 1 = {estimate.rows - 1}.",
         f"{estimate.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
@@ -43,7 +72,3 @@ def stream_text(estimate: StreamedEstimate) -> str:
         "Not checked: instruments, control law, timing and residuals need the whole log in "
         "memory, as a piece of it is. Identify such a piece without --stream too.",
     )
-    faults = {"control law": estimate.time_base, "bounds": estimate.beyond_bounds}
-    verdict = "".join(f"{failed(name, why)}\n\n" for name, why in faults.items() if why)
-    listed = "\n".join(numbered(i, note) for i, note in enumerate(notes, 1))
-    return f"{heading}\n\n{table}\n\n{verdict}{listed}\n"

@@ -1,24 +1,27 @@
-"""Estimates held against another record, as text."""
+"""Estimates held against another record, as a document."""
 
 from axisid.estimation.studies import Validation
+from axisid.presentation.blocks import Document, Heading, Table, text_columns
 
-from .record import record_lines
-from .tables import heading_text, text_table
+from .record import record_facts
 
 
-def validation_text(validation: Validation) -> str:
-    """The errors as a table of text."""
+def validation_document(validation: Validation) -> Document:
+    """What was repaired of the record, and the errors."""
     record = validation.record
-    header = ["validation", "unit", *(v.method.upper() for v in validation)]
-    rows = [[*name, *map(_cell, figures)] for name, figures in validation.errors.items()]
-    lines = [
-        f"Frozen estimates on {record.provenance.source}, {len(record)} samples:",
-        *filter(None, [heading_text({"repaired": record_lines(record)["repaired"]})]),
-        "",
-        text_table(header, rows),
-        *validation.notes,
-    ]
-    return "\n".join(lines) + "\n"
+    title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
+    repaired = ("repaired", record_facts(record)["repaired"])
+    return Heading(facts=(repaired,), title=title), validation_table(validation)
+
+
+def validation_table(validation: Validation) -> Table:
+    """The errors by method."""
+    return Table(
+        columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
+        rows=tuple((*name, *map(_cell, figures)) for name, figures in validation.errors.items()),
+        labels=2,
+        said=tuple(validation.notes),
+    )
 
 
 def _cell(value: float | None) -> str:

@@ -1,0 +1,147 @@
+"""Which samples of a record count, and which rows they make under a prefilter."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.support.arrays import Array, runs
+
+from .neighbours import Neighbours
+from .prefilter import Prefilter, Span
+from .reversals import near_turns, rest_below
+
+LIGHT = 0.1  # weight below which a row is left out
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """The samples of one record under a prefilter, and the rows that they make.
+
+    Each segment is filtered by itself, and loses its transients at both ends; one that is too short
+    for that is left out. So are the rows whose filters reach a masked sample.
+
+    Attributes
+    ----------
+    prefilter : Prefilter
+    samples : int
+    period : float
+        s
+    segments : tuple of (int, int)
+        Of a record with gaps; none of one without.
+    masked : tuple of (int, int)
+        Samples that no row may be made of.
+    excluded : tuple of (int, int)
+        Samples without weight, near reversals and rests.
+    """
+
+    prefilter: Prefilter
+    samples: int
+    period: float
+    segments: tuple[Span, ...] = ()
+    masked: tuple[Span, ...] = ()
+    excluded: tuple[Span, ...] = ()
+
+    @property
+    def longest(self) -> int:
+        """Samples of the longest stretch without a gap."""
+        return max((stop - start for start, stop in self.segments), default=self.samples)
+
+    @cached_property
+    def spans(self) -> tuple[Span, ...]:
+        """The segments that are long enough; of a record without gaps, the record."""
+        if not self.segments:
+            return ((0, self.samples),)
+        needed = self.prefilter.needed(self.period)
+        return tuple(span for span in self.segments if span[1] - span[0] >= needed)
+
+    def motion(self, position: Array) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out."""
+        q = np.array(position, dtype=float)
+        dq, ddq = np.zeros_like(q), np.zeros_like(q)
+        for start, stop in self.spans:
+            piece = self.prefilter.motion(position[start:stop], self.period)
+            q[start:stop], dq[start:stop], ddq[start:stop] = piece
+        return q, dq, ddq
+
+    def reduce(self, signals: Array) -> Array:
+        """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k)."""
+        reduced = self._reduced(signals)
+        return reduced if self._selected is None else reduced[self._selected]
+
+    @cached_property
+    def rows(self) -> Array:
+        """Sample numbers of the rows that `reduce` keeps, (n,)."""
+        return self._all_rows if self._selected is None else self._all_rows[self._selected]
+
+    @cached_property
+    def weights(self) -> Array:
+        """What each row makes of a signal that is 1 everywhere, (n,); see `row_gain`."""
+        return self.reduce(np.ones(self.samples))
+
+    @cached_property
+    def kept(self) -> NDArray[np.bool_]:
+        """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
+        start, end = self.prefilter.dropped(self.period)
+        kept = np.zeros(self.samples, dtype=bool)
+        for first, last in self.spans:
+            kept[first + start : last - end] = True
+        for first, last in self.masked:
+            kept[first:last] = False
+        return kept
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        numbers = self.rows.astype(np.int64)
+        starts = [start for start, _ in self.spans[1:]]
+        pieces = np.split(numbers, np.searchsorted(numbers, starts))
+        return Neighbours.joined([Neighbours.of(p, self.prefilter.decimate) for p in pieces])
+
+    @property
+    def masked_rows(self) -> int:
+        """How many rows are left out because their filters reach a masked sample."""
+        return int(np.sum(~self._clean))
+
+    def turns(self, velocity: Array) -> tuple[Span, ...]:
+        """Samples near which a filtered velocity, (N,), changes its sign or rests, by segment."""
+        rest = rest_below(velocity[a:b] for a, b in self.spans)
+        reach = self.prefilter.turn_reach(self.period)
+        return tuple(
+            stretch
+            for a, b in self.spans
+            for stretch in runs(near_turns(velocity[a:b], reach, rest), a)
+        )
+
+    def _reduced(self, signals: Array) -> Array:
+        """`reduce` with the rows that are masked or have no weight among them."""
+        weighted = np.array(signals, dtype=float)
+        for start, stop in self.excluded:
+            weighted[start:stop] = 0.0
+        pieces = [self.prefilter.reduce(weighted[a:b], self.period) for a, b in self.spans]
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    @cached_property
+    def _all_rows(self) -> Array:
+        pieces = [a + self.prefilter.rows(b - a, self.period) for a, b in self.spans]
+        return np.concatenate(pieces)
+
+    @cached_property
+    def _clean(self) -> NDArray[np.bool_]:
+        """Which rows no filter brings a masked sample into."""
+        clean = np.ones(len(self._all_rows), dtype=bool)
+        reach = self.prefilter.memory(self.period) * self.prefilter.decimate
+        for start, stop in self.masked:
+            first, last = np.searchsorted(self._all_rows, (start - reach, stop + reach))
+            clean[first:last] = False
+        return clean
+
+    @cached_property
+    def _selected(self) -> NDArray[np.bool_] | None:
+        """Which rows are neither masked nor excluded; None for all."""
+        if not (self.masked or self.excluded):
+            return None
+        if not self.excluded:
+            return self._clean
+        return self._clean & (self._reduced(np.ones(self.samples)) > LIGHT)

@@ -1,0 +1,191 @@
+"""The blocks of a document: what is shown of a result, before it is known where."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+Align = Literal["left", "right"]
+Status = Literal["fail", "note", "not evaluated", "pass"]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A value with its deviation, digits as they warrant.
+
+    Attributes
+    ----------
+    value : str
+    deviation : str
+        Empty where there is none.
+    more : tuple of str
+        What else a table with room tells of it, as its column's `parts` say.
+    """
+
+    value: str
+    deviation: str
+    more: tuple[str, ...] = ()
+
+
+Cell = str | Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    head : str
+    unit : str
+        Of everything in it.
+    align : {"right", "left"}
+    parts : tuple of str
+        Heads of the deviation and of what else a `Quantity` tells, where each has a column of its
+        own. Without them a quantity is one text.
+    group : str
+        Neighbours of one group stay beside one another on a narrow terminal, as parts do.
+    """
+
+    head: str
+    unit: str = ""
+    align: Align = "right"
+    parts: tuple[str, ...] = ()
+    group: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Rows of cells.
+
+    Attributes
+    ----------
+    columns : tuple of Column
+    rows : tuple of tuple of Cell
+    labels : int
+        The first columns that say what a row is of, repeated where a table is broken.
+    title : str
+        Above it.
+    said : tuple of str
+        Sentences below it.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    labels: int = 1
+    title: str = ""
+    said: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Heading:
+    """Named facts under one another; those without a text are passed over.
+
+    Attributes
+    ----------
+    facts : tuple of (name, text)
+    title : str
+        Above them.
+    """
+
+    facts: tuple[tuple[str, str], ...]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Checks with one outcome.
+
+    Attributes
+    ----------
+    status : Status
+    names : tuple of str
+    meaning : str
+        Nothing has to be said of what passed.
+    """
+
+    status: Status
+    names: tuple[str, ...]
+    meaning: str = ""
+
+    @property
+    def text(self) -> str:
+        """The names, and what is said of them."""
+        listed = ", ".join(self.names)
+        unmade = "not evaluated, " if self.status == "not evaluated" else ""
+        return f"{listed}: {unmade}{self.meaning}" if self.meaning else listed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checks:
+    """What was checked, the gravest first.
+
+    Attributes
+    ----------
+    judged : tuple of Judged
+    conclusion : str
+        Whether to believe it; empty where that is not concluded.
+    """
+
+    judged: tuple[Judged, ...]
+    conclusion: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Notes:
+    """Notes that tables refer to by number, from 1."""
+
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sentence:
+    """A sentence or more.
+
+    Attributes
+    ----------
+    text : str
+    lead : str
+        First words that stand out.
+    hang : int
+        Blanks before its further lines.
+    filled : bool
+        Whether lines are broken at the width of a page.
+    """
+
+    text: str
+    lead: str = ""
+    hang: int = 0
+    filled: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paragraph:
+    """Sentences, each on a line of its own, under a title or none."""
+
+    sentences: tuple[Sentence, ...]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listing:
+    """Formulas and facts under a title; none of their words is broken."""
+
+    title: str
+    lines: tuple[str, ...]
+
+
+Block = Heading | Table | Checks | Notes | Paragraph | Listing
+Document = tuple[Block, ...]
+
+
+def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
+    """Columns by their heads: the first to the left, the others to the right."""
+    return tuple(Column(head, align="right" if i else "left") for i, head in enumerate(heads))
+
+
+def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:
+    """A paragraph of sentences; plain texts among them are filled or stay on one line."""
+    told = (
+        Sentence(text=each, filled=filled) if isinstance(each, str) else each for each in sentences
+    )
+    return Paragraph(sentences=tuple(told), title=title)

@@ -1,0 +1,45 @@
+"""An estimate as a document: its parameters with deviations and intervals, and its errors."""
+
+from axisid.estimation.estimates import Estimate, Value
+from axisid.presentation.blocks import Column, Document, Quantity, Table
+
+from .quantity import quantity
+
+
+def estimate_document(estimate: Estimate) -> Document:
+    """Every parameter with its deviation and interval, and the errors."""
+    values = {**estimate.ddm_parameters, **estimate.parameters}
+    errors = {
+        "equation error": estimate.equation_error_percent,
+        "simulation error": estimate.simulation_error_percent,
+    }
+    about = estimate.covariance_names[estimate.chosen]
+    table = Table(
+        columns=(
+            Column("", align="left"),
+            Column("unit"),
+            Column("value +- sd"),
+            Column("95 % interval"),
+        ),
+        rows=(
+            *((name, v.unit, _short(v), _interval(v)) for name, v in values.items()),
+            *((name, "%", _percent(error), "") for name, error in errors.items()),
+        ),
+        labels=2,
+        title=f"{estimate.method.upper()}; sd: {about}",
+    )
+    return (table,)
+
+
+def _short(value: Value) -> Quantity:
+    told = quantity(value)
+    return Quantity(told.value, told.deviation)
+
+
+def _interval(value: Value) -> str:
+    low, high = value.interval
+    return f"{low:.6g} … {high:.6g}"
+
+
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{error:.4g}"

@@ -1,0 +1,203 @@
+"""Blocks on a terminal: the words of plain text, in colours and within its width."""
+
+import io
+
+import click
+import pytest
+from rich.cells import cell_len
+
+from axisid import Identification, Record, derive, identify, load_axis, sweep
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.blocks import (
+    Block,
+    Checks,
+    Column,
+    Document,
+    Heading,
+    Judged,
+    Listing,
+    Notes,
+    Quantity,
+    Sentence,
+    Table,
+    paragraph,
+    plain_text,
+    text_columns,
+)
+from axisid.presentation.console.dressed import print_dressed
+from axisid.presentation.formulas.axis_page import axis_document
+from axisid.presentation.views import as_blocks
+
+LONG = "words " * 30
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def dressed(document: Document, width: int, *, coloured: bool = True) -> str:
+    stream = io.StringIO()
+    print_dressed(document, stream, width, coloured=coloured)
+    return stream.getvalue()
+
+
+def fitted(document: Document, width: int) -> list[str]:
+    return dressed(document, width, coloured=False).splitlines()
+
+
+def words(text: str) -> set[str]:
+    return {word for word in text.split() if {*word} != {"-"}}
+
+
+def methods(*heads: str) -> Table:
+    """A table of two rows for each of the methods."""
+    rows = {"M": "kg", "long name": "N"}
+    return Table(
+        columns=(*text_columns(["", "unit"]), *(Column(head, parts=("sd",)) for head in heads)),
+        rows=tuple(
+            (name, unit, *(Quantity(f"{i}.5", f"0.{i}") for i, _ in enumerate(heads)))
+            for name, unit in rows.items()
+        ),
+        labels=2,
+    )
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title"),
+        methods("ONE", "TWO"),
+        Table(columns=text_columns(["a", "b"]), rows=(("c", "d"),), title="T", said=("Said.",)),
+        Checks(judged=(Judged("fail", ("one", "two"), LONG), Judged("pass", ("three",)))),
+        Checks(judged=(Judged("not evaluated", ("one",), "since"),), conclusion=LONG),
+        Notes(("one", LONG)),
+        paragraph(LONG, Sentence(lead="so: ", text=LONG, hang=4), title="Title"),
+        paragraph("one", "two", filled=False),
+        Listing(title="Title", lines=("a  = b", LONG)),
+    ],
+)
+def test_on_a_wide_terminal_every_block_is_as_in_plain_text(block: Block) -> None:
+    assert click.unstyle(dressed((block, block), 120)) == plain_text((block, block))
+    for width in (30, 60):
+        lines = fitted((block,), width)
+        assert max(map(len, lines)) <= width
+        assert words(plain_text((block,))) <= words("\n".join(lines))
+
+
+def test_an_identification_is_coloured_and_says_the_same(result: Identification) -> None:
+    document = as_blocks(result, draws=20, full=True)
+    drawn = dressed(document, 130)
+    assert click.unstyle(drawn) == plain_text(document)
+    assert dressed(document, 130, coloured=False) == plain_text(document)
+
+
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_a_narrow_terminal_gets_every_word_within_its_width(
+    result: Identification, twin: Record, width: int
+) -> None:
+    swept = sweep(result.axis, twin, [40.0, 60.0])
+    documents = [as_blocks(result, full=True), as_blocks(swept), as_blocks(twin)]
+    documents += [axis_document(derive(load_axis("emps")))]
+    for document in documents:
+        lines = fitted(document, width)
+        assert max(map(len, lines)) <= width
+        assert words(plain_text(document)) <= words("\n".join(lines))
+
+
+def test_headers_are_bold_and_checks_in_colours() -> None:
+    checks = Checks(
+        judged=(
+            Judged("fail", ("one",), "two"),
+            Judged("note", ("three",), "four"),
+            Judged("not evaluated", ("five",), "since\n six"),
+            Judged("pass", ("seven",)),
+        )
+    )
+    drawn = dressed((checks, methods("ONE")), 80)
+    assert "\x1b[1;31mFAIL   one:\x1b[0m two" in drawn
+    assert click.style("note   three: four", dim=True) in drawn
+    assert click.style("-      five: not evaluated, since  six", dim=True) in drawn
+    assert f"{click.style('pass   ', fg='green')}seven" in drawn
+    head = drawn.splitlines()[5]
+    assert head.startswith("\x1b[1m")
+    assert click.unstyle(head) == "           unit  ONE   sd"
+    lead = dressed((paragraph(Sentence(lead="recommended: ", text="this")),), 80)
+    assert lead == f"{click.style('recommended:', bold=True)} this\n"
+
+
+def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:
+    table = methods("FIRST METHOD", "SECOND METHOD")
+    assert fitted((table, paragraph("and so on")), 42) == [
+        "           unit  FIRST METHOD   sd",
+        "----------------------------------",
+        "M            kg           0.5  0.0",
+        "long name     N           0.5  0.0",
+        "",
+        "           unit  SECOND METHOD   sd",
+        "-----------------------------------",
+        "M            kg            1.5  0.1",
+        "long name     N            1.5  0.1",
+        "",
+        "and so on",
+    ]
+
+
+def test_a_method_that_is_too_wide_has_its_value_on_every_part() -> None:
+    column = Column("METHOD", parts=("deviation", "relative"))
+    table = Table(
+        columns=(*text_columns([""]), column),
+        rows=(("name", Quantity("1.5", "0.1", ("7 %",))), ("rows", "8")),
+    )
+    assert fitted((table,), 24) == [
+        "      METHOD  deviation",
+        "-----------------------",
+        "name     1.5        0.1",
+        "rows       8",
+        "",
+        "      METHOD  relative",
+        "----------------------",
+        "name     1.5       7 %",
+        "rows       8",
+    ]
+
+
+def test_columns_of_a_group_stay_together_and_labels_are_folded_at_blanks() -> None:
+    columns = (Column("0", group="0"), Column("paper", group="0"), Column("1", group="1"))
+    table = Table(columns=(*text_columns(["step"]), *columns), rows=(("of a b", *"123"),))
+    assert fitted((table,), 20)[0] == "step    0  paper  1"
+    wide = Table(columns=text_columns(["", "value"]), rows=(("a name of several words", "1" * 12),))
+    assert fitted((wide,), 22) == [
+        "                 value",
+        "----------------------",
+        "a name    111111111111",
+        "of",
+        "several",
+        "words",
+    ]
+
+
+def test_wide_letters_take_two_columns() -> None:
+    title = Heading(facts=(("axis", "日本語のタイトル " * 8),))
+    table = Table(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22")))
+    for width in (40, 60):
+        lines = fitted((title, table), width)
+        assert max(map(cell_len, lines)) <= width
+        assert "".join(lines).count("日本語のタイトル") == 8
+    assert fitted((table,), 40) == [
+        "      value",
+        "-----------",
+        "日本      1",
+        "name     22",
+    ]
+
+
+def test_a_word_that_is_wider_than_the_terminal_is_folded() -> None:
+    lines = fitted((paragraph("x" * 70),), 30)
+    assert [len(line) for line in lines] == [30, 30, 10]
+    assert fitted((methods("ONE"),), 1) == fitted((methods("ONE"),), 20)
+
+
+def test_what_looks_like_markup_is_text() -> None:
+    said = "[bold]x[/bold] :smile:"
+    assert fitted((paragraph(said),), 80) == [said]
