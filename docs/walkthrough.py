@@ -76,9 +76,7 @@ print(record)
 from axisid.estimation.signals import FilteredRecord
 
 data = FilteredRecord.bind(generated, record, axisid.Prefilter())
-print(
-    data.prefilter.hold, data.prefilter.reversals, len(data.prefilter.silent), "stretches left out"
-)
+print(data.prefilter.hold, data.prefilter.reversals, len(data.excluded), "stretches left out")
 print(
     type(data.signals).__name__,
     len(data.signals.velocity),

@@ -14,7 +14,8 @@ from axisid.support.errors import AxisidError, DataError, UsageError
 
 from .motion import resting
 from .neighbours import Neighbours
-from .prefilter import Prefilter
+from .prefilter import Prefilter, Span
+from .sampling import Sampling
 from .signals import Signals, beside_force, drive_force
 from .without_turns import LEAST_LEFT, Information
 
@@ -33,12 +34,15 @@ class FilteredRecord:
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        With all that `bind` decided: hold, segments, masked samples, and those left out.
+        With the hold and the reversals that `bind` chose where they were left open.
+    excluded : tuple of (int, int)
+        Samples near reversals and rests that have no weight.
     """
 
     axis: GeneratedAxis
     record: Record
     prefilter: Prefilter
+    excluded: tuple[Span, ...] = ()
 
     @classmethod
     def bind(cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> "FilteredRecord":
@@ -51,20 +55,19 @@ class FilteredRecord:
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(f"the prefilter is {prefilter!r}; give a Prefilter, or leave it out.")
-        fitted = replace(
-            prefilter,
-            hold=chosen_hold(prefilter, axis, measured=record.force is not None),
-            reversals="keep",
-            segments=record.segments,
-            masked=record.masked,
-            silent=(),
-        )
-        check_filter(fitted, axis, len(record), record.period, record.provenance.source)
-        kept = cls(axis=axis, record=record, prefilter=fitted)
+        hold = chosen_hold(prefilter, axis, measured=record.force is not None)
+        settings = replace(prefilter, hold=hold, reversals="keep")
+        kept = cls(axis=axis, record=record, prefilter=settings)
+        longest = kept.sampling.longest
+        what = "the record's longest segment" if record.segments else "the record"
+        check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        silent = fitted.turns(kept.motion[1], record.period)
-        left_out = replace(kept, prefilter=replace(fitted, reversals="leave-out", silent=silent))
+        left_out = replace(
+            kept,
+            prefilter=replace(settings, reversals="leave-out"),
+            excluded=kept.sampling.turns(kept.motion[1]),
+        )
         vars(left_out)["motion"] = kept.motion  # the same, whatever is left out of the rows
         if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
             return kept
@@ -86,52 +89,64 @@ class FilteredRecord:
         return self.record.period
 
     @cached_property
+    def sampling(self) -> Sampling:
+        """Which samples count, and which rows they make."""
+        return Sampling(
+            prefilter=self.prefilter,
+            samples=len(self.record),
+            period=self.record.period,
+            segments=self.record.segments,
+            masked=self.record.masked,
+            excluded=self.excluded,
+        )
+
+    @cached_property
     def motion(self) -> Motion:
         """Filtered position, velocity and acceleration, each (N,)."""
-        return self.prefilter.motion(self.record.position, self.period)
+        return self.sampling.motion(self.record.position)
 
     @cached_property
     def signals(self) -> Signals:
         """Filtered motion beside the force, aligned as the prefilter says."""
         return self._beside(drive_force(self.axis, self.record))
 
-    @cached_property
+    @property
     def weights(self) -> Array:
-        """Of the rows, (n,), see `Prefilter.weights`."""
-        return self.prefilter.weights(len(self), self.period)
-
-    @cached_property
-    def kept(self) -> NDArray[np.bool_]:
-        """Which samples the rows are made of, (N,)."""
-        return self.prefilter.kept(len(self), self.period)
-
-    @cached_property
-    def row_numbers(self) -> Array:
-        """The samples of the rows, (n,)."""
-        return self.prefilter.rows(len(self), self.period)
-
-    @cached_property
-    def neighbours(self) -> Neighbours:
-        """Which of the rows follow each other in time."""
-        step, numbers = self.prefilter.decimate, self.row_numbers.astype(np.int64)
-        starts = [start for start, _ in self.prefilter.spans(len(self), self.period)[1:]]
-        pieces = np.split(numbers, np.searchsorted(numbers, starts))
-        return Neighbours.joined([Neighbours.of(piece, step) for piece in pieces])
+        """Of the rows, (n,), see `Sampling.weights`."""
+        return self.sampling.weights
 
     @property
+    def kept(self) -> NDArray[np.bool_]:
+        """Which samples the rows are made of, (N,), those excluded among them."""
+        return self.sampling.kept
+
+    @property
+    def row_numbers(self) -> Array:
+        """The samples of the rows, (n,)."""
+        return self.sampling.rows
+
+    @property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        return self.sampling.neighbours
+
+    @cached_property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return resting(self.signals, self.record, self.prefilter)
+        used = self.kept.copy()
+        for start, stop in self.excluded:
+            used[start:stop] = False
+        return resting(self.signals, self.record.spans, used)
 
     def reduce(self, columns: Array) -> Array:
-        """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Prefilter.reduce`."""
-        return self.prefilter.reduce(columns, self.period)
+        """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
+        return self.sampling.reduce(columns)
 
     @property
     def shows_too_little(self) -> bool:
         """Whether a parameter is hardly shown without the samples near reversals and rests."""
         near = np.zeros(len(self), dtype=bool)
-        for start, stop in self.prefilter.silent:
+        for start, stop in self.excluded:
             near[start:stop] = True
         found = Information(self.axis)
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
@@ -144,7 +159,12 @@ class FilteredRecord:
 
 
 def check_filter(
-    prefilter: Prefilter, axis: GeneratedAxis, samples: int, period: float, source: str
+    prefilter: Prefilter,
+    axis: GeneratedAxis,
+    samples: int,
+    period: float,
+    source: str,
+    what: str = "the record",
 ) -> None:
     """Refuse a record that the prefilter cannot serve, with what explains it best.
 
@@ -153,11 +173,13 @@ def check_filter(
     prefilter : Prefilter
     axis : GeneratedAxis
     samples : int
-        Of the record.
+        Of the record, or of its longest segment.
     period : float
         s
     source : str
         File name, for messages.
+    what : str
+        Whose samples they are, for messages.
 
     Raises
     ------
@@ -167,7 +189,7 @@ def check_filter(
         As `Prefilter.check` does.
     """
     try:
-        prefilter.check(samples, period)
+        prefilter.check(samples, period, what)
     except AxisidError as error:
         law = axis.axis.control
         ratio = 1.0 if law is None or law.continuous else period / law.period

@@ -1,12 +1,13 @@
 """What a motion lacks to show parameters, and how much of it is rest."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.records import Record
 from axisid.support.arrays import runs
 
-from .prefilter import Prefilter
+from .prefilter import Span
 from .reversals import REST
 from .signals import Signals
 
@@ -24,13 +25,20 @@ def motion_lacks(signals: Signals) -> tuple[str, ...]:
     return tuple(fact for fact in facts if fact)
 
 
-def resting(signals: Signals, record: Record, prefilter: Prefilter) -> float:
-    """Part of the samples of a fit, signals (N,), at which the axis stands still."""
-    used = prefilter.kept(len(record), record.period)
-    for start, stop in prefilter.silent:
-        used[start:stop] = False
-    still, fastest = np.zeros(len(record), dtype=bool), float(np.abs(signals.velocity).max())
-    for first, last in record.spans:
+def resting(signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_]) -> float:
+    """Part of the samples of a fit at which the axis stands still.
+
+    Parameters
+    ----------
+    signals : Signals
+        (N,)
+    spans : sequence of (int, int)
+        Segments of the record.
+    used : (N,) array of bool
+        Samples of the fit.
+    """
+    still, fastest = np.zeros(len(used), dtype=bool), float(np.abs(signals.velocity).max())
+    for first, last in spans:
         speed = signals.velocity[first:last]
         for start, stop in runs(np.abs(speed) < _MOVING * fastest):
             # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.

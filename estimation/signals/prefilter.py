@@ -17,10 +17,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.support.arrays import Array, frozen, runs
+from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
-
-from .reversals import near_turns, rest_below
 
 Span = tuple[int, int]
 
@@ -29,7 +27,6 @@ _DECIMATION_ORDER = 8
 _SETTLED = 1e-3
 _LOWEST = 1e-4  # of the Nyquist frequency
 _ROUNDED = 0.05  # of a step, that the low-pass still lacks
-LIGHT = 0.1  # weight below which a row is left out
 _EDGE = 0.4  # of the decimation filter, of the rate that it leaves
 _SAME = 1.01  # cutoff and decimation edge that count as one
 
@@ -65,10 +62,6 @@ class Prefilter:
         parameter would then keep less than a twentieth of its information, rests apart, as an
         inertia does where the axis accelerates only as it turns; ``keep`` is what the published
         recipe does.
-    segments, masked, silent : tuple of (int, int)
-        Of the record that `FilteredRecord.bind` fits the settings to. Each segment is filtered by
-        itself, and loses its transients at both ends; one that is too short for that is left out.
-        So are the rows whose filters reach a masked sample. What is silent has no weight.
 
     Raises
     ------
@@ -83,9 +76,6 @@ class Prefilter:
     drop: tuple[int, int] | None = None
     hold: Literal["raw", "zoh"] | None = None
     reversals: Literal["keep", "leave-out"] | None = None
-    segments: tuple[Span, ...] = ()
-    masked: tuple[Span, ...] = ()
-    silent: tuple[Span, ...] = ()
 
     def __post_init__(self) -> None:
         ends = (0, 0) if self.drop is None else self.drop
@@ -127,11 +117,6 @@ class Prefilter:
         return replace(
             chosen, decimate=max(chosen.decimate, matching_decimation(chosen.cutoff, period))
         )
-
-    @property
-    def silenced(self) -> int:
-        """How many samples have no weight, near reversals and rests."""
-        return sum(stop - start for start, stop in self.silent)
 
     def dropped(self, period: float) -> tuple[int, int]:
         """Samples left out at start and end, for a sampling period in s."""
@@ -176,8 +161,8 @@ class Prefilter:
             drop=None if self.drop is None else (round(start * ratio), round(end * ratio)),
         )
 
-    def check(self, samples: int, period: float) -> None:
-        """Refuse a record that these settings cannot serve.
+    def check(self, samples: int, period: float, what: str = "the record") -> None:
+        """Refuse a record, or its longest segment, that these settings cannot serve.
 
         Raises
         ------
@@ -198,28 +183,19 @@ class Prefilter:
                 f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
                 "of the position loop), and check that time is in seconds."
             )
-        needed = self._needed(period)
-        longest = max((b - a for a, b in self.segments), default=samples)
-        if longest < needed:
+        needed = self.needed(period)
+        if samples < needed:
             start, end = self.dropped(period)
-            what = "the record's longest segment" if self.segments else "the record"
             raise DataError(
-                f"{what} has {longest} samples; {start} + {end} are dropped and the filters' "
+                f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {needed - 1 - start - end}. Record longer, drop fewer, raise the "
                 "cutoff, or lower the order or the decimation."
             )
 
-    def _needed(self, period: float) -> int:
-        """Samples that a segment needs to give a row."""
+    def needed(self, period: float) -> int:
+        """Samples that a stretch needs to give a row."""
         padding = 3 * _DECIMATION_ORDER if self.decimate > 1 else 0
         return max(3 * self.order, padding, 2 * self.decimate) + sum(self.dropped(period)) + 1
-
-    def spans(self, samples: int, period: float) -> tuple[Span, ...]:
-        """The segments that are long enough; of a record without gaps, the record."""
-        if not self.segments:
-            return ((0, samples),)
-        needed = self._needed(period)
-        return tuple(span for span in self.segments if span[1] - span[0] >= needed)
 
     def remarks(self, period: float) -> tuple[str, ...]:
         """What the settings do to the estimates, where that is not what one would want."""
@@ -234,15 +210,7 @@ class Prefilter:
         )
 
     def motion(self, position: Array, period: float) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out."""
-        q = np.array(position, dtype=float)
-        dq, ddq = np.zeros_like(q), np.zeros_like(q)
-        for start, stop in self.spans(len(q), period):
-            piece = self._motion(position[start:stop], period)
-            q[start:stop], dq[start:stop], ddq[start:stop] = piece
-        return q, dq, ddq
-
-    def _motion(self, position: Array, period: float) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration of one stretch, each (N,), SI."""
         from scipy.signal import sosfiltfilt
 
         sections = _low_pass(self.order, 2 * self.cutoff * period)
@@ -251,51 +219,27 @@ class Prefilter:
         return q, dq, np.gradient(dq, period)
 
     def reduce(self, signals: Array, period: float) -> Array:
-        """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k).
+        """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
 
         Ends that are named are cut off first, as in the published recipe. By default the ends have
         no weight: the decimation filter would otherwise carry what is wrong there inwards, or
         continue the record from the last sample that is kept, and give it much weight.
         """
-        signals = self.weighted(signals, period)
-        reduced = self.reduce_all(signals, period)
-        selected = self._selected(len(signals), period)
-        return reduced if selected is None else reduced[selected]
-
-    def reduce_all(self, signals: Array, period: float) -> Array:
-        """`reduce` with the rows that are masked or have no weight among them."""
-        spans = self.spans(len(signals), period)
-        pieces = [self._reduce(signals[start:stop], period) for start, stop in spans]
-        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-
-    def weighted(self, signals: Array, period: float) -> Array:
-        """Signals with no weight on what is silent, nor on the ends unless they are cut off."""
         weighted = np.array(signals, dtype=float)
-        for start, stop in (*self.silent, *self.silent_ends(len(signals), period)):
-            weighted[start:stop] = 0.0
-        return weighted
+        for first, last in self.silent_ends(len(signals), period):
+            weighted[first:last] = 0.0
+        start, end = self.cut_before(period)
+        kept = weighted[start : len(weighted) - end]
+        if self.decimate > 1:
+            kept = self.smoothed(kept)
+        return kept[self.rows_between(len(signals), period, 0, len(signals)) - start]
 
     def silent_ends(self, samples: int, period: float) -> tuple[Span, ...]:
-        """Samples without weight at the ends of the segments; none where ends are cut off."""
+        """Samples without weight at the ends of one stretch; none where ends are cut off."""
         if self.drop is not None:
             return ()
         end = self._transient(period, _SETTLED)
-        spans = self.spans(samples, period)
-        return tuple(span for a, b in spans for span in ((a, a + end), (b - end, b)))
-
-    def _selected(self, samples: int, period: float) -> NDArray[np.bool_] | None:
-        """Which rows are neither masked nor silent; None for all."""
-        if not (self.masked or self.silent):
-            return None
-        return _selected_rows(self, samples, period)
-
-    def _reduce(self, signals: Array, period: float) -> Array:
-        start, end = self.cut_before(period)
-        kept = signals[start : len(signals) - end]
-        if self.decimate > 1:
-            kept = self.smoothed(kept)
-        rows = self.rows_between(len(signals), period, 0, len(signals))
-        return kept[rows - start]
+        return (0, end), (samples - end, samples)
 
     def smoothed(self, signals: Array) -> Array:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
@@ -306,76 +250,30 @@ class Prefilter:
             sosfiltfilt(sections.copy(), signals, axis=0, padlen=3 * _DECIMATION_ORDER), dtype=float
         )
 
-    def weights(self, samples: int, period: float) -> Array:
-        """What each row makes of a signal that is 1 everywhere, (n,); see `row_gain`."""
-        return self.reduce(np.ones(samples), period)
-
     @property
     def row_gain(self) -> float:
         """Weight of a row whose samples all have weight: an even Chebyshev filter's is below 1."""
         return 1.0 if self.decimate == 1 else 10.0 ** (-2 * _RIPPLE_DB / 20)
 
     def rows(self, samples: int, period: float) -> Array:
-        """Sample numbers of the rows that `reduce` keeps, (n,)."""
-        rows, selected = self._all_rows(samples, period), self._selected(samples, period)
-        return rows if selected is None else rows[selected]
+        """Sample numbers of the rows of one stretch, (n,)."""
+        return self.rows_between(samples, period, 0, samples).astype(np.float64)
 
     def cut_before(self, period: float) -> tuple[int, int]:
         """Samples that the decimation filter does not see, at start and end."""
         return self.dropped(period) if self.drop is not None else (0, 0)
 
-    def masked_rows(self, samples: int, period: float) -> int:
-        """How many rows are left out because their filters reach a masked sample."""
-        return int(np.sum(~self.clean(samples, period)))
-
-    def kept(self, samples: int, period: float) -> NDArray[np.bool_]:
-        """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
-        start, end = self.dropped(period)
-        kept = np.zeros(samples, dtype=bool)
-        for first, last in self.spans(samples, period):
-            kept[first + start : last - end] = True
-        for first, last in self.masked:
-            kept[first:last] = False
-        return kept
-
-    def _all_rows(self, samples: int, period: float) -> Array:
-        spans = self.spans(samples, period)
-        pieces = [a + self.rows_between(b - a, period, 0, b - a) for a, b in spans]
-        return np.concatenate(pieces).astype(np.float64)
-
     def rows_between(self, samples: int, period: float, start: int, stop: int) -> NDArray[np.int64]:
-        """Rows of one segment of so many samples, from `start` to before `stop`."""
+        """Rows of one stretch of so many samples, from `start` to before `stop`."""
         low, high = self.dropped(period)
         cut, cut_end = self.cut_before(period)
         first = cut + self._first(samples - cut - cut_end)
         first += max(-(-(max(start, low) - first) // self.decimate), 0) * self.decimate
         return np.arange(first, min(stop, samples - high), self.decimate)
 
-    def near_reversals(self, position: Array, period: float) -> tuple[Span, ...]:
-        """Samples near which the filtered velocity changes its sign or rests, by segment."""
-        return self.turns(self.motion(position, period)[1], period)
-
-    def turns(self, velocity: Array, period: float) -> tuple[Span, ...]:
-        """`near_reversals` of a velocity that is filtered already, (N,)."""
-        spans = self.spans(len(velocity), period)
-        rest, reach = rest_below(velocity[a:b] for a, b in spans), self.turn_reach(period)
-        return tuple(
-            stretch for a, b in spans for stretch in runs(near_turns(velocity[a:b], reach, rest), a)
-        )
-
     def turn_reach(self, period: float) -> int:
         """Samples to both sides of a reversal over which the low-pass rounds it."""
         return self._transient(period, _ROUNDED)
-
-    def clean(self, samples: int, period: float) -> NDArray[np.bool_]:
-        """Which rows no filter brings a masked sample into."""
-        rows = self._all_rows(samples, period)
-        clean = np.ones(len(rows), dtype=bool)
-        reach = self.memory(period) * self.decimate
-        for start, stop in self.masked:
-            first, last = np.searchsorted(rows, (start - reach, stop + reach))
-            clean[first:last] = False
-        return clean
 
     def _first(self, samples: int) -> int:
         if self.decimation == "scipy":
@@ -386,16 +284,6 @@ class Prefilter:
 def matching_decimation(cutoff: float, period: float) -> int:
     """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
     return max(2, math.ceil(_EDGE / (cutoff * period) - 1e-9))
-
-
-@lru_cache(maxsize=32)
-def _selected_rows(prefilter: Prefilter, samples: int, period: float) -> NDArray[np.bool_]:
-    """Rows that no masked sample reaches and that have weight."""
-    selected = prefilter.clean(samples, period)
-    if prefilter.silent:
-        weights = prefilter.reduce_all(prefilter.weighted(np.ones(samples), period), period)
-        selected = selected & (weights > LIGHT)
-    return selected
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.

@@ -44,6 +44,11 @@ class Sampling:
     excluded: tuple[Span, ...] = ()
 
     @property
+    def excluded_samples(self) -> int:
+        """How many samples have no weight, near reversals and rests."""
+        return sum(stop - start for start, stop in self.excluded)
+
+    @property
     def longest(self) -> int:
         """Samples of the longest stretch without a gap."""
         return max((stop - start for start, stop in self.segments), default=self.samples)

@@ -36,8 +36,8 @@ class Comparison(Shown):
 
     Attributes
     ----------
-    record : Record
-    prefilter : Prefilter
+    data : FilteredRecord
+        With the filter that suits all.
     method : str
         ``idm-ls`` or ``idm-iv``.
     candidates : tuple of Candidate
@@ -61,8 +61,7 @@ class Comparison(Shown):
         The first candidate's control law against the record.
     """
 
-    record: Record
-    prefilter: Prefilter
+    data: FilteredRecord
     method: str
     candidates: tuple[Candidate, ...]
     failures: Mapping[str, str]
@@ -74,6 +73,16 @@ class Comparison(Shown):
     tied: tuple[str, ...]
     reason: str
     law: LawCheck | str
+
+    @property
+    def record(self) -> Record:
+        """What the candidates were fitted to."""
+        return self.data.record
+
+    @property
+    def prefilter(self) -> Prefilter:
+        """The same for all."""
+        return self.data.prefilter
 
     def __getitem__(self, name: str) -> Candidate:
         return {candidate.name: candidate for candidate in self.candidates}[name]
@@ -116,11 +125,9 @@ def compare(
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    filtered = FilteredRecord.bind(
-        first, record, prefilter or Prefilter.suited(record.period)
-    ).prefilter
-    fits, failures = _fits(named, record, filtered, method, progress)
-    gap = filtered.memory(record.period)
+    data = FilteredRecord.bind(first, record, prefilter or Prefilter.suited(record.period))
+    fits, failures = _fits(named, record, data.prefilter, method, progress)
+    gap = data.prefilter.memory(record.period)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
     blocks = contiguous_blocks(len(estimates[0].y), gap, most)
@@ -138,8 +145,7 @@ def compare(
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
-        record=record,
-        prefilter=filtered,
+        data=data,
         method=method,
         candidates=tuple(candidates),
         failures=failures,

@@ -191,9 +191,6 @@ class _LogRows:
             prefilter,
             hold=hold,
             reversals="leave-out" if left_out else "keep",
-            segments=(),
-            masked=(),
-            silent=(),
         )
         self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
         self.turns = self.prefilter.turn_reach(self.period) if left_out else 0

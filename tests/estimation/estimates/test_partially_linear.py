@@ -139,17 +139,14 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
 ) -> None:
     """SciPy's, from the truth, on the inverse dynamics and not on the regressor."""
     estimate = result["idm-ls"]
-    s_, filtered = (
-        FilteredRecord.bind(axis, record, FILTER).signals,
-        FilteredRecord.bind(axis, record, FILTER).prefilter,
-    )
-    y = filtered.reduce(s_.force, 1e-3)
+    data = FilteredRecord.bind(axis, record, FILTER)
+    s_, y = data.signals, data.reduce(data.signals.force)
 
     def residuals(theta: np.ndarray) -> np.ndarray:
         (force,) = axis.rows(
             "inverse_dynamics", s_.position, s_.velocity, s_.acceleration, s_.direction, theta
         )
-        return y - filtered.reduce(force[:, 0], 1e-3)
+        return y - data.reduce(force[:, 0])
 
     start = np.array(list(TRUTH.values()))
     found = scipy_least_squares(residuals, start, x_scale=start, xtol=1e-14, ftol=1e-14)

@@ -31,10 +31,8 @@ from tests.estimation.unseen import with_bump, with_stribeck
 
 
 def reach_of(axis: GeneratedAxis, record: Record) -> Reach:
-    filter_ = FilteredRecord.bind(axis, record, Prefilter.suited(record.period)).prefilter
-    signals = FilteredRecord.bind(axis, record, filter_).signals
-    kept = filter_.kept(len(record), record.period)
-    found = Reach.of(signals, InverseForm(axis).equations(signals), kept)
+    data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
+    found = Reach.of(data.signals, InverseForm(axis).equations(data.signals), data.kept)
     assert found is not None
     return found
 

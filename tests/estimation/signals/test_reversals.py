@@ -65,31 +65,31 @@ def test_default_leaves_them_out_where_there_is_friction(
     emps2015: GeneratedAxis, twin: Record, stribeck: GeneratedAxis
 ) -> None:
     for axis, record in ((emps2015, twin), (stribeck, twin_record(stribeck))):
-        chosen = FilteredRecord.bind(axis, record, Prefilter()).prefilter
-        assert chosen.reversals == "leave-out"
-        assert chosen.silenced > 0
+        chosen = FilteredRecord.bind(axis, record, Prefilter())
+        assert chosen.prefilter.reversals == "leave-out"
+        assert chosen.sampling.excluded_samples > 0
     rungs = friction_ladder(emps2015.declared)
     smooth = build(rungs["viscous"])
     assert FilteredRecord.bind(smooth, twin, Prefilter()).prefilter.reversals == "keep"
-    assert FilteredRecord.bind(smooth, twin, Prefilter()).prefilter.silent == ()
+    assert FilteredRecord.bind(smooth, twin, Prefilter()).excluded == ()
 
 
 def test_default_keeps_them_where_hardly_anything_else_is_left(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    slow = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=3.0, decimate=100)).prefilter
-    assert (slow.reversals, slow.silent) == ("keep", ())
+    slow = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=3.0, decimate=100))
+    assert (slow.prefilter.reversals, slow.excluded) == ("keep", ())
     asked = FilteredRecord.bind(
         emps2015, twin, Prefilter(cutoff=3.0, decimate=100, reversals="leave-out")
-    ).prefilter
-    assert asked.silenced > 0.6 * len(twin)
+    )
+    assert asked.sampling.excluded_samples > 0.6 * len(twin)
 
 
 def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
-    filter_ = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out")).prefilter
-    velocity = FilteredRecord.bind(emps2015, twin, filter_).signals.velocity
+    data = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out"))
+    velocity = data.signals.velocity
     silent = np.zeros(len(twin), dtype=bool)
-    for start, stop in filter_.silent:
+    for start, stop in data.excluded:
         silent[start:stop] = True
     turning = np.flatnonzero(np.diff(np.sign(velocity)))
     assert silent[turning].all()
@@ -100,17 +100,18 @@ def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, tw
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    filter_ = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out")).prefilter
+    data = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out"))
     spoilt = np.array(twin.control)
-    for start, stop in filter_.silent:
+    for start, stop in data.excluded:
         spoilt[start:stop] = 1e3
-    clean = filter_.reduce(np.asarray(twin.control), twin.period)
-    assert np.array_equal(filter_.reduce(spoilt, twin.period), clean)
-    assert len(filter_.rows(len(twin), twin.period)) == len(clean)
-    result = identify(emps2015, twin, filter_)
+    clean = data.reduce(np.asarray(twin.control))
+    assert np.array_equal(data.reduce(spoilt), clean)
+    assert len(data.row_numbers) == len(clean)
+    result = identify(emps2015, twin, data.prefilter)
     assert len(result["idm-iv"].rows) == len(result["idm-iv"].y)
-    assert f"{filter_.silenced} samples near reversals" in " ".join(result.summary().split())
-    assert result.to_dict()["prefilter"]["silent"] == filter_.silenced
+    excluded = data.sampling.excluded_samples
+    assert f"{excluded} samples near reversals" in " ".join(result.summary().split())
+    assert result.to_dict()["prefilter"]["silent"] == excluded
 
 
 def test_instruments_are_weighted_as_the_regressor_is(

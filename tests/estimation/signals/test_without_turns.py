@@ -22,7 +22,6 @@ from axisid.control import cascade_pd
 from axisid.elements import coulomb, viscous
 from axisid.estimation import identify_stream
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from axisid.estimation.signals.motion import resting
 from axisid.estimation.signals.without_turns import dependence
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
@@ -133,8 +132,7 @@ def test_creeping_is_no_rest() -> None:
     record = Record(
         time=loop.time, position=loop.position, reference=reference, control=loop.control
     )
-    kept = FilteredRecord.bind(axis, record, Prefilter.suited(PERIOD, reversals="keep")).prefilter
-    assert resting(FilteredRecord.bind(axis, record, kept).signals, record, kept) < 0.05
+    kept = Prefilter.suited(PERIOD, reversals="keep")
+    assert FilteredRecord.bind(axis, record, kept).rest < 0.05
     long = rested(axis, 1.0)
-    kept = FilteredRecord.bind(axis, long, Prefilter.suited(PERIOD, reversals="keep")).prefilter
-    assert 0.6 < resting(FilteredRecord.bind(axis, long, kept).signals, long, kept) < 0.75
+    assert 0.6 < FilteredRecord.bind(axis, long, kept).rest < 0.75

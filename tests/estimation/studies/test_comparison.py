@@ -125,7 +125,7 @@ def test_held_out_errors_are_those_of_a_run_by_hand(
     assert twin.reference is not None
     loop = simulate(axis, theta, twin.reference, 1e-3, start=float(twin.position[0]))
     held = np.concatenate([loop.force[:1], loop.force[:-1]])
-    filtered = symmetric.prefilter.reduce((loop.force + held) / 2, 1e-3)
+    filtered = symmetric.data.reduce((loop.force + held) / 2)
     error = (y - filtered)[block.held_out]
     simulation = symmetric["Coulomb"].simulation
     assert simulation is not None

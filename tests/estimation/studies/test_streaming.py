@@ -45,7 +45,7 @@ def check_same(
     result = identify(axis, record, filter_, ["idm-ls"])
     whole = result["idm-ls"]
     assert streamed.prefilter.reversals == result.prefilter.reversals
-    assert streamed.silenced == result.prefilter.silenced
+    assert streamed.silenced == result.data.sampling.excluded_samples
     assert streamed.rows == len(whole.y)
     assert streamed.physical == pytest.approx(whole.physical, rel=1e-10, abs=0)
     for name, covariance in whole.covariances.items():
@@ -150,7 +150,10 @@ def test_files_are_read_in_blocks(
     streamed = identify_stream(emps2015, blocks, provenance=provenance)
     whole = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"]
     assert streamed.physical == pytest.approx(whole.physical, rel=1e-8)
-    assert streamed.silenced == identify(emps2015, twin, methods="idm-ls").prefilter.silenced
+    assert (
+        streamed.silenced
+        == identify(emps2015, twin, methods="idm-ls").data.sampling.excluded_samples
+    )
     assert "read in blocks" in str(streamed)
 
 

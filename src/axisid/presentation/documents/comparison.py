@@ -17,7 +17,7 @@ def comparison_dict(comparison: Comparison) -> dict[str, Any]:
     result = {
         "schema": _SCHEMA,
         "record": record_dict(c.record),
-        "prefilter": prefilter_dict(c.prefilter, c.record.period),
+        "prefilter": prefilter_dict(c.data.sampling),
         "method": c.method,
         "rows": len(c.candidates[0].estimate.y),
         "held_out": {"blocks": c.blocks, "gap_rows": c.gap},

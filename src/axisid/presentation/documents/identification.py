@@ -8,7 +8,7 @@ from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import Sampling
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, finite
 
@@ -28,7 +28,7 @@ def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any
         "signature": result.axis.signature,
         "left_out": left_out_dict(result.axis),
         "record": record_dict(result.record),
-        "prefilter": prefilter_dict(result.prefilter, result.record.period),
+        "prefilter": prefilter_dict(result.data.sampling),
         "estimates": [
             {
                 **estimate_dict(e),
@@ -68,17 +68,18 @@ def origin_dict(provenance: Provenance) -> dict[str, Any]:
     }
 
 
-def prefilter_dict(prefilter: Prefilter, period: float) -> dict[str, Any]:
+def prefilter_dict(sampling: Sampling) -> dict[str, Any]:
     """Settings of a prefilter; `drop` as it was applied."""
+    prefilter = sampling.prefilter
     return {
         "cutoff": prefilter.cutoff,
         "order": prefilter.order,
         "decimate": prefilter.decimate,
         "decimation": prefilter.decimation,
-        "drop": list(prefilter.dropped(period)),
+        "drop": list(prefilter.dropped(sampling.period)),
         "hold": prefilter.hold,
         "reversals": prefilter.reversals,
-        "silent": prefilter.silenced,
+        "silent": sampling.excluded_samples,
     }
 
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from axisid.estimation.signals import Sampling
 from axisid.estimation.studies import StreamedEstimate
 from axisid.support.arrays import finite
 
@@ -24,7 +25,9 @@ def stream_dict(estimate: StreamedEstimate) -> dict[str, Any]:
             "samples": estimate.samples,
             "sample_period": estimate.period,
         },
-        "prefilter": prefilter_dict(estimate.prefilter, estimate.period),
+        "prefilter": prefilter_dict(
+            Sampling(prefilter=estimate.prefilter, samples=estimate.samples, period=estimate.period)
+        ),
         "parameters": {name: value_dict(v) for name, v in estimate.parameters.items()},
         "beyond_bounds": estimate.beyond_bounds or None,
         "time_base": estimate.time_base or None,

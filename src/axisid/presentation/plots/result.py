@@ -67,7 +67,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
         line("recorded", time, recorded, "measured"),
         Series(label="simulated", x=time, y=simulated, broad=True),
     )
-    kept = result.prefilter.kept(len(record), record.period)
+    kept = result.data.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
     plot = Plot(
         name="tracking",
@@ -215,9 +215,9 @@ def _times(record: Record) -> Array:
 
 
 def _used(result: Identification) -> NDArray[np.bool_]:
-    """Which samples are neither dropped nor masked nor silent, (N,)."""
-    used = result.prefilter.kept(len(result.record), result.record.period)
-    for start, stop in result.prefilter.silent:
+    """Which samples are neither dropped nor masked nor excluded, (N,)."""
+    used = result.data.kept.copy()
+    for start, stop in result.data.excluded:
         used[start:stop] = False
     return used
 

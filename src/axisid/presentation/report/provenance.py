@@ -67,7 +67,7 @@ def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
         f"the end{' of each segment' if result.record.segments else ''}",
         "near reversals": "kept"
         if f.reversals == "keep"
-        else f"{f.silenced} samples without weight",
+        else f"{result.data.sampling.excluded_samples} samples without weight",
         "hold": str(f.hold),
         "deviations": _covariances(result),
         "generated code": result.axis.signature,

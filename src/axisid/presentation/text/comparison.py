@@ -286,7 +286,11 @@ def _notes(c: Comparison) -> list[str]:
         "Recommended: of the candidates whose held-out equation error is within one standard error "
         "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
         "smallest whatever the blocks say, the one with the fewest parameters.",
-        rows_text(c.record, c.prefilter, len(c.candidates[0].estimate.y)),
+        rows_text(
+            c.data.sampling,
+            len(c.candidates[0].estimate.y),
+            measured=c.record.force is not None,
+        ),
     ]
     if any(not each.axis.is_linear for each in c.candidates):
         for i, addition in _OF_NONLINEAR.items():

@@ -45,7 +45,9 @@ def identification_document(
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     of_forms = ([e for e in estimates if e.method.startswith(form)] for form in ("idm", "ddm"))
-    rows = rows_text(result.record, result.prefilter, len(estimates[0].y))
+    rows = rows_text(
+        result.data.sampling, len(estimates[0].y), measured=result.record.force is not None
+    )
     made = f"{rows} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [*_notes(estimates), *physical_notes(physical), made, *left_out_notes(missing)]

@@ -3,32 +3,41 @@
 import numpy as np
 
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import Sampling
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 
 
-def rows_text(record: Record, prefilter: Prefilter, used: int) -> str:
-    """How a record became the rows of a regression, for the notes of a table."""
-    f = prefilter
-    start, end = f.dropped(record.period)
+def rows_text(sampling: Sampling, used: int, *, measured: bool) -> str:
+    """How a record became the rows of a regression, for the notes of a table.
+
+    Parameters
+    ----------
+    sampling : Sampling
+    used : int
+        Rows of the regression.
+    measured : bool
+        Whether the force was.
+    """
+    f = sampling.prefilter
+    start, end = f.dropped(sampling.period)
     kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-    force = "drive gain x control" if record.force is None else "force column"
-    masked = f.masked_rows(len(record), record.period) if f.masked else 0
+    force = "force column" if measured else "drive gain x control"
+    masked, quiet = sampling.masked_rows, sampling.excluded_samples
     lost = f", {masked} left out that masked samples reach" if masked else ""
-    each = " of each" if record.segments else ""
-    quiet = f", {f.silenced} samples near reversals and rests left out before" if f.silenced else ""
+    each = " of each" if sampling.segments else ""
+    lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
     return (
-        f"{used} rows of {len(record)} samples{_of_segments(record, f)}: {start} dropped at the "
-        f"start, {end} at the end{each}, then {kept}{lost}{quiet}. Position low-passed by "
+        f"{used} rows of {sampling.samples} samples{_of_segments(sampling)}: {start} dropped at "
+        f"the start, {end} at the end{each}, then {kept}{lost}. Position low-passed by "
         f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold "
         f"{f.hold}."
     )
 
 
-def _of_segments(record: Record, prefilter: Prefilter) -> str:
-    if not record.segments:
+def _of_segments(sampling: Sampling) -> str:
+    if not sampling.segments:
         return ""
-    used, there = len(prefilter.spans(len(record), record.period)), len(record.segments)
+    used, there = len(sampling.spans), len(sampling.segments)
     if used == there:
         return f" in {there} segments"
     return f" in {used} of {there} segments (the others are too short)"
