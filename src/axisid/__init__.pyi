@@ -15,7 +15,7 @@ from .estimation.simulation import twin_record as twin_record
 from .estimation.studies import compare as compare
 from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
-from .exports import export as export
+from .exports.export import export as export
 from .modeling.declaration import Axis as Axis
 from .modeling.declaration import Drive as Drive
 from .modeling.declaration import Experiment as Experiment

@@ -6,8 +6,10 @@ from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.inputs import METHODS
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
+from axisid.exports.targets import TARGETS
 
-_TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
+_NAMES = tuple(target.name for target in TARGETS)
+_LANGUAGES = [target.language for target in TARGETS if target.language]
 
 
 @click.command(
@@ -24,9 +26,10 @@ _TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 )
 @click.option(
     "--to",
-    type=click.Choice(_TARGETS),
+    type=click.Choice(_NAMES),
     required=True,
-    help="Feed-forward functions in C99, Structured Text or Python; or the parameters.",
+    help=f"Feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}; "
+    "or the parameters.",
 )
 @click.option(
     "--method",
@@ -64,7 +67,7 @@ def export(
     nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
-    from axisid.exports import export as exported
+    from axisid.exports.export import export as exported
 
     text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone)
     write_output(output, text)

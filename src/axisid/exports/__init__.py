@@ -1,6 +1,5 @@
 """Estimates for other programs: feed-forward functions and tables.
 
-In: an identification or a file of one. Out: text.
+In: an identification or a file of one. Out: text. Its modules are imported by name, so that help
+and completion know the targets without what writes them.
 """
-
-from .export import export as export

@@ -1,30 +1,15 @@
 """Results for use elsewhere: feed-forward functions and parameter tables."""
 
-from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from axisid.codegen.lowering import FeedForward, feed_forward
-from axisid.codegen.printers import print_c99, print_python, print_st
 from axisid.estimation.estimates import COVARIANCE_LABELS, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import FittedAxis, fitted_axis
 from axisid.support.errors import UsageError
 
-from .parameter_tables import parameters_csv, parameters_json, parameters_latex, parameters_toml
-
-_FUNCTIONS: Mapping[str, Callable[[FeedForward], str]] = {
-    "c": print_c99,
-    "st": print_st,
-    "python": print_python,
-}
-_TABLES: Mapping[str, Callable[[FittedAxis, Sequence[str]], str]] = {
-    "json": parameters_json,
-    "toml": parameters_toml,
-    "csv": parameters_csv,
-    "latex": parameters_latex,
-}
-_OF_ONE = ("toml",)
+from .targets import TARGETS, Target
 
 
 def export(
@@ -42,8 +27,8 @@ def export(
     result : Identification, str or Path
         Or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
-        The first three are functions from the motion to force and to control: C99 with <math.h>
-        only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
+        A row of `TARGETS`. The first three are functions from the motion to force and to control:
+        C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
     axis : str or Path, optional
         The axis that was identified, as `load_axis` takes it; needed for a file.
     method : str, optional
@@ -60,18 +45,24 @@ def export(
     DataError
         The file is not the result of an identification.
     """
-    if to not in _FUNCTIONS and to not in _TABLES:
-        raise UsageError(
-            f"there is no target {to!r}; choose from {', '.join([*_FUNCTIONS, *_TABLES])}."
-        )
-    if dead_zone and to not in _FUNCTIONS:
-        raise UsageError(f"a dead zone is part of {', '.join(_FUNCTIONS)}, not of {to}.")
+    target = _target(to)
+    if dead_zone and not target.language:
+        languages = ", ".join(known.name for known in TARGETS if known.language)
+        raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
     fitted = fitted_axis(result, axis)
     chosen = fitted.chosen(method)
-    if to in _FUNCTIONS:
-        return _FUNCTIONS[to](_feed_forward(fitted, chosen, dead_zone))
-    several = method is None and to not in _OF_ONE
-    return _TABLES[to](fitted, list(fitted.estimates) if several else [chosen])
+    if target.language:
+        return target.write(_feed_forward(fitted, chosen, dead_zone))
+    several = method is None and not target.one_method
+    return target.write(fitted, list(fitted.estimates) if several else [chosen])
+
+
+def _target(name: str) -> Target:
+    for target in TARGETS:
+        if target.name == name:
+            return target
+    known = ", ".join(target.name for target in TARGETS)
+    raise UsageError(f"there is no target {name!r}; choose from {known}.")
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

@@ -12,7 +12,7 @@ _LOOKED_AT = 8192  # bytes at either end
 _SCHEMA = rb'\A\s*\{\s*"schema":\s*"axisid\.(?:%s)/\d'
 _FIGURE = rb"/Creator \(axisid\)|<dc:title>axisid</dc:title>|Software\0axisid"
 _EXPORTED = (
-    rb"\A(?:/\* |\(\* |\"\"\")Feed-forward of the axis ",
+    rb"\A\W{0,4}Feed-forward of the axis ",  # after what begins a comment
     rb"\A# (?:For the axis's declaration, in place of its table|Base parameters: the axis is)",
     rb"\Aaxis,method,parameter,unit,value,sd_hac,",
     rb"\A% \w+: value and standard deviation \(",

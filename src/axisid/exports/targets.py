@@ -1,0 +1,51 @@
+"""What an identified axis is exported as: a row for each target.
+
+The command line reads this table for its help, which needs none of what the writers import: rows
+name their writers, which are imported when they write.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pkgutil import resolve_name
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A language of feed-forward functions, or a format of parameter tables.
+
+    Attributes
+    ----------
+    name : str
+        What it is asked for by, as in ``axisid export --to NAME``.
+    writer : str
+        ``module:function`` of what makes the text: of a `FeedForward` where there is a language;
+        else of a `FittedAxis` and the names of methods.
+    language : str
+        What the language is called in a sentence; empty for a table.
+    one_method : bool
+        Whether a table holds one method only.
+    """
+
+    name: str
+    writer: str
+    language: str = ""
+    one_method: bool = False
+
+    def write(self, *source: Any) -> str:
+        """Return the text."""
+        written: Callable[..., str] = resolve_name(self.writer)
+        return written(*source)
+
+
+_PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.parameter_tables"
+#: In the order of help and messages.
+TARGETS = (
+    Target(name="c", language="C99", writer=f"{_PRINTERS}.c99:print_c99"),
+    Target(name="st", language="Structured Text", writer=f"{_PRINTERS}.structured_text:print_st"),
+    Target(name="python", language="Python", writer=f"{_PRINTERS}.python:print_python"),
+    Target(name="json", writer=f"{_TABLES}:parameters_json"),
+    Target(name="toml", writer=f"{_TABLES}:parameters_toml", one_method=True),
+    Target(name="csv", writer=f"{_TABLES}:parameters_csv"),
+    Target(name="latex", writer=f"{_TABLES}:parameters_latex"),
+)

@@ -1,0 +1,94 @@
+"""A target is one file and one row; everything else follows from the row."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from axisid import build, identify, load_axis, twin_record
+from axisid.exports.targets import TARGETS
+from tests.recipes import recipe_blocks
+
+#: Puts the recipe's file beside the other printers, and its row below theirs.
+_ADDED = """
+from axisid.codegen import printers
+from axisid.exports import targets
+from axisid.exports.targets import _PRINTERS, Target
+
+printers.__path__.append({folder!r})
+targets.TARGETS += ({row},)
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result, and the file that the recipe for a target shows."""
+    folder = tmp_path_factory.mktemp("toy")
+    axis = build(load_axis("emps2015"))
+    result = identify(axis, twin_record(axis))
+    (folder / "result.json").write_text(json.dumps(result.to_dict()))
+    (folder / "printers").mkdir()
+    (folder / "printers" / "javascript.py").write_text(recipe_blocks("Add a target")[0])
+    return folder
+
+
+def run(folder: Path, then: str, *arguments: str) -> str:
+    row = recipe_blocks("Add a target")[1].strip()
+    program = _ADDED.format(folder=str(folder / "printers"), row=row) + then
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments],
+        cwd=folder,
+        env={**os.environ, "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+COMMAND = "from axisid.commands.main import main; main()"
+EXPORT = ("export", "result.json", "--axis", "emps2015", "--to", "js")
+
+
+def test_every_row_names_a_writer() -> None:
+    assert len({target.name for target in TARGETS}) == len(TARGETS)
+    with pytest.raises(ImportError):
+        TARGETS[0].__class__(name="x", writer="axisid.codegen.printers.absent:f").write()
+
+
+def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
+    text = run(folder, COMMAND, *EXPORT)
+    assert "export function emps2015_feedforward(q, dq, ddq) {" in text
+    assert "const M = " in text
+    assert "Math.sign(dq)" in text
+    assert "const tau = emps2015_feedforward(q, dq, ddq);" in text
+    assert "return (" in text
+    for _ in range(2):  # an earlier export is known and written anew
+        run(folder, COMMAND, *EXPORT, "-o", "emps2015.js")
+    assert (folder / "emps2015.js").read_text() == text
+
+
+def test_one_file_and_one_row_add_a_target_to_the_function(folder: Path) -> None:
+    then = "from axisid import export; print(export('result.json', 'js', axis='emps2015'), end='')"
+    assert run(folder, then) == run(folder, COMMAND, *EXPORT)
+
+
+def test_help_and_messages_name_the_new_target(folder: Path) -> None:
+    said = run(folder, COMMAND, "export", "--help")
+    assert "[c|st|python|json|toml|csv|latex|js]" in said
+    assert "C99, Structured Text, Python or JavaScript" in " ".join(said.split())
+    failing = """
+from axisid import UsageError, export
+for arguments in ({"to": "basic"}, {"to": "csv", "dead_zone": 1.0}):
+    try:
+        export("result.json", axis="emps2015", **arguments)
+    except UsageError as error:
+        print(error)
+"""
+    absent, dead = run(folder, failing).splitlines()
+    assert absent.endswith("choose from c, st, python, json, toml, csv, latex, js.")
+    assert dead == "a dead zone is part of c, st, python, js, not of csv."
