@@ -129,7 +129,13 @@ print(axisid.validate(result, record))
 # ## Presentation
 #
 # Results hold data. Text, JSON, figures, notebooks and the report are made of them by rooms that nothing
-# below imports.
+# below imports. What a result says is a document of blocks; plain text, a terminal and a notebook are
+# three renderings of it.
+
+# %%
+from axisid.presentation.views import as_blocks
+
+print([type(block).__name__ for block in as_blocks(result)])
 
 # %%
 print(sorted(result.to_dict()))

@@ -30,7 +30,7 @@ def test_import_axisid_brings_nothing_heavy() -> None:
 
 def test_the_command_line_starts_without_the_stages() -> None:
     modules = imported_by("import axisid.commands.main")
-    assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib"}
+    assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", "rich"}
 
 
 def test_the_stages_leave_signal_processing_and_figures_to_their_use() -> None:
@@ -44,7 +44,7 @@ def test_a_result_in_words_needs_no_figures() -> None:
     twin = "axisid.twin_record(axisid.load_axis('emps2015'))"
     modules = imported_by(f"import axisid, axisid.presentation.report\nstr({twin})")
     assert "axisid.presentation.views" in modules
-    assert not modules & {"matplotlib", "click"}
+    assert not modules & {"matplotlib", "click", "rich"}
 
 
 def test_an_axis_in_words_needs_no_estimation() -> None:

@@ -142,5 +142,5 @@ def test_blocks_are_parted_by_blank_lines() -> None:
 
 
 def test_a_row_of_another_length_is_refused() -> None:
-    with pytest.raises(ValueError, match="shorter"):
+    with pytest.raises(ValueError, match="argument 2 is longer"):
         plain_text((Table(columns=text_columns(["a", "b"]), rows=(("c",),)),))

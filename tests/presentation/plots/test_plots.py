@@ -418,7 +418,8 @@ def test_powers_of_units_are_raised(unit: str, shown: str) -> None:
 
 def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     html = result._repr_html_()
-    for text in ("<th>Fv</th><td>N/(m/s)</td>", "<th>IDM-LS</th>", "simulation error"):
+    fv = '<th class="text">Fv</th><td class="unit">N/(m/s)</td>'
+    for text in (fv, "<th>IDM-LS ± sd [1]</th>", "simulation error"):
         assert text in html
     value = result["idm-iv"].parameters["M"]
     assert f"{value.value:.4f} ± {value.sd_hac:.4f}" in html
@@ -435,7 +436,7 @@ def test_notebooks_show_one_estimate_with_intervals(result: Identification) -> N
     estimate = result["ddm-iv"]
     html = estimate._repr_html_()
     for name in ("theta1", "theta2", "M", "Fv"):
-        assert f"<tr><th>{name}</th>" in html
+        assert f'<tr><th class="text">{name}</th>' in html
     low, high = estimate.parameters["Fv"].interval
     assert f"<td>{low:.6g} … {high:.6g}</td>" in html
     assert "HAC" in html

@@ -9,8 +9,12 @@ from .document import Checks as Checks
 from .document import Column as Column
 from .document import Document as Document
 from .document import Heading as Heading
+from .document import Interval as Interval
+from .document import Intervals as Intervals
 from .document import Judged as Judged
+from .document import Kind as Kind
 from .document import Listing as Listing
+from .document import Noted as Noted
 from .document import Notes as Notes
 from .document import Paragraph as Paragraph
 from .document import Quantity as Quantity

@@ -26,7 +26,62 @@ class Quantity:
     more: tuple[str, ...] = ()
 
 
-Cell = str | Quantity
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """A text with its unit and a note that stands back behind it."""
+
+    text: str
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A confidence interval to be drawn.
+
+    Attributes
+    ----------
+    low, centre, high : float
+    kind : str
+        Of the estimator, as figures tell them apart: ``ls`` or ``iv``.
+    """
+
+    low: float
+    centre: float
+    high: float
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """Intervals on one scale, where there is room to draw; text says nothing of them.
+
+    Attributes
+    ----------
+    intervals : tuple of Interval
+    truth : float, optional
+        True value of a simulated record.
+    """
+
+    intervals: tuple[Interval, ...]
+    truth: float | None = None
+
+
+#: None: the cell above reaches down to this row.
+Cell = str | Quantity | Noted | Intervals | None
+#: What is in a column, for pages that show it their own way.
+Kind = Literal[
+    "",
+    "text",
+    "unit",
+    "status",
+    "method",
+    "value",
+    "range between",
+    "range sd",
+    "range relative",
+    "intervals",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +99,8 @@ class Column:
         own. Without them a quantity is one text.
     group : str
         Neighbours of one group stay beside one another on a narrow terminal, as parts do.
+    kind : Kind
+        What is in it.
     """
 
     head: str
@@ -51,6 +108,7 @@ class Column:
     align: Align = "right"
     parts: tuple[str, ...] = ()
     group: str = ""
+    kind: Kind = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,8 +237,12 @@ Document = tuple[Block, ...]
 
 
 def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
-    """Columns by their heads: the first to the left, the others to the right."""
-    return tuple(Column(head, align="right" if i else "left") for i, head in enumerate(heads))
+    """Columns by their heads: the first to the left, the others, of which one has units, right."""
+    kinds: dict[str, Kind] = {"unit": "unit", "status": "status"}
+    return tuple(
+        Column(head, align="right" if i else "left", kind=kinds.get(head, ""))
+        for i, head in enumerate(heads)
+    )
 
 
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from .document import Align, Cell, Column, Table
+from .document import Align, Cell, Column, Noted, Quantity, Table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,18 +75,22 @@ def _heads(column: Column) -> Iterator[str]:
 
 def _texts(cell: Cell, column: Column) -> Iterator[str]:
     """One text for the value and one for each part; what is not told stays empty."""
-    if isinstance(cell, str):
-        told: tuple[str, ...] = (cell,)
-    elif column.parts:
+    told: tuple[str, ...] = (joined(cell),)
+    if isinstance(cell, Quantity) and column.parts:
         told = (cell.value, cell.deviation, *cell.more)
-    else:
-        told = (joined(cell),)
     yield from told
     yield from ("",) * (1 + len(column.parts) - len(told))
 
 
 def joined(cell: Cell) -> str:
     """A cell as one text."""
-    if isinstance(cell, str):
-        return cell
-    return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
+    match cell:
+        case str():
+            return cell
+        case Quantity():
+            return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
+        case Noted():
+            told = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
+            return f"{told} ({cell.note})" if cell.note else told
+        case _:
+            return ""

@@ -5,11 +5,8 @@ from functools import singledispatch
 from types import MappingProxyType
 from typing import TextIO
 
-from rich.box import Box
 from rich.cells import cell_len
 from rich.console import Console
-from rich.segment import Segment
-from rich.table import Table as RichTable
 from rich.text import Text
 
 from axisid.presentation.blocks import (
@@ -33,7 +30,6 @@ from axisid.presentation.blocks import (
 _GAP = 2  # blanks between columns
 _LEAST = 20  # columns; what is narrower is left to the terminal
 _HANG = 4  # blanks before what is left of a line that a terminal is too narrow for
-_RULED = Box("    \n    \n----\n    \n    \n    \n    \n    \n", ascii=True)
 _HEAD_STYLES = MappingProxyType({"fail": "bold red", "pass": "green"})
 _LINE_STYLES = MappingProxyType({"note": "dim", "not evaluated": "dim"})
 _BLANKS = str.maketrans("\t\n\v\f\r", "     ")
@@ -195,20 +191,30 @@ def _columns(whole: Grid) -> Iterator[tuple[str, ...]]:
 
 
 def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
-    table = RichTable(
-        box=_RULED,
-        show_edge=False,
-        pad_edge=False,
-        padding=(0, _GAP - 1, 0, 0),
-        header_style="bold",
-    )
     widths = _widths(page, console.width - _GAP * (len(page.heads) - 1))
-    for head, align, width in zip(page.heads, page.aligns, widths, strict=True):
-        table.add_column(Text(head), justify=align, width=width, overflow="fold")
+    for line in _row_lines(page.heads, page, widths, console, low=True):
+        line.stylize("bold")
+        yield line
+    yield Text("-" * (sum(widths) + _GAP * (len(widths) - 1)))
     for row in page.rows:
-        table.add_row(*map(Text, row))
-    for segments in map(Segment.simplify, console.render_lines(table, pad=False)):
-        line = Text.assemble(*((segment.text, segment.style or "") for segment in segments))
+        yield from _row_lines(row, page, widths, console)
+
+
+def _row_lines(
+    row: Sequence[str], page: Grid, widths: Sequence[int], console: Console, *, low: bool = False
+) -> Iterator[Text]:
+    """One row, each text folded into its column, the shorter ones at the top or low."""
+    cells = [Text(text).wrap(console, width) for text, width in zip(row, widths, strict=True)]
+    most = max(map(len, cells))
+    for i in range(most):
+        parts = []
+        for lines, width, align in zip(cells, widths, page.aligns, strict=True):
+            at = i - (most - len(lines)) if low else i
+            part = lines[at] if 0 <= at < len(lines) else Text()
+            part.rstrip()
+            part.align(align, width)
+            parts.append(part)
+        line = Text(" " * _GAP).join(parts)
         line.rstrip()
         yield line
 

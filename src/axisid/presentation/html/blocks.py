@@ -2,6 +2,7 @@
 
 from functools import singledispatch
 from html import escape
+from itertools import takewhile
 from types import MappingProxyType
 
 from axisid.presentation.blocks import (
@@ -11,19 +12,27 @@ from axisid.presentation.blocks import (
     Column,
     Document,
     Heading,
+    Intervals,
     Judged,
     Listing,
+    Noted,
     Notes,
     Paragraph,
+    Quantity,
     Sentence,
     Table,
     joined,
 )
 from axisid.presentation.formulas import readable_text, readable_unit
 
+from .intervals import intervals_html
 from .prose import prose_html, unbroken
 
-_MARKS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "-"})
+_SIGNS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"})
+#: Classes of the signs, for pages that colour them.
+STATUS_CLASSES = MappingProxyType(
+    {"pass": "pass", "note": "noted", "fail": "fail", "not evaluated": "missing"}
+)
 
 
 def blocks_html(document: Document) -> str:
@@ -47,60 +56,125 @@ def _(block: Heading) -> str:
 
 
 @block_html.register
-def table_html(block: Table) -> str:
-    """A table, with what is said of it below."""
-    caption = f"<caption>{escape(block.title)}</caption>" if block.title else ""
-    heads = "".join(_head(column) for column in block.columns)
-    rows = "".join(
-        "<tr>"
-        + "".join(
-            _cell(cell, column, labels=not i)
-            for i, (cell, column) in enumerate(zip(row, block.columns, strict=True))
-        )
-        + "</tr>"
-        for row in block.rows
+def _(block: Table) -> str:
+    said = "".join(f'<p class="note">{prose_html(sentence)}</p>' for sentence in block.said)
+    return table_html(block) + said
+
+
+def table_html(table: Table, css: str = "") -> str:
+    """A table without what is said below it.
+
+    Parameters
+    ----------
+    table : Table
+    css : str, optional
+        Its class on a page.
+    """
+    caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
+    heads = "".join(map(_head, table.columns))
+    starts = [i for i, row in enumerate(table.rows) if None not in row]
+    ends = [*starts[1:], len(table.rows)]
+    # Rows that share a cell are a body of their own, so that a page keeps them together.
+    shared = len(starts) < len(table.rows)
+    bodies = [*zip(starts, ends, strict=True)] if shared else [(0, len(table.rows))]
+    filled = "".join(f"<tbody>{_rows(table, *body)}</tbody>" for body in bodies)
+    named = f' class="{css}"' if css else ""
+    return f"<table{named}>{caption}<thead><tr>{heads}</tr></thead>{filled}</table>"
+
+
+def _rows(table: Table, start: int, end: int) -> str:
+    return "".join(f"<tr>{_row(table, i)}</tr>" for i in range(start, end))
+
+
+def _row(table: Table, i: int) -> str:
+    cells = zip(table.rows[i], table.columns, strict=True)
+    return "".join(
+        _cell(cell, column, 1 + _reach(table, i, j), is_label=not j)
+        for j, (cell, column) in enumerate(cells)
+        if cell is not None
     )
-    said = "".join(f"<p>{prose_html(sentence)}</p>" for sentence in block.said)
-    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>{said}"
+
+
+def _reach(table: Table, i: int, j: int) -> int:
+    """How many rows a cell reaches down."""
+    return sum(1 for _ in takewhile(lambda row: row[j] is None, table.rows[i + 1 :]))
 
 
 def _head(column: Column) -> str:
-    head = escape(column.head)
+    head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
-    return f"<th{_class(column)}>{head}</th>"
+    kind = "unit" if column.kind == "unit" else "text" if column.align == "left" else ""
+    return f'<th class="{kind}">{head}</th>' if kind else f"<th>{head}</th>"
 
 
-def _cell(cell: Cell, column: Column, *, labels: bool) -> str:
-    """A cell; what labels a row stays as it is written."""
-    if labels:
-        return f"<th{_class(column)}>{escape(joined(cell))}</th>"
-    more = "" if isinstance(cell, str) else _more(cell.more, column.parts[1:])
-    return f"<td{_class(column)}{more}>{escape(readable_text(joined(cell)))}</td>"
+def _cell(cell: Cell, column: Column, rows: int, *, is_label: bool) -> str:
+    how = _class(column) + (f' rowspan="{rows}"' if rows > 1 else "")
+    if is_label and not column.kind:
+        scope = ' scope="rowgroup"' if rows > 1 else ""
+        return f"<th{how}{scope}>{_content(cell, column, is_label=True)}</th>"
+    return f"<td{how}{_more(cell, column)}>{_content(cell, column, is_label=is_label)}</td>"
 
 
-def _more(told: tuple[str, ...], heads: tuple[str, ...]) -> str:
+def _content(cell: Cell, column: Column, *, is_label: bool) -> str:
+    """What is in a cell; what labels a row stays as it is written."""
+
+    def shown(text: str) -> str:
+        return escape(text if is_label else readable_text(text))
+
+    if isinstance(cell, Intervals):
+        return intervals_html(cell)
+    if isinstance(cell, Noted):
+        unit = f' <span class="unit">{escape(readable_unit(cell.unit))}</span>'
+        note = f' <span class="note">{shown(cell.note)}</span>'
+        return shown(cell.text) + (unit if cell.unit else "") + (note if cell.note else "")
+    text = joined(cell)
+    if column.kind == "status":
+        return sign_html(text)
+    return method_html(text) if column.kind == "method" else shown(text)
+
+
+def method_html(method: str) -> str:
+    """A method with the mark of its estimator, as intervals are drawn with."""
+    kind = method.lower().rsplit("-", 1)[-1]
+    return f'<span class="swatch-{kind}">●</span> {escape(method.upper())}'
+
+
+def _more(cell: Cell, column: Column) -> str:
     """What else is told of a value: where a pointer rests on it."""
-    listed = ", ".join(f"{head} {text}" for head, text in zip(heads, told, strict=True))
-    return f' title="{escape(listed)}"' if listed else ""
+    if not isinstance(cell, Quantity) or not cell.more:
+        return ""
+    told = zip(column.parts[1:], cell.more, strict=False)
+    return f' title="{escape(", ".join(f"{head} {text}" for head, text in told))}"'
 
 
 def _class(column: Column) -> str:
-    return ' class="text"' if column.align == "left" else ""
+    kind = column.kind or ("text" if column.align == "left" else "")
+    return f' class="{kind}"' if kind else ""
 
 
 @block_html.register
 def _(block: Checks) -> str:
     concluded = f"<p>{prose_html(block.conclusion)}</p>" if block.conclusion else ""
-    return f"{concluded}<ul>{''.join(map(_judged, block.judged))}</ul>"
+    return concluded + checks_html(block.judged)
+
+
+def checks_html(judged: tuple[Judged, ...]) -> str:
+    """A list of checks."""
+    return f'<ul class="checks">{"".join(map(_judged, judged))}</ul>'
 
 
 def _judged(judged: Judged) -> str:
     names = escape(", ".join(judged.names))
-    if not judged.meaning:
-        return f"<li>{_MARKS[judged.status]} {names}</li>"
-    lead = "not evaluated, " if judged.status == "not evaluated" else ""
-    return f"<li>{_MARKS[judged.status]} <b>{names}</b>: {prose_html(lead + judged.meaning)}</li>"
+    if judged.meaning:
+        lead = "not evaluated: " if judged.status == "not evaluated" else ""
+        names = f"<b>{names[:1].upper()}{names[1:]}:</b> {prose_html(lead + judged.meaning)}"
+    return f"<li>{sign_html(judged.status)} <span>{names}</span></li>"
+
+
+def sign_html(status: str) -> str:
+    """The sign of an outcome."""
+    return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'
 
 
 @block_html.register

@@ -10,6 +10,7 @@ from .identification import drawn_table as drawn_table
 from .identification import identification_document as identification_document
 from .identification import left_out_notes as left_out_notes
 from .identification import shared_remarks as shared_remarks
+from .identification import verdict_block as verdict_block
 from .physical import physical_notes as physical_notes
 from .record import record_document as record_document
 from .record import record_facts as record_facts

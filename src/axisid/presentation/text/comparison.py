@@ -109,8 +109,8 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> Table:
-    heads = ("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %")
-    heads += ("dAIC [3]", "dBIC [3]", "dTIC [4]")
+    heads = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
+    heads += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
     least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
@@ -121,7 +121,7 @@ def _errors(candidates: Sequence[Candidate]) -> Table:
             _percent(c.estimate.equation_error_percent),
             _percent(c.equation.error_percent),
             _percent(c.estimate.simulation_error_percent),
-            _percent(c.simulation and c.simulation.error_percent),
+            _percent(None if c.simulation is None else c.simulation.error_percent),
             *(_above(getattr(c.criteria, name), value) for name, value in least.items()),
         )
         for c in candidates

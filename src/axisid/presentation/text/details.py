@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics import (
 )
 from axisid.estimation.estimates import COVARIANCE_LABELS, Estimate, Value
 from axisid.presentation.blocks import (
+    Column,
     Document,
     Paragraph,
     Table,
@@ -143,13 +144,18 @@ def _alignment(judged: Estimate, alignment: Alignment | str) -> Paragraph:
     )
 
 
-def checks_table(checks: Sequence[Check]) -> Table:
-    """Every check with its figure and threshold."""
+def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
+    """Every check with its figure and threshold, and on request of what, and whose threshold."""
     rows = (
-        [c.name, c.status, *(_number(x) for x in (c.figure, c.threshold, c.p_value))]
+        (
+            *(c.name, c.status, _number(c.figure), _number(c.threshold), _number(c.p_value)),
+            *((c.source,) if sources else ()),
+        )
         for c in checks
     )
-    return _table("Checks", ["", "status", "figure", "threshold", "p"], rows)
+    columns = text_columns(["", "status", "figure", "threshold", "p"])
+    columns += (Column("of what, and whose threshold", align="left"),) if sources else ()
+    return Table(columns=columns, rows=tuple(rows), title="Checks")
 
 
 def _number(value: float | None) -> str:

@@ -1,7 +1,7 @@
 """An estimate as a document: its parameters with deviations and intervals, and its errors."""
 
 from axisid.estimation.estimates import Estimate, Value
-from axisid.presentation.blocks import Column, Document, Quantity, Table
+from axisid.presentation.blocks import Column, Document, Table, text_columns
 
 from .quantity import quantity
 
@@ -16,24 +16,18 @@ def estimate_document(estimate: Estimate) -> Document:
     about = estimate.covariance_names[estimate.chosen]
     table = Table(
         columns=(
-            Column("", align="left"),
-            Column("unit"),
-            Column("value +- sd"),
+            *text_columns(["", "unit"]),
+            Column("value", parts=("sd", "rel. sd", "i.i.d.")),
             Column("95 % interval"),
         ),
         rows=(
-            *((name, v.unit, _short(v), _interval(v)) for name, v in values.items()),
+            *((name, v.unit, quantity(v), _interval(v)) for name, v in values.items()),
             *((name, "%", _percent(error), "") for name, error in errors.items()),
         ),
         labels=2,
         title=f"{estimate.method.upper()}; sd: {about}",
     )
     return (table,)
-
-
-def _short(value: Value) -> Quantity:
-    told = quantity(value)
-    return Quantity(told.value, told.deviation)
 
 
 def _interval(value: Value) -> str:
