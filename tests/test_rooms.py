@@ -37,6 +37,7 @@ FLOORS = (
     ("presentation.plots",),
     ("presentation.drawing",),
     ("presentation.text",),
+    ("presentation.schema",),
     ("presentation.documents",),
     ("presentation.console",),
     ("presentation.report",),
@@ -200,7 +201,7 @@ def test_rooms_know_no_library_that_is_not_theirs(
         "codegen.runtime": {"sympy", "matplotlib", "click"},
         **{
             f"presentation.{room}": {"matplotlib", "click"}
-            for room in ("formulas", "plots", "text", "documents")
+            for room in ("formulas", "plots", "text", "schema", "documents")
         },
     }
     for room, packages in banned.items():

@@ -8,7 +8,7 @@ from axisid.codegen.printers import print_c99, print_python, print_st
 from axisid.estimation.estimates import COVARIANCE_LABELS, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.documents import FittedAxis, fitted_axis
+from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
 
 from .parameter_tables import parameters_csv, parameters_json, parameters_latex, parameters_toml
@@ -28,7 +28,7 @@ _OF_ONE = ("toml",)
 
 
 def export(
-    result: Identification | str | Path,
+    result: Identification | SavedIdentification | str | Path,
     to: str = "c",
     *,
     axis: str | Path | None = None,
@@ -39,7 +39,7 @@ def export(
 
     Parameters
     ----------
-    result : Identification, str or Path
+    result : Identification, SavedIdentification, str or Path
         Or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
         The first three are functions from the motion to force and to control: C99 with <math.h>

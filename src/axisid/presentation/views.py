@@ -9,10 +9,16 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
 from axisid.presentation.documents import (
+    SavedEstimate,
+    SavedIdentification,
     comparison_dict,
     estimate_dict,
     identification_dict,
     record_dict,
+    saved_estimate_html,
+    saved_html,
+    saved_plot,
+    saved_text,
     stream_dict,
     sweep_dict,
     validation_dict,
@@ -29,6 +35,7 @@ from axisid.presentation.plots import (
     sweep_plot,
     tracking_plot,
 )
+from axisid.presentation.schema import plain
 from axisid.presentation.text import (
     comparison_text,
     estimate_html,
@@ -66,6 +73,7 @@ as_text.register(Sweep, sweep_text)
 as_text.register(Comparison, comparison_text)
 as_text.register(Validation, validation_text)
 as_text.register(StreamedEstimate, stream_text)
+as_text.register(SavedIdentification, saved_text)
 
 
 @singledispatch
@@ -81,6 +89,8 @@ as_document.register(Sweep, sweep_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
+as_document.register(SavedIdentification, lambda saved: plain(saved.document))
+as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
 
 @singledispatch
@@ -92,6 +102,8 @@ def as_html(result: Shown) -> str | None:
 
 as_html.register(Estimate, estimate_html)
 as_html.register(Identification, result_html)
+as_html.register(SavedEstimate, saved_estimate_html)
+as_html.register(SavedIdentification, saved_html)
 
 
 @singledispatch
@@ -126,6 +138,17 @@ def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
     return _drawn(sweep_plot(result))
 
 
+def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> "Figure":
+    _check_method(result, method, (result.method,))
+    return _drawn(drawable(saved_plot(result, what)))
+
+
+def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> "Figure":
+    return figure_of(result.judged if method is None else result[method], what)
+
+
+figure_of.register(SavedEstimate, _of_saved_estimate)
+figure_of.register(SavedIdentification, _of_saved)
 figure_of.register(Estimate, _of_estimate)
 figure_of.register(Identification, _of_identification)
 figure_of.register(Sweep, _of_sweep)
