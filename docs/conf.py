@@ -24,7 +24,7 @@ extensions = [
     "mathml",
     "references",
 ]
-exclude_patterns = ["conf.py", "axis_pages.py", "extensions/**"]
+exclude_patterns = ["conf.py", "axis_pages.py", "results_schema.py", "extensions/**"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".py": "myst-nb"}
 # An unused reference of the bibliography is no mistake.
 suppress_warnings = ["ref.citation"]

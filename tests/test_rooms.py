@@ -40,6 +40,7 @@ FLOORS = (
     ("presentation.plots",),
     ("presentation.drawing",),
     ("presentation.text",),
+    ("presentation.schema",),
     ("presentation.documents",),
     ("presentation.console",),
     ("presentation.report",),
@@ -203,7 +204,7 @@ def test_rooms_know_no_library_that_is_not_theirs(
         "codegen.runtime": {"sympy", "matplotlib", "click"},
         **{
             f"presentation.{room}": {"matplotlib", "click", "rich"}
-            for room in ("blocks", "formulas", "html", "plots", "text", "documents")
+            for room in ("blocks", "formulas", "html", "plots", "text", "schema", "documents")
         },
     }
     for room, packages in banned.items():

@@ -23,6 +23,7 @@ from .filter_bias import shift as shift
 from .instruments import STRONG_F as STRONG_F
 from .instruments import Endogeneity as Endogeneity
 from .instruments import InstrumentTests as InstrumentTests
+from .instruments import Strength as Strength
 from .instruments import biased_parameters as biased_parameters
 from .instruments import endogeneity_of as endogeneity_of
 from .instruments import instrument_tests as instrument_tests

@@ -1,13 +1,14 @@
 """Estimates held against another record, as they are."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import Identification
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import METHODS
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     loop_reference,
@@ -15,8 +16,9 @@ from axisid.estimation.regression import (
     simulated_position,
     simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.shown import Shown
@@ -136,12 +138,64 @@ class Validation(Shown):
         return tuple(notes)
 
 
-def validate(result: Identification, record: Record) -> Validation:
+class FrozenEstimate(Protocol):
+    """What is held against another record of an estimate."""
+
+    @property
+    def method(self) -> str:
+        """How it was estimated."""
+
+    @property
+    def physical(self) -> Array:
+        """Physical parameters, (p,)."""
+
+    @property
+    def equation_error_percent(self) -> float:
+        """On its own record."""
+
+
+class OwnRecord(Protocol):
+    """What is asked of the record that an estimate was made from."""
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where it comes from."""
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s."""
+
+
+class FrozenResult(Protocol):
+    """An identification: a live one, or what a file holds of one."""
+
+    @property
+    def axis(self) -> GeneratedAxis:
+        """The axis that was identified."""
+
+    @property
+    def asked(self) -> Prefilter | None:
+        """The prefilter before what it left open was chosen for the record, if that is known."""
+
+    @property
+    def prefilter(self) -> Prefilter:
+        """The filter as it was applied."""
+
+    @property
+    def record(self) -> OwnRecord:
+        """The record that it was identified from."""
+
+    @property
+    def estimates(self) -> Mapping[str, FrozenEstimate]:
+        """By method."""
+
+
+def validate(result: FrozenResult, record: Record) -> Validation:
     """Hold every estimate, frozen, against another record of the axis.
 
     Parameters
     ----------
-    result : Identification
+    result : Identification or SavedIdentification
     record : Record
         Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
         the reversals are chosen for it anew where they were left open.
@@ -168,9 +222,9 @@ def validate(result: Identification, record: Record) -> Validation:
     )
 
 
-def _validation(data: FilteredRecord, estimate: Estimate) -> MethodValidation:
+def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidation:
     axis, record = data.axis, data.record
-    form = type(estimate.form)(axis).at(estimate.physical)
+    form = METHODS[estimate.method].form(axis).at(estimate.physical)
     rows = form.equations(data.signals).reduced(data)
     theta = form.regressed(estimate.physical)
     if not len(rows.left):

@@ -202,21 +202,21 @@ def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, A
         (lambda _: "[" * 100_000, "is not JSON"),
         (lambda _: "[1]", "it has no schema"),
         (spoiled(lambda w: w.update(schema="axisid.sweep/1")), "'axisid.sweep/1'"),
-        (spoiled(lambda w: w.pop("signature")), "no complete result"),
-        (spoiled(lambda w: w.update(record=3)), "no complete result"),
+        (spoiled(lambda w: w.pop("signature")), "object missing required field signature"),
+        (spoiled(lambda w: w.update(record=3)), "expected object, got int at $.record"),
         (spoiled(lambda w: w.update(estimates=[])), "lacks parameters"),
         (spoiled(lambda w: w["estimates"][0]["parameters"].pop("M")), "lacks parameters"),
         (
             spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=None)),
-            "None is no number",
+            "expected float, got null",
         ),
         (
             spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value="1; evil()")),
-            "is no number",
+            "expected float, got str",
         ),
         (
             spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=10**400)),
-            "is no number",
+            "number out of range",
         ),
     ],
 )

@@ -217,7 +217,12 @@ def _read() -> Iterator[Fault]:
         ("an archive that unfolds without end", _packed_archive, 3, "more than 0.02 GB"),
         ("a MATLAB file that unfolds without end", _packed_matlab, 3, "more than 0.02 GB"),
         ("a text without lines", _endless_line, 3, "a line of 1000000 characters or more"),
-        ("a result with a number beyond all", _infinite_result, 3, "1e999, which is no number"),
+        (
+            "a result with a number beyond all",
+            _infinite_result,
+            3,
+            "is not JSON: number out of range",
+        ),
     )
     for name, make, code, says in named:
         yield Fault(name=name, make=make, code=code, says=says)

@@ -7,6 +7,8 @@ from typing import Any
 
 from tests.faults.fault import Fault, Misuse
 
+#: A result as it was written.
+_WHOLE = Path(__file__).parents[1] / "golden" / "outputs" / "twin-emps2015.json"
 _HEADER = "time;position;reference;control\n"
 
 
@@ -29,18 +31,7 @@ def _result(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], list
     """Two results to be compared, the second one changed."""
 
     def make(folder: Path) -> list[object]:
-        value = {"value": 1.0, "unit": "kg", "sd_hac": 0.1}
-        errors = {"equation_error_percent": 1.0, "simulation_error_percent": None}
-        record = dict.fromkeys(("source", "sha256", "samples", "sample_period", "columns"), "")
-        whole: dict[str, Any] = {
-            "schema": "axisid.identification/1",
-            "axis": "a",
-            "signature": "s",
-            "record": record,
-            "prefilter": {},
-            "estimates": [{"method": "idm-ls", "parameters": {"M": value}, **errors}],
-            "verdict": [{"name": "bounds", "status": "pass", "meaning": "within them"}],
-        }
+        whole: dict[str, Any] = json.loads(_WHOLE.read_text(encoding="utf-8"))
         files = folder / "a.json", folder / "b.json"
         files[0].write_text(json.dumps(whole))
         change(whole)
@@ -67,25 +58,25 @@ FAULTS: tuple[Fault, ...] = (
         name="a figure of a result that is no number",
         make=_result(lambda w: w["estimates"][0].update(simulation_error_percent={})),
         code=3,
-        says="lacks what its schema promises .*is no number",
+        says="lacks what its schema promises: expected float . null, got object",
     ),
     Fault(
         name="a value of a result that is true",
         make=_result(lambda w: w["estimates"][0]["parameters"]["M"].update(value=True)),
         code=3,
-        says="True is no number",
+        says="expected float, got bool",
     ),
     Fault(
         name="a value of a result beyond floating point",
         make=_result(lambda w: w["estimates"][0]["parameters"]["M"].update(value=10**400)),
         code=3,
-        says="is no number",
+        says="number out of range",
     ),
     Fault(
         name="a check of a result without a meaning",
         make=_result(lambda w: w["verdict"][0].update(status="fail", meaning=None)),
         code=3,
-        says="meaning of a check is None",
+        says="expected str, got null",
     ),
 )
 MISUSES: tuple[Misuse, ...] = ()

@@ -6,14 +6,14 @@ from axisid.codegen.lowering import FeedForward, feed_forward
 from axisid.estimation.estimates import COVARIANCE_LABELS, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.documents import FittedAxis, fitted_axis
+from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
 
 from .targets import TARGETS, Target
 
 
 def export(
-    result: Identification | str | Path,
+    result: Identification | SavedIdentification | str | Path,
     to: str = "c",
     *,
     axis: str | Path | None = None,
@@ -24,7 +24,7 @@ def export(
 
     Parameters
     ----------
-    result : Identification, str or Path
+    result : Identification, SavedIdentification, str or Path
         Or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
         A row of `TARGETS`. The first three are functions from the motion to force and to control:

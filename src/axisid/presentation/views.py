@@ -10,11 +10,16 @@ from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
+    SavedEstimate,
+    SavedIdentification,
     TwoResults,
     comparison_dict,
     estimate_dict,
     identification_dict,
     record_dict,
+    saved_document,
+    saved_estimate_document,
+    saved_plot,
     stream_dict,
     sweep_dict,
     two_results_document,
@@ -33,6 +38,7 @@ from axisid.presentation.plots import (
     sweep_plot,
     tracking_plot,
 )
+from axisid.presentation.schema import plain
 from axisid.presentation.text import (
     comparison_document,
     estimate_document,
@@ -72,6 +78,8 @@ as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
 as_blocks.register(StreamedEstimate, stream_document)
 as_blocks.register(TwoResults, two_results_document)
+as_blocks.register(SavedIdentification, saved_document)
+as_blocks.register(SavedEstimate, saved_estimate_document)
 
 
 @singledispatch
@@ -81,6 +89,7 @@ def as_text(result: Shown, **how: Any) -> str:
 
 
 as_text.register(Estimate, repr)
+as_text.register(SavedEstimate, repr)
 
 
 def as_html(result: Shown) -> str:
@@ -102,6 +111,8 @@ as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
 as_document.register(TwoResults, TwoResults.to_dict)
+as_document.register(SavedIdentification, lambda saved: plain(saved.document))
+as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
 
 @singledispatch
@@ -136,6 +147,17 @@ def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
     return _drawn(sweep_plot(result))
 
 
+def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> "Figure":
+    _check_method(result, method, (result.method,))
+    return _drawn(drawable(saved_plot(result, what)))
+
+
+def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> "Figure":
+    return figure_of(result.judged if method is None else result[method], what)
+
+
+figure_of.register(SavedEstimate, _of_saved_estimate)
+figure_of.register(SavedIdentification, _of_saved)
 figure_of.register(Estimate, _of_estimate)
 figure_of.register(Identification, _of_identification)
 figure_of.register(Sweep, _of_sweep)

@@ -1,11 +1,8 @@
 """Results that were written as JSON, read again: files with an end, of a size that results have."""
 
-import json
-import math
 import re
 import stat
 from pathlib import Path
-from typing import Any
 
 from .errors import AxisidError
 
@@ -14,8 +11,8 @@ _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 _OPENED = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+")
 
 
-def read_json(file: Path, error: type[AxisidError], advice: str) -> Any:
-    """Read a JSON file whose numbers are all finite.
+def read_result(file: Path, error: type[AxisidError], advice: str) -> bytes:
+    """The bytes of a file that has an end and the size of a result.
 
     Parameters
     ----------
@@ -29,7 +26,7 @@ def read_json(file: Path, error: type[AxisidError], advice: str) -> Any:
     Raises
     ------
     AxisidError
-        As `error` says: it cannot be read, is no regular file, too large, or no such JSON.
+        As `error` says: it cannot be read, is no regular file, or too large.
     """
     try:
         kind = file.stat().st_mode
@@ -41,26 +38,8 @@ def read_json(file: Path, error: type[AxisidError], advice: str) -> Any:
         raise error(f"{file} cannot be read: {refused.strerror}. Check the path.") from refused
     if len(content) > _LARGEST:
         raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {advice}")
-    try:
-        return json.loads(
-            content.decode(), parse_constant=_finite, parse_float=_finite, parse_int=_whole
-        )
-    except (ValueError, RecursionError) as refused:
-        raise error(f"{file} is not JSON: {refused}. {advice}") from refused
+    return content
 
 
 def _kind(mode: int) -> str:
     return "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
-
-
-def _finite(text: str) -> float:
-    """A number that a double holds; JSON has no others, but some programs write them."""
-    number = float(text)
-    if not math.isfinite(number):
-        raise ValueError(f"it holds {text[:20]}, which is no number in floating point")
-    return number
-
-
-def _whole(text: str) -> int:
-    _finite(text)
-    return int(text)

@@ -1,15 +1,31 @@
 """What is written as JSON is what the schema documents, no more and no less."""
 
 import json
+import runpy
+from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from jsonschema import Draft202012Validator
 
 from axisid import Record, identify, load_axis, sweep, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.schema import (
+    WrittenComparison,
+    WrittenIdentification,
+    WrittenStream,
+    WrittenSweep,
+    plain,
+    schema_of,
+)
+from tests.golden.cases import CASES, FOLDER
+
+DOCUMENTS = (WrittenIdentification, WrittenSweep, WrittenComparison, WrittenStream)
+GOLDEN = [FOLDER / f"{c.name}.json" for c in CASES if c.is_json and not c.name.startswith("export")]
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +43,57 @@ def checker(schema: dict[str, Any]) -> Draft202012Validator:
 
 def test_schema_is_one(schema: dict[str, Any]) -> None:
     Draft202012Validator.check_schema(schema)
+
+
+def test_the_file_of_the_schema_is_what_the_classes_make(root: Path) -> None:
+    made = runpy.run_path(str(root / "docs" / "results_schema.py"))["schema_text"]()
+    file = root / "docs" / "schema" / "results-1.json"
+    assert file.read_text(encoding="utf-8") == made, "run: python docs/results_schema.py"
+
+
+@pytest.mark.parametrize("file", GOLDEN, ids=lambda file: file.stem)
+def test_what_was_written_is_read_and_written_again_as_it_was(
+    checker: Draft202012Validator, file: Path
+) -> None:
+    written = json.loads(file.read_text(encoding="utf-8"))
+    checker.validate(written)
+    document = next(d for d in DOCUMENTS if schema_of(d) == written["schema"])
+    read = msgspec.json.decode(file.read_bytes(), type=document)
+    assert json.dumps(plain(read)) == json.dumps(written)
+
+
+def test_schema_and_classes_refuse_the_same(schema: dict[str, Any]) -> None:
+    checker = Draft202012Validator({**schema["$defs"]["identification"], "$defs": schema["$defs"]})
+    whole = _short(json.loads((FOLDER / "twin-linear_motor.json").read_text(encoding="utf-8")))
+    values: tuple[Any, ...] = (None, True, 0, 1.5, "x", [], {}, [0.5, 2.5])
+    for i, place in enumerate(_places(whole)):
+        spoiled = deepcopy(whole)
+        holder: Any = spoiled
+        for key in place[:-1]:
+            holder = holder[key]
+        holder[place[-1]] = values[i % len(values)]
+        try:
+            msgspec.json.decode(json.dumps(spoiled), type=WrittenIdentification)
+            accepted = True
+        except msgspec.ValidationError:
+            accepted = False
+        assert accepted == checker.is_valid(spoiled), place
+
+
+def _short(value: Any) -> Any:
+    """The same with two members of each list."""
+    if isinstance(value, dict):
+        return {key: _short(each) for key, each in value.items()}
+    return [_short(each) for each in value[:2]] if isinstance(value, list) else value
+
+
+def _places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Every place, of each list the first."""
+    keys = list(value) if isinstance(value, dict) else range(min(len(value), 1))
+    for key in keys:
+        yield (*path, key)
+        if isinstance(value[key], (dict, list)):
+            yield from _places(value[key], (*path, key))
 
 
 def test_identification_with_everything(checker: Draft202012Validator, run: Any) -> None:

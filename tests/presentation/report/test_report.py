@@ -36,7 +36,6 @@ from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities.formula import Formula
 from axisid.presentation.formulas.mathml import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text, significant
-from axisid.presentation.html import prose_html
 from axisid.presentation.plots.estimate import force_plot
 from axisid.presentation.report.embedding import figures_data, script_json, thinned
 from axisid.presentation.report.page import report_html, report_sweep

@@ -9,6 +9,14 @@ from .fitted import fitted_axis as fitted_axis
 from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import record_dict as record_dict
+from .saved_estimate import SavedEstimate as SavedEstimate
+from .saved_result import SavedIdentification as SavedIdentification
+from .saved_result import SavedPhysical as SavedPhysical
+from .saved_result import SavedRecord as SavedRecord
+from .saved_result import load_result as load_result
+from .saved_text import saved_document as saved_document
+from .saved_text import saved_estimate_document as saved_estimate_document
+from .saved_text import saved_plot as saved_plot
 from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
 from .two_results import TwoResults as TwoResults

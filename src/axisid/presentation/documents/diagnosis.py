@@ -1,11 +1,11 @@
-"""The diagnosis as plain numbers, texts and lists."""
+"""The diagnosis as a document."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 from axisid.estimation.diagnostics import (
     Alignment,
+    Check,
     Diagnosis,
     Endogeneity,
     Excitation,
@@ -13,11 +13,29 @@ from axisid.estimation.diagnostics import (
     LawCheck,
 )
 from axisid.estimation.regression import ResidualTests
-from axisid.support.arrays import finite, finite_tree
+from axisid.presentation.schema import (
+    WrittenAlignment,
+    WrittenAutocorrelation,
+    WrittenCheck,
+    WrittenCrossCorrelation,
+    WrittenEndogeneity,
+    WrittenExcitation,
+    WrittenInstruments,
+    WrittenLawCheck,
+    WrittenLjungBox,
+    WrittenNormality,
+    WrittenResidualTests,
+    WrittenRuns,
+    WrittenStrength,
+)
+from axisid.support.arrays import Array, finite, finite_tree
+
+#: How the meaning of a law's check begins that could not be made.
+NOT_EVALUATED = "not evaluated: "
 
 
-def diagnosis_dict(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
-    """Everything that was measured of a result, then the checks.
+def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
+    """Everything that was measured of a result, then the checks, by member of its document.
 
     Parameters
     ----------
@@ -32,98 +50,127 @@ def diagnosis_dict(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
         "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
         "alignment": _alignment(diagnosis.alignment, names),
-        "verdict": [finite_tree(asdict(check)) for check in diagnosis.verdict],
+        "verdict": tuple(map(check_document, diagnosis.verdict)),
     }
 
 
-def _law_check(check: LawCheck | str) -> dict[str, Any]:
-    """The control law's check; `passed` is null where it could not be made."""
+def _law_check(check: LawCheck | str) -> WrittenLawCheck:
+    """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, str):
-        return {"passed": None, "meaning": f"not evaluated: {check}"}
-    return {
-        "passed": check.passed,
-        "factors": dict(check.factors),
-        "residual_percent": check.residual_percent,
-        "fitted_residual_percent": check.fitted_residual_percent,
-        "delay": check.delay,
-        "meaning": check.meaning,
-    }
+        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
+    return WrittenLawCheck(
+        passed=check.passed,
+        factors=dict(check.factors),
+        residual_percent=check.residual_percent,
+        fitted_residual_percent=check.fitted_residual_percent,
+        delay=check.delay,
+        meaning=check.meaning,
+    )
 
 
-def _instruments(tests: InstrumentTests | None) -> dict[str, Any] | None:
+def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
     if tests is None:
         return None
-    return {
-        "columns": [{k: finite(v) for k, v in asdict(c).items()} for c in tests.columns],
-        "condition_number": finite(tests.condition_number),
-    }
+    return WrittenInstruments(
+        columns=tuple(
+            WrittenStrength(
+                r_squared=finite(c.r_squared),
+                shea=finite(c.shea),
+                f=finite(c.f),
+                conditional_f=finite(c.conditional_f),
+            )
+            for c in tests.columns
+        ),
+        condition_number=finite(tests.condition_number),
+    )
 
 
-def _endogeneity(test: Endogeneity | None, names: Sequence[str]) -> dict[str, Any] | None:
+def _endogeneity(test: Endogeneity | None, names: Sequence[str]) -> WrittenEndogeneity | None:
     if test is None:
         return None
-    return {
-        "statistic": finite(test.statistic),
-        "p_value": finite(test.p_value),
-        "p_values": dict(zip(names, map(finite, test.by_parameter), strict=True)),
-    }
+    return WrittenEndogeneity(
+        statistic=finite(test.statistic),
+        p_value=finite(test.p_value),
+        p_values=dict(zip(names, map(finite, test.by_parameter), strict=True)),
+    )
 
 
-def _alignment(profile: Alignment | str, names: Sequence[str]) -> dict[str, Any]:
+def _alignment(profile: Alignment | str, names: Sequence[str]) -> WrittenAlignment:
     if isinstance(profile, str):
-        return {"best": None, "reason": profile}
-    return {
-        "best": profile.best,
-        "deviation": finite(profile.deviation),
-        "at_the_end": profile.at_the_end,
-        "by_instruments": profile.by_instruments,
-        "sensitivity": dict(zip(names, profile.sensitivity.tolist(), strict=True)),
-        "delays": profile.delays.tolist(),
-        "errors_percent": profile.errors_percent.tolist(),
-    }
+        return WrittenAlignment(best=None, reason=profile)
+    return WrittenAlignment(
+        best=profile.best,
+        deviation=finite(profile.deviation),
+        at_the_end=profile.at_the_end,
+        by_instruments=profile.by_instruments,
+        sensitivity=dict(zip(names, profile.sensitivity.tolist(), strict=True)),
+        delays=tuple(profile.delays.tolist()),
+        errors_percent=tuple(profile.errors_percent.tolist()),
+    )
 
 
-def _excitation(shown: Excitation) -> dict[str, Any]:
-    """What the motion shows of one parameter."""
-    return {
-        "share": shown.share,
-        "inflation": finite(shown.inflation),
-        "alike": list(shown.alike),
-        "lacking": list(shown.lacking),
-        "rows": shown.rows,
-        "largest_share": finite(shown.largest_share),
-        "natural": finite(shown.natural),
-    }
+def _excitation(shown: Excitation) -> WrittenExcitation:
+    return WrittenExcitation(
+        share=shown.share,
+        inflation=finite(shown.inflation),
+        alike=shown.alike,
+        lacking=shown.lacking,
+        rows=shown.rows,
+        largest_share=finite(shown.largest_share),
+        natural=finite(shown.natural),
+    )
 
 
-def residual_dict(tests: ResidualTests) -> dict[str, Any]:
-    """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``."""
+def check_document(check: Check) -> WrittenCheck:
+    """One check; what is not finite becomes None."""
+    return WrittenCheck(
+        name=check.name,
+        status=check.status,
+        meaning=check.meaning,
+        figure=finite_tree(check.figure),
+        threshold=finite_tree(check.threshold),
+        p_value=finite_tree(check.p_value),
+        source=check.source,
+    )
+
+
+def residual_document(tests: ResidualTests) -> WrittenResidualTests:
+    """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``.
+
+    Of a handful of rows some statistics do not exist; they become None.
+    """
     lags = len(tests.autocorrelation) - 1
-    document = {
-        "durbin_watson": tests.durbin_watson,
-        "ljung_box": {"statistic": tests.ljung_box, "p_value": tests.ljung_box_p, "lags": lags},
-        "autocorrelation": {"values": tests.autocorrelation.tolist(), "bound_95": tests.bound},
-        "normality": {
-            "jarque_bera": tests.jarque_bera,
-            "p_value": tests.jarque_bera_p,
-            "skewness": tests.skewness,
-            "excess_kurtosis": tests.excess_kurtosis,
-            "normal_quantiles": tests.normal_quantiles.tolist(),
-            "residual_quantiles": tests.residual_quantiles.tolist(),
-        },
-        "cross_correlation": {
-            "largest": tests.cross_z,
-            "limit_95": tests.cross_limit,
-            "p_value": tests.cross_p,
-            "lags": list(range(-lags, lags + 1)),
-            "columns": tests.cross_correlation.T.tolist(),
-            "deviations": tests.cross_deviations.tolist(),
-        },
-        "runs": {
-            "z": finite(tests.runs_z),
-            "p_value": tests.runs_p,
-            "lengths": tests.run_lengths.tolist(),
-        },
-    }
-    # Of a handful of rows some statistics do not exist.
-    return dict(finite_tree(document))
+    return WrittenResidualTests(
+        durbin_watson=finite(tests.durbin_watson),
+        ljung_box=WrittenLjungBox(
+            statistic=finite(tests.ljung_box), p_value=finite(tests.ljung_box_p), lags=lags
+        ),
+        autocorrelation=WrittenAutocorrelation(
+            values=_finite(tests.autocorrelation), bound_95=finite(tests.bound)
+        ),
+        normality=WrittenNormality(
+            jarque_bera=finite(tests.jarque_bera),
+            p_value=finite(tests.jarque_bera_p),
+            skewness=finite(tests.skewness),
+            excess_kurtosis=finite(tests.excess_kurtosis),
+            normal_quantiles=_finite(tests.normal_quantiles),
+            residual_quantiles=_finite(tests.residual_quantiles),
+        ),
+        cross_correlation=WrittenCrossCorrelation(
+            largest=finite(tests.cross_z),
+            limit_95=finite(tests.cross_limit),
+            p_value=finite(tests.cross_p),
+            lags=tuple(range(-lags, lags + 1)),
+            columns=tuple(map(_finite, tests.cross_correlation.T)),
+            deviations=_finite(tests.cross_deviations),
+        ),
+        runs=WrittenRuns(
+            z=finite(tests.runs_z),
+            p_value=finite(tests.runs_p),
+            lengths=tuple(tests.run_lengths.tolist()),
+        ),
+    )
+
+
+def _finite(values: Array) -> tuple[float | None, ...]:
+    return tuple(map(finite, values.tolist()))

@@ -1,10 +1,8 @@
 """An axis with identified parameters: from an identification, or from the file that it wrote."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from axisid.codegen.artefacts import signature
 from axisid.estimation.estimates import Value
@@ -12,11 +10,15 @@ from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.modeling.text import load_axis
+from axisid.presentation.schema import (
+    WrittenIdentification,
+    WrittenStream,
+    read_document,
+)
 from axisid.support.errors import DataError, UsageError
-from axisid.support.result_file import read_json
 
-_SHOWN = 40  # letters
-_SCHEMA, _STREAM = "axisid.identification/1", "axisid.stream/1"
+from .saved_estimate import named
+from .saved_result import SavedIdentification, load_result
 
 #: Which estimate is judged: the first of these that there is.
 JUDGED = ("idm-iv", "ddm-iv", "idm-ls", "ddm-ls")
@@ -71,12 +73,14 @@ class FittedAxis:
         return method
 
 
-def fitted_axis(result: Identification | str | Path, axis: str | Path | None = None) -> FittedAxis:
+def fitted_axis(
+    result: Identification | SavedIdentification | str | Path, axis: str | Path | None = None
+) -> FittedAxis:
     """Take an identification, or read one and load its axis.
 
     Parameters
     ----------
-    result : Identification, str or Path
+    result : Identification, SavedIdentification, str or Path
         Or the file that ``axisid identify --json`` wrote.
     axis : str or Path, optional
         As `load_axis` takes it; needed for a file.
@@ -98,64 +102,39 @@ def fitted_axis(result: Identification | str | Path, axis: str | Path | None = N
             estimates={m: e.parameters for m, e in result.estimates.items()},
             physical={m: p.parameters for m, p in result.physical.items()},
         )
+    if isinstance(result, SavedIdentification):
+        saved = load_result(result, axis)
+        return _written(saved.document, derive(saved.known_axis))
     if axis is None:
         raise UsageError(f"{result} does not hold the axis; give the one it was identified with.")
-    written = _read(Path(result))
-    model = derive(leave_out(load_axis(axis), **(written.get("left_out") or {})))
-    try:
-        fitted = FittedAxis(
-            model=model,
-            signature=str(written["signature"]),
-            source=_writable(str(written["record"]["source"])),
-            sha256=str(written["record"]["sha256"] or ""),
-            estimates={
-                e["method"]: {
-                    name: _value(v, str(e.get("chosen_covariance", "hac")))
-                    for name, v in e["parameters"].items()
-                }
-                for e in _estimates(written)
-                if e["method"] in JUDGED
-            },
-            physical={
-                e["method"]: {
-                    name: _value(v, str(e.get("chosen_covariance", "hac")))
-                    for name, v in e["physical"]["parameters"].items()
-                }
-                for e in _estimates(written)
-                if e["method"] in JUDGED and "physical" in e
-            },
-        )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(
-            f"{result} is no complete result ({type(error).__name__}: {error}); write it again "
-            "with axisid identify --json."
-        ) from error
-    _check(fitted, str(result), str(written.get("axis")))
+    written = read_document(Path(result), WrittenIdentification, WrittenStream)
+    fitted = _written(written, derive(leave_out(load_axis(axis), **(written.left_out or {}))))
+    _check(fitted, str(result), written.axis)
     return fitted
+
+
+def _written(written: WrittenIdentification | WrittenStream, model: AxisModel) -> FittedAxis:
+    estimates = written.estimates if isinstance(written, WrittenIdentification) else ()
+    streamed = written.parameters if isinstance(written, WrittenStream) else None
+    return FittedAxis(
+        model=model,
+        signature=written.signature,
+        source=_writable(written.record.source),
+        sha256=written.record.sha256 or "",
+        estimates={e.method: named(e.parameters, e.chosen_covariance) for e in estimates}
+        if streamed is None
+        else {"idm-ls": named(streamed)},
+        physical={
+            e.method: named(e.physical.parameters, e.chosen_covariance)
+            for e in estimates
+            if e.physical
+        },
+    )
 
 
 def _writable(name: str) -> str:
     """A file's name may hold bytes that are no text."""
     return name.encode("utf-8", "replace").decode()
-
-
-def _read(file: Path) -> dict[str, Any]:
-    written = read_json(file, DataError, "Give what axisid identify --json wrote.")
-    schema = written.get("schema") if isinstance(written, dict) else None
-    if schema not in (_SCHEMA, _STREAM):
-        what = f"its schema is {schema!r}" if schema else "it has no schema"
-        raise DataError(
-            f"{file} is not the result of one identification ({what}, not {_SCHEMA}); "
-            "give what axisid identify --json wrote."
-        )
-    return dict(written)
-
-
-def _estimates(written: Mapping[str, Any]) -> list[Any]:
-    """Those of an identification; a log read in blocks gives one."""
-    if written["schema"] == _STREAM:
-        return [{"method": "idm-ls", "parameters": written["parameters"]}]
-    return list(written["estimates"])
 
 
 def _check(fitted: FittedAxis, file: str, name: str) -> None:
@@ -174,31 +153,3 @@ def _check(fitted: FittedAxis, file: str, name: str) -> None:
         raise DataError(
             f"{file} lacks parameters of {axis.name!r}; write it again with axisid identify --json."
         )
-
-
-def _value(written: Mapping[str, Any], chosen: str) -> Value:
-    low, high = written["interval_95"]
-    gain, bias = written["sd_gain"], written.get("filter_bias")
-    return Value(
-        value=real_number(written["value"]),
-        unit=str(written["unit"]),
-        sd=real_number(written["sd"]),
-        sd_robust=real_number(written["sd_robust"]),
-        sd_hac=real_number(written["sd_hac"]),
-        interval=(real_number(low), real_number(high)),
-        sd_gain=0.0 if gain is None else real_number(gain),
-        filter_bias=None if bias is None else real_number(bias),
-        chosen=chosen,
-    )
-
-
-def real_number(value: Any) -> float:
-    """A number of a result's file; anything else is a `ValueError`."""
-    try:
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
-            found = float(value)
-            if math.isfinite(found):
-                return found
-    except OverflowError:
-        pass  # a whole number beyond floating point
-    raise ValueError(f"{repr(value)[:_SHOWN]} is no number")

@@ -1,63 +1,89 @@
-"""Results as plain numbers, texts and lists. The names are a contract with other programs."""
+"""Results as documents. The names are a contract with other programs."""
 
-from collections.abc import Iterable
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, cast
+
+from msgspec import UNSET
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
+from axisid.estimation.regression import Drawn
 from axisid.estimation.signals import Sampling
-from axisid.estimation.tables import Provenance
+from axisid.estimation.tables import Provenance, Repair
+from axisid.presentation.schema import (
+    Matrix,
+    WrittenDirectValue,
+    WrittenDrawn,
+    WrittenEstimate,
+    WrittenIdentification,
+    WrittenKnown,
+    WrittenPhysical,
+    WrittenPrefilter,
+    WrittenRecord,
+    WrittenRepair,
+    WrittenValue,
+    plain,
+)
 from axisid.support.arrays import Array, finite
 
-from .diagnosis import diagnosis_dict, residual_dict
-
-#: Name and version of what `Identification.to_dict` gives; the version rises when a name goes or
-#: changes its meaning.
-SCHEMA = "axisid.identification/1"
+from .diagnosis import diagnosis_members, residual_document
 
 
 def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any]:
     """What ``--json`` writes: plain numbers, texts and lists; see `Identification.to_dict`."""
+    return plain(identification_document(result, draws))
+
+
+def identification_document(result: Identification, draws: int = 0) -> WrittenIdentification:
+    """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
-    return {
-        "schema": SCHEMA,
-        "axis": result.axis.axis.name,
-        "signature": result.axis.signature,
-        "left_out": left_out_dict(result.axis),
-        "record": record_dict(result.record),
-        "prefilter": prefilter_dict(result.data.sampling),
-        "estimates": [
-            {
-                **estimate_dict(e),
-                "drawn": drawn_dict(e, draws) if draws else None,
-                **physical_dict(physical.get(name)),
-            }
+    return WrittenIdentification(
+        axis=result.axis.axis.name,
+        signature=result.axis.signature,
+        left_out=left_out(result.axis),
+        record=record_document(result.record),
+        prefilter=prefilter_document(result.data.sampling),
+        estimates=tuple(
+            estimate_document(
+                e,
+                drawn=_drawn(e, draws) if draws else None,
+                physical=_physical(physical[name]) if name in physical else UNSET,
+            )
             for name, e in result.estimates.items()
-        ],
-        **diagnosis_dict(diagnosis, result.axis.names),
-        "skipped": dict(result.skipped),
-        "failed": dict(result.failed),
-    }
+        ),
+        **diagnosis_members(diagnosis, result.axis.names),
+        skipped=dict(result.skipped),
+        failed=dict(result.failed),
+    )
 
 
 def record_dict(record: Record) -> dict[str, Any]:
     """Provenance and size of a record."""
-    return {
-        **origin_dict(record.provenance),
-        "truth": dict(record.provenance.truth) or None,
-        "assumed": list(record.provenance.assumed),
-        "repairs": [asdict(repair) for repair in record.provenance.repairs],
-        "segments": [list(span) for span in record.segments],
-        "masked": [list(span) for span in record.masked],
-        "samples": len(record),
-        "sample_period": record.period,
-    }
+    return plain(record_document(record))
 
 
-def origin_dict(provenance: Provenance) -> dict[str, Any]:
+def record_document(record: Record) -> WrittenRecord:
+    """Provenance and size of a record."""
+    return WrittenRecord(
+        **origin_members(record.provenance),
+        truth=dict(record.provenance.truth) or None,
+        assumed=record.provenance.assumed,
+        repairs=tuple(map(_repair, record.provenance.repairs)),
+        segments=record.segments,
+        masked=record.masked,
+        samples=len(record),
+        sample_period=record.period,
+    )
+
+
+def _repair(repair: Repair) -> WrittenRepair:
+    # Which kinds there are the schema says, and its test holds.
+    return WrittenRepair(kind=cast(Any, repair.kind), count=repair.count, text=repair.text)
+
+
+def origin_members(provenance: Provenance) -> dict[str, Any]:
     """Which file a record comes from, if from one, and which of its columns."""
     return {
         "source": provenance.source,
@@ -68,103 +94,117 @@ def origin_dict(provenance: Provenance) -> dict[str, Any]:
     }
 
 
-def prefilter_dict(sampling: Sampling) -> dict[str, Any]:
-    """Settings of a prefilter; `drop` as it was applied."""
+def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
+    """Settings of a prefilter; `drop` as it was applied, nothing left open."""
     prefilter = sampling.prefilter
-    return {
-        "cutoff": prefilter.cutoff,
-        "order": prefilter.order,
-        "decimate": prefilter.decimate,
-        "decimation": prefilter.decimation,
-        "drop": list(prefilter.dropped(sampling.period)),
-        "hold": prefilter.hold,
-        "reversals": prefilter.reversals,
-        "silent": sampling.excluded_samples,
-    }
+    return WrittenPrefilter(
+        cutoff=prefilter.cutoff,
+        order=prefilter.order,
+        decimate=prefilter.decimate,
+        decimation=prefilter.decimation,
+        drop=prefilter.dropped(sampling.period),
+        hold=cast(Any, prefilter.hold),
+        reversals=cast(Any, prefilter.reversals),
+        silent=sampling.excluded_samples,
+    )
 
 
 def estimate_dict(estimate: Estimate) -> dict[str, Any]:
-    """One estimate; numbers that are not finite become null."""
-    direct = bool(estimate.ddm_quantities)
-    return {
-        "method": estimate.method,
-        "parameters": {name: value_dict(v) for name, v in estimate.parameters.items()},
-        "theta_ddm": {
-            q.name: {**value_dict(estimate.ddm_parameters[q.name]), "expression": q.expression}
-            for q in estimate.ddm_quantities
-        }
-        or None,
-        "covariance": estimate.covariance.tolist(),
-        "covariance_robust": estimate.covariances["robust"].tolist(),
-        "covariance_hac": estimate.covariances["hac"].tolist(),
-        "theta_ddm_covariance": estimate.ddm_covariance.tolist() if direct else None,
-        "theta_ddm_covariance_hac": estimate.ddm_covariances["hac"].tolist() if direct else None,
-        "correlation": estimate.correlation.tolist(),
-        "covariance_names": dict(estimate.covariance_names),
-        "chosen_covariance": estimate.chosen,
-        "equation_error_percent": estimate.equation_error_percent,
-        "simulation_error_percent": estimate.simulation_error_percent,
-        "rows": len(estimate.y),
-        "condition_number": estimate.condition_number,
-        "iterations": [_named(estimate.quantities, i.physical) for i in estimate.iterates],
-        "theta_ddm_iterations": [
-            _named(estimate.ddm_quantities, i.theta) for i in estimate.iterates
-        ]
+    """One estimate as plain numbers, texts and lists."""
+    return plain(estimate_document(estimate))
+
+
+def estimate_document(
+    estimate: Estimate,
+    drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
+    physical: WrittenPhysical | Any = UNSET,
+) -> WrittenEstimate:
+    """One estimate; statistics that are not finite become None."""
+    direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
+    return WrittenEstimate(
+        method=cast(Any, estimate.method),
+        parameters={name: value_document(v) for name, v in estimate.parameters.items()},
+        theta_ddm=_direct(estimate) if direct else None,
+        covariance=matrix(estimate.covariance),
+        covariance_robust=matrix(estimate.covariances["robust"]),
+        covariance_hac=matrix(estimate.covariances["hac"]),
+        theta_ddm_covariance=matrix(estimate.ddm_covariance) if direct else None,
+        theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
+        correlation=matrix(estimate.correlation),
+        covariance_names=dict(estimate.covariance_names),
+        chosen_covariance=cast(Any, estimate.chosen),
+        equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=estimate.simulation_error_percent,
+        rows=len(estimate.y),
+        condition_number=estimate.condition_number,
+        iterations=tuple(_named(estimate.quantities, i.physical) for i in iterates),
+        theta_ddm_iterations=tuple(_named(estimate.ddm_quantities, i.theta) for i in iterates)
         if direct
         else None,
-        "iteration_simulation_errors_percent": [
-            i.simulation_error_percent for i in estimate.iterates
-        ],
-        "curvatures": {
+        iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
-        "residual_tests": residual_dict(estimate.residual_tests),
-        "remarks": list(estimate.remarks),
-    }
+        residual_tests=residual_document(estimate.residual_tests),
+        remarks=estimate.remarks,
+        drawn=drawn,
+        physical=physical,
+    )
 
 
-def drawn_dict(estimate: Estimate, draws: int) -> dict[str, Any]:
-    """Every parameter over draws; null where no draw gave an axis."""
-    drawn = {name: estimate.propagate(name, draws=draws) for name in estimate.parameters}
+def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
     return {
-        name: {
-            "median": finite(d.median),
-            "interval_95": [finite(x) for x in d.interval],
-            "draws": d.draws,
-            "lost": d.lost,
-            "seed": d.seed,
-        }
-        for name, d in drawn.items()
+        q.name: WrittenDirectValue(
+            **_value_members(estimate.ddm_parameters[q.name]), expression=q.expression
+        )
+        for q in estimate.ddm_quantities
     }
 
 
-def physical_dict(physical: Physical | None) -> dict[str, Any]:
-    """The member ``physical`` of an estimate; nothing where the estimate is of these already."""
-    if physical is None:
-        return {}
+def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
+    """Every parameter over draws; None where no draw gave an axis."""
+    return {
+        name: _drawn_document(estimate.propagate(name, draws=draws)) for name in estimate.parameters
+    }
+
+
+def _drawn_document(drawn: Drawn) -> WrittenDrawn:
+    low, high = map(finite, drawn.interval)
+    return WrittenDrawn(
+        median=finite(drawn.median),
+        interval_95=(low, high),
+        draws=drawn.draws,
+        lost=drawn.lost,
+        seed=drawn.seed,
+    )
+
+
+def _physical(physical: Physical) -> WrittenPhysical:
     base = physical.base
-    return {
-        "physical": {
-            "parameters": {name: value_dict(v) for name, v in physical.parameters.items()},
-            "covariance_hac": physical.covariances["hac"].tolist(),
-            "base": {p.name: p.description for p, _ in base.combined},
-            "fixed": {p.name: {"value": p.known, "sd": p.known_sd} for p in base.known},
-            "unsettled": list(physical.unsettled),
-            "statistic": physical.statistic,
-            "dof": physical.dof,
-            "p_value": physical.p_value,
-            "remarks": list(physical.remarks),
-        }
-    }
+    return WrittenPhysical(
+        parameters={name: value_document(v) for name, v in physical.parameters.items()},
+        covariance_hac=matrix(physical.covariances["hac"]),
+        base={p.name: p.description for p, _ in base.combined},
+        fixed={p.name: WrittenKnown(value=cast(Any, p.known), sd=p.known_sd) for p in base.known},
+        unsettled=physical.unsettled,
+        statistic=physical.statistic,
+        dof=physical.dof,
+        p_value=physical.p_value,
+        remarks=physical.remarks,
+    )
 
 
-def left_out_dict(axis: GeneratedAxis) -> dict[str, float | None]:
+def left_out(axis: GeneratedAxis) -> dict[str, float]:
     """What stands for the parameters that were left out, by name."""
-    return {p.name: p.known for p in axis.declared.left_out}
+    return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
 
 
-def value_dict(value: Value) -> dict[str, Any]:
+def value_document(value: Value) -> WrittenValue:
     """A number with unit, deviations and interval."""
+    return WrittenValue(**_value_members(value))
+
+
+def _value_members(value: Value) -> dict[str, Any]:
     return {
         "value": value.value,
         "unit": value.unit,
@@ -172,10 +212,15 @@ def value_dict(value: Value) -> dict[str, Any]:
         "relative_sd_percent": finite(value.relative_sd_percent),
         "sd_robust": value.sd_robust,
         "sd_hac": value.sd_hac,
-        "interval_95": list(value.interval),
+        "interval_95": value.interval,
         "sd_gain": value.sd_gain,
         "filter_bias": value.filter_bias,
     }
+
+
+def matrix(values: Array) -> Matrix:
+    """An array as a document holds it."""
+    return tuple(map(tuple, values.tolist()))
 
 
 def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:

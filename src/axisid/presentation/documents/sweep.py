@@ -1,20 +1,23 @@
-"""Estimates over the cut-off as plain data."""
+"""Estimates over the cut-off as a document."""
 
 from typing import Any
 
 from axisid.estimation.studies import Sweep
+from axisid.presentation.schema import WrittenSweep, plain
 
-from .identification import identification_dict
-
-_SCHEMA = "axisid.sweep/1"
+from .identification import identification_document
 
 
 def sweep_dict(sweep: Sweep) -> dict[str, Any]:
     """What ``--json`` writes."""
-    return {
-        "schema": _SCHEMA,
-        "recommended_cutoff": sweep.recommended,
-        "reason": sweep.reason,
-        "failures": {f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
-        "results": [identification_dict(result) for result in sweep.results],
-    }
+    return plain(sweep_document(sweep))
+
+
+def sweep_document(sweep: Sweep) -> WrittenSweep:
+    """Every identification of a sweep, and which is recommended."""
+    return WrittenSweep(
+        recommended_cutoff=sweep.recommended,
+        reason=sweep.reason,
+        failures={f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
+        results=tuple(map(identification_document, sweep.results)),
+    )

@@ -1,11 +1,12 @@
 """Two results that were written as JSON, side by side."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
+from axisid.estimation.identification import Identification
 from axisid.presentation.blocks import (
     Block,
     Document,
@@ -16,18 +17,29 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.schema import (
+    WrittenAlone,
+    WrittenCheck,
+    WrittenDifference,
+    WrittenEstimate,
+    WrittenIdentification,
+    WrittenResultComparison,
+    WrittenStream,
+    WrittenValue,
+    plain,
+    read_document,
+    schema_of,
+)
 from axisid.support.errors import DataError
-from axisid.support.result_file import read_json
 from axisid.support.shown import Shown
 
-from .fitted import real_number
-from .identification import SCHEMA as _RESULT
-from .stream import STREAM_SCHEMA
+from .identification import identification_document
+from .saved_result import SavedIdentification
 
-_SCHEMA = "axisid.result_comparison/1"
-_NEEDED = ("axis", "signature", "record", "prefilter", "estimates", "verdict")
 _LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
-_SIDES = ("first", "second")
+#: A result, or the file that holds it.
+Compared: TypeAlias = Identification | SavedIdentification | str | Path
+_Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,19 +96,25 @@ class TwoResults(Shown):
     errors: Mapping[str, tuple[float | None, float | None]]
     alone: tuple[tuple[str, ...], tuple[str, ...]]
     settings: Mapping[str, tuple[Any, Any]]
-    checks: Mapping[str, tuple[dict[str, Any] | None, dict[str, Any] | None]]
+    checks: Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]]
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes."""
-        return {
-            "schema": _SCHEMA,
-            **dict(zip(_SIDES, self.sources, strict=True)),
-            "differences": [{**asdict(d), "difference": d.difference} for d in self.differences],
-            "errors_percent": {name: list(pair) for name, pair in self.errors.items()},
-            "alone": {side: list(names) for side, names in zip(_SIDES, self.alone, strict=True)},
-            "settings": {name: list(pair) for name, pair in self.settings.items()},
-            "verdict": {name: list(pair) for name, pair in self.checks.items()},
-        }
+        first, second = self.sources
+        return plain(
+            WrittenResultComparison(
+                first=first,
+                second=second,
+                differences=tuple(
+                    WrittenDifference(**asdict(d), difference=d.difference)
+                    for d in self.differences
+                ),
+                errors_percent=dict(self.errors),
+                alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
+                settings=dict(self.settings),
+                verdict=dict(self.checks),
+            )
+        )
 
 
 def two_results_document(results: TwoResults) -> Document:
@@ -173,62 +191,41 @@ def _verdict(results: TwoResults) -> Paragraph:
         line = f"{name}: {states[0]} in A, {states[1]} in B"
         told.append(Sentence(text=line, filled=False))
         told += [
-            Sentence(text=f"    {side}: {check['meaning']}", hang=7)
+            Sentence(text=f"    {side}: {check.meaning}", hang=7)
             for side, check in zip("AB", (first, second), strict=True)
-            if check is not None and check["status"] != "pass"
+            if check is not None and check.status != "pass"
         ]
     return paragraph(*told) if told else paragraph("the verdicts are the same")
 
 
-def compare_results(first: str | Path, second: str | Path) -> TwoResults:
+def compare_results(first: Compared, second: Compared) -> TwoResults:
     """Set two results side by side.
 
     Parameters
     ----------
-    first, second : str or Path
-        As ``axisid identify --json`` wrote them.
+    first, second : Identification, SavedIdentification, str or Path
+        A file as ``axisid identify --json`` wrote it, or what `identify` and `load_result` give.
 
     Raises
     ------
     DataError
         A file cannot be read or is no result.
     """
-    files = (Path(first), Path(second))
-    a, b = map(_read, files)
-    try:
-        return _compared(files, a, b)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(
-            f"{files[0]} or {files[1]} lacks what its schema promises "
-            f"({type(error).__name__}: {error}); write it anew with identify --json."
-        ) from error
+    (name_a, a), (name_b, b) = map(_named_document, (first, second))
+    return _compared((name_a, name_b), a, b)
 
 
-def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) -> TwoResults:
-    by_method = [{e["method"]: e for e in result["estimates"]} for result in (a, b)]
+def _compared(
+    names: tuple[str, str], a: WrittenIdentification, b: WrittenIdentification
+) -> TwoResults:
+    by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
     common = [method for method in by_method[0] if method in by_method[1]]
-    labels = [
-        {
-            f"{method} {name} [{value['unit']}]": (method, name, value)
-            for method, estimate in side.items()
-            for name, value in estimate["parameters"].items()
-        }
-        for side in by_method
-    ]
-    alone = tuple(
-        tuple(
-            dict.fromkeys(
-                label if method in common else method
-                for label, (method, _, _) in labels[i].items()
-                if label not in labels[1 - i]
-            )
-        )
-        for i in (0, 1)
-    )
-    checks = [_checks(result["verdict"]) for result in (a, b)]
+    labels = [_labelled(estimates) for estimates in by_method]
+    alone = [_alone(labels[i], labels[1 - i], common) for i in (0, 1)]
+    checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return TwoResults(
-        sources=(_source(files[0], a), _source(files[1], b)),
+        sources=(_source(names[0], a), _source(names[1], b)),
         differences=tuple(
             _difference(method, name, value, labels[1][label][2])
             for label, (method, name, value) in labels[0].items()
@@ -236,8 +233,8 @@ def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) ->
         ),
         errors={
             f"{method} {kind} error": (
-                _percent(by_method[0][method][f"{kind}_error_percent"]),
-                _percent(by_method[1][method][f"{kind}_error_percent"]),
+                getattr(by_method[0][method], f"{kind}_error_percent"),
+                getattr(by_method[1][method], f"{kind}_error_percent"),
             )
             for method in common
             for kind in ("equation", "simulation")
@@ -256,58 +253,73 @@ def _compared(files: tuple[Path, Path], a: dict[str, Any], b: dict[str, Any]) ->
     )
 
 
-def _difference(
-    method: str, name: str, first: dict[str, Any], second: dict[str, Any]
-) -> Difference:
-    numbers = [real_number(side[key]) for key in ("value", "sd_hac") for side in (first, second)]
-    apart, combined = real_number(numbers[1] - numbers[0]), math.hypot(numbers[2], numbers[3])
-    return Difference(
-        method=method,
-        name=name,
-        unit=str(first["unit"]),
-        first=numbers[0],
-        second=numbers[1],
-        sd_first=numbers[2],
-        sd_second=numbers[3],
-        deviations=real_number(apart / combined) if combined else None,
-    )
-
-
-def _percent(value: Any) -> float | None:
-    return None if value is None else real_number(value)
-
-
-def _checks(verdict: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Checks by name, with what is shown of them."""
-    for check in verdict:
-        for key in ("name", "status", "meaning"):
-            if not isinstance(check[key], str):
-                raise ValueError(f"{key} of a check is {check[key]!r}")
-    return {check["name"]: check for check in verdict}
-
-
-def _settings(result: dict[str, Any]) -> dict[str, Any]:
-    """What a result was made from and how."""
-    record = result["record"]
+def _labelled(estimates: Mapping[str, WrittenEstimate]) -> dict[str, _Labelled]:
+    """Every parameter by method, name and unit: what can be compared."""
     return {
-        "axis": result["axis"],
-        "generated code": result["signature"],
-        "left out": result.get("left_out") or None,
-        "record": record["source"],
-        "sha256": record["sha256"],
-        "samples": record["samples"],
-        "sample period": record["sample_period"],
-        "columns": record["columns"],
-        **result["prefilter"],
+        f"{method} {name} [{value.unit}]": (method, name, value)
+        for method, estimate in estimates.items()
+        for name, value in estimate.parameters.items()
     }
 
 
-def _source(file: Path, result: dict[str, Any]) -> str:
-    return f"{file}: {result['axis']}, {result['record']['source']}"
+def _alone(
+    own: Mapping[str, _Labelled], others: Mapping[str, _Labelled], common: Sequence[str]
+) -> tuple[str, ...]:
+    """What only one has: methods, and parameters of methods that both have."""
+    return tuple(
+        dict.fromkeys(
+            label if method in common else method
+            for label, (method, _, _) in own.items()
+            if label not in others
+        )
+    )
 
 
-def _status(check: dict[str, Any] | None) -> str:
-    return "absent" if check is None else str(check["status"])
+def _difference(method: str, name: str, first: WrittenValue, second: WrittenValue) -> Difference:
+    combined = math.hypot(first.sd_hac, second.sd_hac)
+    apart = _within_floats(second.value - first.value, f"the difference of {method} {name}")
+    return Difference(
+        method=method,
+        name=name,
+        unit=first.unit,
+        first=first.value,
+        second=second.value,
+        sd_first=first.sd_hac,
+        sd_second=second.sd_hac,
+        deviations=_within_floats(apart / combined, f"the distance of {method} {name}")
+        if combined
+        else None,
+    )
+
+
+def _within_floats(number: float, what: str) -> float:
+    if not math.isfinite(number):
+        raise DataError(f"{what} is beyond floating point; compare results of one size.")
+    return number
+
+
+def _settings(result: WrittenIdentification) -> dict[str, Any]:
+    """What a result was made from and how."""
+    record = result.record
+    return {
+        "axis": result.axis,
+        "generated code": result.signature,
+        "left out": result.left_out or None,
+        "record": record.source,
+        "sha256": record.sha256,
+        "samples": record.samples,
+        "sample period": record.sample_period,
+        "columns": record.columns,
+        **plain(result.prefilter),
+    }
+
+
+def _source(name: str, result: WrittenIdentification) -> str:
+    return f"{name}{result.axis}, {result.record.source}"
+
+
+def _status(check: WrittenCheck | None) -> str:
+    return "absent" if check is None else check.status
 
 
 def _short(value: Any) -> str:
@@ -318,22 +330,23 @@ def _short(value: Any) -> str:
     return text[:12] if is_digest else text
 
 
-def _read(file: Path) -> dict[str, Any]:
-    content = read_json(file, DataError, "Give a file that axisid identify --json wrote.")
-    result: dict[str, Any] = content if isinstance(content, dict) else {}
-    if (schema := result.get("schema")) == STREAM_SCHEMA:
-        raise DataError(
-            f"{file} is of a log that was read in blocks, which has no verdict to compare; give "
-            "results of identify without --stream."
-        )
-    if schema != _RESULT:
-        raise DataError(
-            f"{file}: the schema is {schema!r}, not {_RESULT!r}; give a file that axisid identify "
-            "--json wrote."
-        )
-    if missing := [name for name in _NEEDED if name not in result]:
-        raise DataError(
-            f"{file} lacks {', '.join(missing)}, which its schema promises; write it anew with "
-            "axisid identify --json."
-        )
-    return result
+def _named_document(result: Compared) -> tuple[str, WrittenIdentification]:
+    """The file of a result as the head of a line, if there is one, and what it holds."""
+    if isinstance(result, Identification):
+        return "", identification_document(result)
+    if isinstance(result, SavedIdentification):
+        return f"{result.file}: ", result.document
+    return f"{result}: ", _read(Path(result))
+
+
+def _read(file: Path) -> WrittenIdentification:
+    return read_document(
+        file,
+        WrittenIdentification,
+        refused={
+            schema_of(
+                WrittenStream
+            ): "is of a log that was read in blocks, which has no verdict to "
+            "compare; give results of identify without --stream."
+        },
+    )

@@ -1,24 +1,36 @@
-"""Estimates held against another record, as plain data."""
+"""Estimates held against another record, as a document."""
 
-import math
-from dataclasses import asdict
 from typing import Any
 
-from axisid.estimation.studies import Validation
+from axisid.estimation.studies import MethodValidation, Validation
+from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation, plain
+from axisid.support.arrays import finite_tree
 
-from .identification import record_dict
+from .identification import record_document
 
 
 def validation_dict(validation: Validation) -> dict[str, Any]:
-    """Plain numbers and texts; what is not finite becomes null."""
-    return {
-        "record": record_dict(validation.record),
-        "methods": [
-            {
-                name: None if isinstance(value, float) and not math.isfinite(value) else value
-                for name, value in asdict(v).items()
-            }
-            for v in validation
-        ],
-        "time_base": validation.time_base or None,
-    }
+    """Plain numbers and texts."""
+    return plain(validation_document(validation))
+
+
+def validation_document(validation: Validation) -> WrittenValidation:
+    """Errors by method; what is not finite becomes None."""
+    return WrittenValidation(
+        record=record_document(validation.record),
+        methods=tuple(map(_method, validation)),
+        time_base=validation.time_base or None,
+    )
+
+
+def _method(validation: MethodValidation) -> WrittenMethodValidation:
+    v = validation
+    return WrittenMethodValidation(
+        method=v.method,
+        equation_error_percent=finite_tree(v.equation_error_percent),
+        own_equation_error_percent=finite_tree(v.own_equation_error_percent),
+        simulation_error_percent=finite_tree(v.simulation_error_percent),
+        position_error_rms=finite_tree(v.position_error_rms),
+        tracking_error_percent=finite_tree(v.tracking_error_percent),
+        reason=v.reason,
+    )

@@ -1,0 +1,164 @@
+"""What was measured of a result, read back; what was not finite is NaN or infinite."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import UNSET
+
+from axisid.estimation.diagnostics import (
+    Alignment,
+    Check,
+    Diagnosis,
+    Endogeneity,
+    Excitation,
+    InstrumentTests,
+    LawCheck,
+    Strength,
+)
+from axisid.estimation.regression import ResidualTests
+from axisid.presentation.schema import (
+    WrittenAlignment,
+    WrittenCheck,
+    WrittenEndogeneity,
+    WrittenExcitation,
+    WrittenIdentification,
+    WrittenInstruments,
+    WrittenLawCheck,
+    WrittenResidualTests,
+)
+from axisid.support.arrays import Array, frozen
+
+from .diagnosis import NOT_EVALUATED
+
+
+def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
+    """The diagnosis of a document."""
+    return Diagnosis(
+        judged=written.judged,
+        law=_law(written.law_check),
+        instruments=_instruments(written.instruments),
+        endogeneity=_endogeneity(written.endogeneity),
+        excitation=tuple(_excitation(name, e) for name, e in written.excitation.items()),
+        alignment=_alignment(written.alignment),
+        verdict=tuple(map(_check, written.verdict)),
+    )
+
+
+def _check(written: WrittenCheck) -> Check:
+    return Check(
+        name=written.name,
+        status=written.status,
+        meaning=written.meaning,
+        figure=written.figure,
+        threshold=written.threshold,
+        p_value=written.p_value,
+        source=written.source,
+    )
+
+
+def _law(written: WrittenLawCheck) -> LawCheck | str:
+    if written.passed is None:
+        return written.meaning.removeprefix(NOT_EVALUATED)
+    residual, fitted = written.residual_percent, written.fitted_residual_percent
+    return LawCheck(
+        factors=dict(written.factors or {}),
+        residual_percent=None if residual is UNSET else residual,
+        fitted_residual_percent=None if fitted is UNSET else fitted,
+        delay=written.delay or 0,
+        constant=None,  # the verdict's own, which no document has
+        passed=written.passed,
+        meaning=written.meaning,
+    )
+
+
+def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
+    if written is None:
+        return None
+    return InstrumentTests(
+        columns=tuple(
+            Strength(
+                r_squared=_known(c.r_squared),
+                shea=_known(c.shea),
+                f=_known(c.f, math.inf),
+                conditional_f=_known(c.conditional_f, math.inf),
+            )
+            for c in written.columns
+        ),
+        condition_number=_known(written.condition_number, math.inf),
+    )
+
+
+def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | None:
+    if written is None:
+        return None
+    return Endogeneity(
+        statistic=_known(written.statistic),
+        p_value=_known(written.p_value),
+        by_parameter=tuple(map(_known, written.p_values.values())),
+    )
+
+
+def _excitation(name: str, written: WrittenExcitation) -> Excitation:
+    return Excitation(
+        name=name,
+        share=written.share,
+        inflation=_known(written.inflation, math.inf),
+        alike=written.alike,
+        lacking=written.lacking,
+        rows=_known(written.rows),
+        largest_share=_known(written.largest_share),
+        natural=_known(written.natural),
+    )
+
+
+def _alignment(written: WrittenAlignment) -> Alignment | str:
+    if written.best is None:
+        return written.reason or ""
+    sensitivity = frozen([*(written.sensitivity or {}).values()])
+    delays = frozen(written.delays or ())
+    return Alignment(
+        delays=delays,
+        errors_percent=frozen(written.errors_percent or ()),
+        physical=frozen(np.full((len(delays), len(sensitivity)), math.nan)),  # in no document
+        best=written.best,
+        deviation=_known(written.deviation),
+        at_the_end=bool(written.at_the_end),
+        by_instruments=bool(written.by_instruments),
+        sensitivity=sensitivity,
+    )
+
+
+def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
+    """The tests of the residuals of a document."""
+    w, normality, crossed = written, written.normality, written.cross_correlation
+    return ResidualTests(
+        durbin_watson=_known(w.durbin_watson),
+        ljung_box=_known(w.ljung_box.statistic),
+        ljung_box_p=_known(w.ljung_box.p_value),
+        jarque_bera=_known(normality.jarque_bera),
+        jarque_bera_p=_known(normality.p_value),
+        skewness=_known(normality.skewness),
+        excess_kurtosis=_known(normality.excess_kurtosis),
+        runs_z=_known(w.runs.z),
+        runs_p=_known(w.runs.p_value),
+        autocorrelation=_array(w.autocorrelation.values),
+        bound=_known(w.autocorrelation.bound_95),
+        cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
+        cross_deviations=_array(crossed.deviations),
+        cross_z=_known(crossed.largest),
+        cross_limit=_known(crossed.limit_95),
+        cross_p=_known(crossed.p_value),
+        normal_quantiles=_array(normality.normal_quantiles),
+        residual_quantiles=_array(normality.residual_quantiles),
+        run_lengths=np.array(w.runs.lengths, dtype=np.int64),
+    )
+
+
+def _array(values: Sequence[float | None]) -> Array:
+    return frozen([*map(_known, values)])
+
+
+def _known(value: object, otherwise: float = math.nan) -> float:
+    """A figure; of one that was not finite, or not written, what it was most likely."""
+    return value if isinstance(value, float) else otherwise

@@ -1,0 +1,431 @@
+"""An identification that was written as JSON, read again."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from axisid.codegen.artefacts import GeneratedAxis, build, signature
+from axisid.estimation.diagnostics import Check, Diagnosis
+from axisid.estimation.estimates import Named
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, Sampling
+from axisid.estimation.studies import Validation, validate
+from axisid.estimation.tables import Provenance, Repair
+from axisid.modeling.declaration import Axis, leave_out
+from axisid.modeling.derivation import derive
+from axisid.modeling.library import LIBRARY
+from axisid.modeling.quantities import Parameter
+from axisid.modeling.text import load_axis
+from axisid.presentation.schema import (
+    WrittenIdentification,
+    WrittenPrefilter,
+    WrittenRecord,
+    WrittenStream,
+    read_document,
+    schema_of,
+)
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.shown import Shown, shown_by
+
+from .saved_diagnosis import read_diagnosis
+from .saved_estimate import SavedEstimate, named
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SavedRecord:
+    """A record without its samples.
+
+    Attributes
+    ----------
+    provenance : Provenance
+    samples : int
+    period : float
+        s.
+    segments, masked : tuple of (int, int)
+        First row and the one after the last of each.
+    """
+
+    provenance: Provenance
+    samples: int
+    period: float
+    segments: tuple[tuple[int, int], ...]
+    masked: tuple[tuple[int, int], ...]
+
+    def __len__(self) -> int:
+        return self.samples
+
+    @property
+    def has_force(self) -> bool:
+        """Whether the force was measured, not made of the control."""
+        return "force" in self.provenance.columns
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+        pieces = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SavedBase:
+    """How base parameters are made.
+
+    Attributes
+    ----------
+    known : tuple of Parameter
+        What was declared as known.
+    combined : tuple of (Parameter, str)
+        Base parameters that are no declared ones, in declared ones.
+    """
+
+    known: tuple[Parameter, ...]
+    combined: tuple[tuple[Parameter, str], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SavedPhysical:
+    """Declared parameters that follow from base parameters and known values, as `Physical`.
+
+    Attributes
+    ----------
+    method : str
+    parameters : Named
+        The declared parameters that follow, by name.
+    covariances : mapping of str to array
+        Of these, in their order: ``hac``.
+    base : SavedBase
+    unsettled : tuple of str
+        Which parameters do not follow and what would have to be known.
+    statistic, dof, p_value : float, int, float or None
+        Distance of what was fixed from the record, chi-squared.
+    remarks : tuple of str
+    shows_more : bool
+        Whether it says anything that the base parameters do not.
+    """
+
+    method: str
+    parameters: Named
+    covariances: Mapping[str, Array]
+    base: SavedBase
+    unsettled: tuple[str, ...]
+    statistic: float
+    dof: int
+    p_value: float | None
+    remarks: tuple[str, ...]
+    shows_more: bool
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SavedIdentification(Shown):
+    """An identification that was read from a file; see `load_result`.
+
+    It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
+    `plot`; what needs the rows of the record is refused with a sentence.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenIdentification
+        What the file holds.
+    declared : Axis or None
+        The axis that was identified, if it is known.
+    """
+
+    file: str
+    document: WrittenIdentification
+    declared: Axis | None = None
+
+    def __getitem__(self, method: str) -> SavedEstimate:
+        if method.lower() not in self.estimates:
+            raise UsageError(
+                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+            )
+        return self.estimates[method.lower()]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __contains__(self, method: object) -> bool:
+        return isinstance(method, str) and method.lower() in self.estimates
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def __repr__(self) -> str:
+        source = self.record.provenance.source
+        return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
+
+    @property
+    def name(self) -> str:
+        """Of the axis."""
+        return self.document.axis
+
+    @property
+    def signature(self) -> str:
+        """Of the generated code that identified it."""
+        return self.document.signature
+
+    @cached_property
+    def axis(self) -> GeneratedAxis:
+        """The axis that was identified, built when it is first asked for.
+
+        Raises
+        ------
+        UsageError
+            It is none of the library, and was not given.
+        """
+        return build(self.known_axis)
+
+    @property
+    def known_axis(self) -> Axis:
+        """The declaration of the axis; a `UsageError` where it is not known."""
+        if self.declared is None:
+            raise UsageError(
+                f"{self.file} does not hold the axis {self.name!r}; give the one it was "
+                f"identified with: load_result(..., axis=...)."
+            )
+        return self.declared
+
+    @cached_property
+    def estimates(self) -> Mapping[str, SavedEstimate]:
+        """Estimates by method."""
+        step = self.record.period * self.prefilter.decimate
+        written = self.document.estimates
+        return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
+
+    @property
+    def asked(self) -> Prefilter | None:
+        """None: what was left open of the filter before it suited the record is in no file."""
+        return None
+
+    @property
+    def skipped(self) -> Mapping[str, str]:
+        """Methods that axis or record did not allow, with the reason."""
+        return self.document.skipped
+
+    @property
+    def failed(self) -> Mapping[str, str]:
+        """Methods that came to nothing, with the reason."""
+        return self.document.failed
+
+    @property
+    def judged(self) -> SavedEstimate:
+        """The estimate that is judged."""
+        return self[self.document.judged]
+
+    @cached_property
+    def diagnosis(self) -> Diagnosis:
+        """What the tests of the result measured."""
+        return read_diagnosis(self.document)
+
+    @property
+    def verdict(self) -> tuple[Check, ...]:
+        """What was checked, against what, and what it means."""
+        return self.diagnosis.verdict
+
+    @cached_property
+    def record(self) -> SavedRecord:
+        """The record that it was identified from, without its samples."""
+        return _record(self.document.record)
+
+    @cached_property
+    def prefilter(self) -> Prefilter:
+        """The filter, with what was chosen for the record."""
+        return _prefilter(self.document.prefilter, self.record.period)
+
+    @property
+    def sampling(self) -> Sampling:
+        """The samples that counted; of those near reversals how many, not which."""
+        excluded = self.document.prefilter.silent
+        return Sampling(
+            prefilter=self.prefilter,
+            samples=self.record.samples,
+            period=self.record.period,
+            segments=self.record.segments,
+            masked=self.record.masked,
+            excluded=((0, excluded),) if excluded else (),
+        )
+
+    @cached_property
+    def physical(self) -> Mapping[str, SavedPhysical]:
+        """Declared parameters by method; empty where the estimates are of them already."""
+        found = {method: _physical(estimate) for method, estimate in self.estimates.items()}
+        return {method: each for method, each in found.items() if each is not None}
+
+    def summary(self, draws: int = 0, *, full: bool = False) -> str:
+        """The same text as `Identification.summary`, of what the file holds.
+
+        Parameters
+        ----------
+        draws : int
+            As many as were drawn when the file was written, for their table; 0 for none.
+        full : bool
+            Add intervals, correlations and every diagnostic with its figures.
+        """
+        return str(shown_by("as_text", self, draws=draws, full=full))
+
+    def validate(self, record: Record) -> Validation:
+        """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
+        return validate(self, record)
+
+
+def load_result(
+    path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
+) -> SavedIdentification:
+    """Read an identification that was written as JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        What ``axisid identify --json`` wrote, or ``result.to_dict()`` as JSON.
+    axis : Axis, str or Path, optional
+        The axis that was identified, or what `load_axis` takes. An axis of the library is found by
+        itself; of another one the estimates can be read without it, but not be exported or held
+        against another record.
+
+    Returns
+    -------
+    SavedIdentification
+        With the estimates by method, their covariances, the verdict, and what is made of them:
+        ``derive``, ``summary``, ``plot`` and `export`.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or is no whole result.
+    UsageError
+        The axis is not the one that was identified.
+    """
+    if isinstance(path, SavedIdentification):
+        return path if axis is None else replace(path, declared=_declared(path.document, axis))
+    document = read_document(
+        Path(path),
+        WrittenIdentification,
+        refused={
+            schema_of(WrittenStream): "is of a log that was read in blocks, which has no verdict "
+            "and no covariances; give the result of identify without --stream."
+        },
+    )
+    _check(document, str(path))
+    return SavedIdentification(
+        file=str(path), document=document, declared=_declared(document, axis)
+    )
+
+
+def _check(document: WrittenIdentification, file: str) -> None:
+    """Refuse what each class allows and a result cannot be."""
+    saved = SavedIdentification(file=file, document=document)
+    problem = "" if document.judged in saved.estimates else f"there is no {document.judged!r}"
+    try:
+        _ = saved.prefilter, saved.physical, saved.diagnosis
+    except (AxisidError, ValueError) as error:
+        problem = " ".join(str(error).split()).removesuffix(".")
+    for estimate in saved.estimates.values():
+        problem = problem or _misfit(estimate)
+    if problem:
+        raise DataError(
+            f"{file} contradicts itself: {problem}. Write it again with axisid identify --json."
+        )
+
+
+def _misfit(estimate: SavedEstimate) -> str:
+    """What of an estimate does not belong to its parameters; empty for nothing."""
+    of, names = estimate.document, {*estimate.parameters}
+    sizes = {len(row) for c in estimate.covariances.values() for row in (c, *c)}
+    if sizes != {len(names)}:
+        return f"the covariances of {of.method} are not of its {len(names)} parameters"
+    if any({*each} != names for each in (of.curvatures, *of.iterations)):
+        return f"the iterations or curvatures of {of.method} are of other parameters"
+    if len(of.iterations) != len(of.iteration_simulation_errors_percent):
+        return f"the iterations of {of.method} have errors of other ones"
+    if estimate.dof < 1:
+        return f"{of.method} has {of.rows} rows for {len(estimate.form.quantities)} parameters"
+    return ""
+
+
+def _declared(document: WrittenIdentification, given: Axis | str | Path | None) -> Axis | None:
+    """The axis as it was given, or as the library has it if that is the same."""
+    if given is None and document.axis not in LIBRARY:
+        return None
+    source = document.axis if given is None else given
+    axis = source if isinstance(source, Axis) else load_axis(source)
+    axis = leave_out(axis, **(document.left_out or {}))
+    made = signature(derive(axis))
+    if made == document.signature:
+        return axis
+    if given is None:
+        return None
+    raise UsageError(
+        f"the result was identified with the generated code {document.signature[:12]} of the axis "
+        f"{document.axis!r}, but {axis.name!r} as it is given has {made[:12]}; give the axis as it "
+        "was then."
+    )
+
+
+def _record(written: WrittenRecord) -> SavedRecord:
+    return SavedRecord(
+        provenance=Provenance(
+            source=written.source,
+            sha256=written.sha256 or "",
+            given=written.given or "",
+            path=written.path or "",
+            columns=dict(written.columns),
+            truth=dict(written.truth or {}),
+            assumed=written.assumed,
+            repairs=tuple(Repair(kind=r.kind, count=r.count, text=r.text) for r in written.repairs),
+        ),
+        samples=written.samples,
+        period=written.sample_period,
+        segments=written.segments,
+        masked=written.masked,
+    )
+
+
+def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
+    made = Prefilter(
+        cutoff=written.cutoff,
+        order=written.order,
+        decimate=written.decimate,
+        decimation=written.decimation,
+        hold=written.hold,
+        reversals=written.reversals,
+    )
+    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    transient = made.dropped(period)
+    return made if transient == written.drop else replace(made, drop=written.drop)
+
+
+def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
+    written = estimate.document.physical
+    if not written:
+        return None
+    parameters = named(written.parameters, estimate.chosen)
+    own = {*estimate.parameters}
+    return SavedPhysical(
+        method=estimate.method,
+        parameters=parameters,
+        covariances={"hac": frozen(written.covariance_hac)},
+        base=SavedBase(
+            known=tuple(
+                Parameter(
+                    name,
+                    parameters[name].unit if name in parameters else "1",
+                    known=fixed.value,
+                    known_sd=fixed.sd,
+                )
+                for name, fixed in written.fixed.items()
+            ),
+            combined=tuple(
+                (Parameter(name, estimate.parameters[name].unit), made)
+                for name, made in written.base.items()
+            ),
+        ),
+        unsettled=written.unsettled,
+        statistic=written.statistic,
+        dof=written.dof,
+        p_value=written.p_value,
+        remarks=written.remarks,
+        shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
+    )

@@ -1,0 +1,95 @@
+"""A comparison of candidates."""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from .base import Written, about
+from .estimate import WrittenEstimate
+from .record import WrittenPrefilter, WrittenRecord
+
+
+class WrittenHeldOut(Written, frozen=True, kw_only=True):
+    """Errors on rows that the estimate was not made from."""
+
+    error_percent: float | None
+    squares_by_block: tuple[float | None, ...]
+
+
+class WrittenCriteria(Written, frozen=True, kw_only=True):
+    """Information criteria."""
+
+    log_likelihood: float | None
+    aic: float | None
+    bic: float | None
+    tic: Annotated[float | None, about("Takeuchi's, for autocorrelated rows.")]
+
+
+class WrittenParameterCheck(Written, frozen=True, kw_only=True):
+    """What one parameter adds."""
+
+    name: str
+    p_value: Annotated[float | None, about("That it is zero, HAC.")]
+    without_percent: Annotated[float | None, about("Held-out error without it.")]
+    informed: Annotated[bool | None, about("Not judged: null, of a nonlinear parameter.")]
+    not_tested: Annotated[str | None, about("Why there is no p-value.")]
+
+
+class WrittenCandidate(Written, frozen=True, kw_only=True):
+    """One model of a comparison."""
+
+    name: str
+    axis: str
+    signature: str
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    estimate: WrittenEstimate
+    criteria: WrittenCriteria
+    held_out_equation: WrittenHeldOut
+    held_out_simulation: WrittenHeldOut | None
+    no_simulation: Annotated[str | None, about("Why not.")]
+    parameter_checks: tuple[WrittenParameterCheck, ...]
+
+
+class WrittenHeldOutBlocks(Written, frozen=True, kw_only=True):
+    """How rows were held out."""
+
+    blocks: int
+    gap_rows: int
+
+
+class WrittenNestedTest(Written, frozen=True, kw_only=True):
+    """One candidate against a larger one that contains it."""
+
+    smaller: str
+    larger: str
+    restrictions: int
+    dof: int
+    f: float | None
+    f_p: float | None
+    wald: Annotated[float | None, about("Over its restrictions, HAC.")]
+    wald_p: float | None
+    not_tested: Annotated[str | None, about("Why there are no statistics.")]
+
+
+class WrittenComparison(
+    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
+):
+    """What `axisid compare --json` writes."""
+
+    record: WrittenRecord
+    prefilter: WrittenPrefilter
+    method: str
+    rows: int
+    held_out: WrittenHeldOutBlocks
+    candidates: tuple[WrittenCandidate, ...]
+    failures: Annotated[
+        Mapping[str, str],
+        about("Candidates that the record does not identify, with the reason."),
+    ]
+    tests: tuple[WrittenNestedTest, ...]
+    same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
+    recommended: str | None
+    tied: tuple[str, ...]
+    reason: str

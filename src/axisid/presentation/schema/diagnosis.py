@@ -1,0 +1,106 @@
+"""What was measured of a result, and the checks."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from msgspec import UNSET, UnsetType
+
+from .base import Written, about
+
+
+class WrittenLawCheck(Written, frozen=True, kw_only=True):
+    """The declared control law against the record."""
+
+    passed: Annotated[bool | None, about("null where it could not be made.")]
+    factors: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Of the law's own terms; each is 1 if the law is the drive's."),
+    ] = UNSET
+    residual_percent: float | UnsetType | None = UNSET
+    fitted_residual_percent: float | UnsetType | None = UNSET
+    delay: Annotated[
+        int | UnsetType,
+        about("Samples by which the control follows the law best."),
+    ] = UNSET
+    meaning: str
+
+
+class WrittenStrength(Written, frozen=True, kw_only=True):
+    """How strongly the instruments move one column."""
+
+    r_squared: float | None
+    shea: float | None
+    f: Annotated[float | None, about("null for an exact one.")]
+    conditional_f: Annotated[
+        float | None,
+        about(
+            "Conditional on the other columns (Sanderson and Windmeijer); null where it is exact."
+        ),
+    ]
+
+
+class WrittenInstruments(Written, frozen=True, kw_only=True):
+    """First stage, by regressor column."""
+
+    columns: tuple[WrittenStrength, ...]
+    condition_number: Annotated[float | None, about("Of Z'X, unit columns.")]
+
+
+class WrittenEndogeneity(Written, frozen=True, kw_only=True):
+    """Durbin-Wu-Hausman in regression form, HAC."""
+
+    statistic: float | None
+    p_value: float | None
+    p_values: Annotated[Mapping[str, float | None], about("By parameter.")]
+
+
+class WrittenExcitation(Written, frozen=True, kw_only=True):
+    """What the motion shows of one parameter."""
+
+    share: Annotated[float, about("Of the force's norm.")]
+    inflation: Annotated[float | None, about("Variance inflation.")]
+    alike: tuple[str, ...]
+    lacking: Annotated[tuple[str, ...], about("What the motion lacks, in words.")]
+    rows: Annotated[
+        float | UnsetType,
+        about("How many rows of equal weight would tell of it what the rows do."),
+    ] = UNSET
+    largest_share: Annotated[
+        float | UnsetType | None,
+        about("Its largest part of the force along the record over the largest force."),
+    ] = UNSET
+    natural: Annotated[
+        float | UnsetType | None,
+        about("What the force and the motion of the record make of its unit."),
+    ] = UNSET
+
+
+class WrittenAlignment(Written, frozen=True, kw_only=True):
+    """The delay of the force."""
+
+    best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
+    deviation: Annotated[float | UnsetType | None, about("Of it, samples, HAC.")] = UNSET
+    at_the_end: Annotated[bool | UnsetType, about("There is no minimum among the delays.")] = UNSET
+    by_instruments: Annotated[
+        bool | UnsetType,
+        about("Best and deviation are by instruments; the profile is of least squares."),
+    ] = UNSET
+    sensitivity: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Change of each parameter per sample."),
+    ] = UNSET
+    delays: tuple[float, ...] | UnsetType = UNSET
+    errors_percent: tuple[float, ...] | UnsetType = UNSET
+    reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
+
+
+class WrittenCheck(Written, frozen=True, kw_only=True):
+    """One check of the verdict."""
+
+    name: str
+    status: Literal["pass", "note", "fail", "not evaluated"]
+    meaning: str
+    figure: float | None
+    threshold: float | None
+    p_value: float | None
+    source: Annotated[str, about("Where the threshold comes from.")]

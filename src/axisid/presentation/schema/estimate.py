@@ -1,0 +1,61 @@
+"""One method's estimate."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from msgspec import UNSET, UnsetType
+
+from .base import Matrix, Written, about
+from .residuals import WrittenResidualTests
+from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
+
+
+class WrittenEstimate(Written, frozen=True, kw_only=True):
+    """One method's estimate."""
+
+    method: Literal["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
+    theta_ddm: Annotated[Mapping[str, WrittenDirectValue] | None, about("Of the direct model.")]
+    covariance: Annotated[Matrix, about("Of the physical parameters, for independent residuals.")]
+    covariance_robust: Matrix
+    covariance_hac: Matrix
+    theta_ddm_covariance: Matrix | None
+    theta_ddm_covariance_hac: Matrix | None
+    correlation: Annotated[Matrix, about("Of the physical parameters, HAC.")]
+    covariance_names: Annotated[
+        Mapping[str, str],
+        about("What each covariance is, with lags and corrections."),
+    ]
+    chosen_covariance: Annotated[
+        Literal["hac", "robust", "iid"],
+        about("The covariance that interval_95, correlation, curvatures and draws are of."),
+    ]
+    equation_error_percent: Annotated[
+        float,
+        about("100 ||y - X theta|| / ||y||; no quality of an instrumental estimate."),
+    ]
+    simulation_error_percent: Annotated[
+        float | None,
+        about("100 ||y - simulated|| / ||y||; null where the loop could not be simulated."),
+    ]
+    rows: int
+    condition_number: Annotated[float, about("Of X, not scaled.")]
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...],
+        about("Physical parameters by iterate, SI; empty for least squares."),
+    ]
+    theta_ddm_iterations: Annotated[
+        tuple[Mapping[str, float], ...] | None, about("The same of the direct model, SI.")
+    ]
+    iteration_simulation_errors_percent: tuple[float, ...]
+    curvatures: Annotated[
+        Mapping[str, float | None],
+        about(
+            "Second-order part of each physical deviation against the first; the delta method "
+            "is enough up to 0.1."
+        ),
+    ]
+    residual_tests: WrittenResidualTests
+    remarks: tuple[str, ...]
+    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET
+    physical: WrittenPhysical | UnsetType = UNSET

@@ -1,0 +1,85 @@
+"""An identification, its validation, and several over the cut-off."""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from msgspec import UNSET, UnsetType
+
+from .base import Written, about
+from .diagnosis import (
+    WrittenAlignment,
+    WrittenCheck,
+    WrittenEndogeneity,
+    WrittenExcitation,
+    WrittenInstruments,
+    WrittenLawCheck,
+)
+from .estimate import WrittenEstimate
+from .record import WrittenPrefilter, WrittenRecord
+
+
+class WrittenMethodValidation(Written, frozen=True, kw_only=True):
+    """One frozen estimate on the second record."""
+
+    method: str
+    equation_error_percent: float | None
+    own_equation_error_percent: Annotated[
+        float | None,
+        about("On the record that the estimate was made from."),
+    ]
+    simulation_error_percent: float | None
+    position_error_rms: Annotated[float | None, about("In the coordinate's unit.")]
+    tracking_error_percent: Annotated[float | None, about("Of the recorded tracking error.")]
+    reason: Annotated[str, about("Why there are no simulated figures.")]
+
+
+class WrittenValidation(Written, frozen=True, kw_only=True):
+    """The frozen estimates on a second record."""
+
+    record: WrittenRecord
+    methods: tuple[WrittenMethodValidation, ...]
+    time_base: Annotated[
+        str | None,
+        about("What speaks against the record's sampling period; null for nothing."),
+    ]
+
+
+class WrittenIdentification(
+    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
+):
+    """What `axisid identify --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("What stands for the parameters that were left out, SI, by name."),
+    ] = UNSET
+    record: WrittenRecord
+    prefilter: WrittenPrefilter
+    estimates: tuple[WrittenEstimate, ...]
+    judged: Annotated[str, about("The method that the checks of one estimate are of.")]
+    law_check: WrittenLawCheck
+    instruments: WrittenInstruments | None
+    endogeneity: WrittenEndogeneity | None
+    excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
+    alignment: WrittenAlignment
+    verdict: tuple[WrittenCheck, ...]
+    skipped: Annotated[
+        Mapping[str, str],
+        about("Methods that axis or record do not allow, with the reason."),
+    ]
+    failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
+    validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
+
+
+class WrittenSweep(Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
+    """What `axisid sweep --json` writes."""
+
+    recommended_cutoff: Annotated[float, about("Hz")]
+    reason: str
+    failures: Annotated[
+        Mapping[str, str],
+        about("Cut-offs that gave no estimate, Hz, with the reason."),
+    ]
+    results: tuple[WrittenIdentification, ...]

@@ -1,0 +1,116 @@
+"""Documents as plain data, and read from files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar, overload
+
+import msgspec
+
+from axisid.support.errors import DataError
+from axisid.support.result_file import read_result
+
+from .base import Written
+
+First = TypeVar("First", bound=Written)
+Second = TypeVar("Second", bound=Written)
+_ADVICE = "Give what axisid identify --json wrote."
+_SHOWN = 40  # letters
+
+
+def plain(document: Written) -> dict[str, Any]:
+    """A document as dictionaries, lists, numbers and texts."""
+    return dict(_listed(msgspec.to_builtins(document, enc_hook=_number)))
+
+
+def _number(value: Any) -> Any:
+    """A number of NumPy as one of Python's."""
+    return value.item()
+
+
+def _listed(value: Any) -> Any:
+    """With lists for tuples, as JSON reads them."""
+    if isinstance(value, dict):
+        return {name: _listed(each) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_listed(each) for each in value]
+    return value
+
+
+def schema_of(document: type[Written]) -> str:
+    """The member ``schema`` of a document, its name and version."""
+    return str(document.__struct_config__.tag)
+
+
+@overload
+def read_document(
+    file: Path, expected: type[First], *, refused: Mapping[str, str] = ...
+) -> First: ...
+
+
+@overload
+def read_document(
+    file: Path, expected: type[First], other: type[Second], *, refused: Mapping[str, str] = ...
+) -> First | Second: ...
+
+
+def read_document(
+    file: Path,
+    expected: type[Written],
+    other: type[Written] | None = None,
+    *,
+    refused: Mapping[str, str] = MappingProxyType({}),
+) -> Written:
+    """Read a result that was written as JSON.
+
+    Parameters
+    ----------
+    file : Path
+    expected, other : type of Written
+        Which documents will do.
+    refused : mapping of str to str
+        What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, is no JSON, is another document, or lacks something of its schema.
+    """
+    content = read_result(file, DataError, _ADVICE)
+    found = _schema(file, content)
+    for document in filter(None, (expected, other)):
+        if found == schema_of(document):
+            return _decoded(file, content, document)
+    if found in refused:
+        raise DataError(f"{file} {refused[found]}")
+    what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
+    raise DataError(
+        f"{file} is not the result of one identification ({what}, not {schema_of(expected)!r}). "
+        f"{_ADVICE}"
+    )
+
+
+def _schema(file: Path, content: bytes) -> str:
+    """Which document it says that it is; empty if it does not."""
+    try:
+        found = msgspec.json.decode(content)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise DataError(f"{file} is not JSON: {_said(error)}. {_ADVICE}") from error
+    schema = found.get("schema") if isinstance(found, dict) else None
+    return schema if isinstance(schema, str) else ""
+
+
+def _decoded(file: Path, content: bytes, document: type[Written]) -> Written:
+    try:
+        return msgspec.json.decode(content, type=document)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise DataError(
+            f"{file} lacks what its schema promises: {_said(error)}. Write it again with axisid "
+            "identify --json."
+        ) from error
+
+
+def _said(error: Exception) -> str:
+    """What the decoder says, within a sentence: ``expected float, got str at $.rows``."""
+    text = str(error).replace("`", "").replace(" - at ", " at ").removeprefix("JSON is malformed: ")
+    return text[:1].lower() + text[1:]

@@ -1,0 +1,83 @@
+"""A record: where it comes from, and how it became rows."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from .base import Written, about
+
+
+class WrittenRepair(Written, frozen=True, kw_only=True):
+    """What was done to the data, once."""
+
+    kind: Literal["tail", "wrap", "clipped", "empty", "clock", "resample", "gaps"]
+    count: Annotated[int, about("Lines left out, jumps undone, samples masked, rows made, gaps.")]
+    text: str
+
+
+class WrittenOrigin(Written, frozen=True, kw_only=True):
+    """Which file the data come from, if from one."""
+
+    source: Annotated[str, about("File name, or how the record was made.")]
+    given: Annotated[str | None, about("The file as it was named; null where there is none.")]
+    path: Annotated[str | None, about("The file, absolute; null where there is none.")]
+    sha256: Annotated[
+        str | None,
+        about(
+            "Of the file, or of the files of a folder in the order of their names; of the very "
+            "bytes that were used."
+        ),
+    ]
+    columns: Annotated[Mapping[str, str], about("Column name by role.")]
+
+
+class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
+    """Where the data come from."""
+
+    truth: Annotated[Mapping[str, float] | None, about("Of a twin, SI, by parameter.")]
+    assumed: Annotated[
+        tuple[str, ...],
+        about("What was taken of the file: separator, encoding, units and their conversion."),
+    ]
+    repairs: Annotated[
+        tuple[WrittenRepair, ...],
+        about("What was done to the data on request, in this order."),
+    ]
+    segments: Annotated[
+        tuple[tuple[int, int], ...],
+        about(
+            "First row and the one after the last of each piece between gaps; empty for one piece."
+        ),
+    ]
+    masked: Annotated[
+        tuple[tuple[int, int], ...],
+        about("Rows that are no measurements, likewise."),
+    ]
+    samples: int
+    sample_period: Annotated[float, about("s")]
+
+
+class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
+    """Where the data come from, of a log that was read in blocks."""
+
+    assumed: Annotated[
+        tuple[str, ...],
+        about("What was taken of the file: separator, encoding, units and their conversion."),
+    ]
+    samples: int
+    sample_period: Annotated[float, about("s")]
+
+
+class WrittenPrefilter(Written, frozen=True, kw_only=True):
+    """How the record became rows."""
+
+    cutoff: Annotated[float, about("Hz")]
+    order: int
+    decimate: Annotated[int, about("One row in so many.")]
+    decimation: Literal["matlab", "scipy"]
+    drop: Annotated[tuple[int, int], about("Samples left out at start and end, as applied.")]
+    hold: Annotated[Literal["raw", "zoh"], about("As applied.")]
+    reversals: Annotated[
+        Literal["keep", "leave-out"],
+        about("Whether samples near reversals and rests are left out."),
+    ]
+    silent: Annotated[int, about("Samples that were left out for that.")]

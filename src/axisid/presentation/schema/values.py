@@ -1,0 +1,87 @@
+"""Values with their uncertainty."""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from .base import Matrix, Written, about
+
+
+class WrittenValue(Written, frozen=True, kw_only=True):
+    """A number with unit, deviations and interval."""
+
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[
+        float,
+        about("Standard deviation for independent residuals, as in the published tables."),
+    ]
+    relative_sd_percent: Annotated[float | None, about("100 sd / |value|; null for a value of 0.")]
+    sd_robust: Annotated[float, about("For residuals of any variance.")]
+    sd_hac: Annotated[float, about("For autocorrelated residuals too.")]
+    interval_95: Annotated[
+        tuple[float, float],
+        about(
+            "About the value less filter_bias, from the chosen covariance and Student's "
+            "distribution."
+        ),
+    ]
+    sd_gain: Annotated[
+        float,
+        about("What the drive gain's declared deviation adds, in no other figure."),
+    ]
+    filter_bias: Annotated[
+        float | None,
+        about(
+            "What the prefilter alone moves the value by; the value contains it, the interval "
+            "does not; null where the loop could not be simulated."
+        ),
+    ]
+
+
+class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
+    """A parameter of the direct model."""
+
+    expression: Annotated[str, about("In physical parameters.")]
+
+
+class WrittenDrawn(Written, frozen=True, kw_only=True):
+    """One parameter over draws, mapped exactly."""
+
+    median: float | None
+    interval_95: tuple[float | None, float | None]
+    draws: Annotated[int, about("How many the quantiles are of.")]
+    lost: Annotated[int, about("Draws without a positive inertia.")]
+    seed: Annotated[int, about("Of numpy.random.default_rng, which gives the same draws again.")]
+
+
+class WrittenKnown(Written, frozen=True, kw_only=True):
+    """A parameter that is declared as known."""
+
+    value: float
+    sd: Annotated[float, about("0 for an exact value.")]
+
+
+class WrittenPhysical(Written, frozen=True, kw_only=True):
+    """Declared parameters from the base parameters and from what is declared as known.
+
+    Absent where the estimate is of the declared parameters and none is known.
+    """
+
+    parameters: Annotated[Mapping[str, WrittenValue], about("Those that follow, by name.")]
+    covariance_hac: Annotated[Matrix, about("Of these, in their order.")]
+    base: Annotated[
+        Mapping[str, str],
+        about("Base parameters that are no declared ones, in declared ones."),
+    ]
+    fixed: Annotated[Mapping[str, WrittenKnown], about("What is declared as known, by name.")]
+    unsettled: Annotated[
+        tuple[str, ...],
+        about("Which parameters do not follow, and what would have to be known."),
+    ]
+    statistic: Annotated[
+        float,
+        about("Squared distance of what was fixed from the record, in deviations; chi-squared."),
+    ]
+    dof: Annotated[int, about("Its degrees of freedom; 0 where nothing can contradict.")]
+    p_value: float | None
+    remarks: tuple[str, ...]
