@@ -169,6 +169,11 @@ class Estimate(Shown):
         return f"{self.method}: {', '.join(values)}"
 
     @property
+    def is_direct(self) -> bool:
+        """Whether a direct model was regressed."""
+        return bool(self.ddm_quantities)
+
+    @property
     def dof(self) -> int:
         """Degrees of freedom of the residuals, n - k."""
         return int(len(self.y) - self.X.shape[1])

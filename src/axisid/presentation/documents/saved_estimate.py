@@ -72,6 +72,11 @@ class SavedEstimate(Shown):
         return named(self.document.theta_ddm or {}, self.chosen)
 
     @property
+    def is_direct(self) -> bool:
+        """Whether a direct model was regressed."""
+        return bool(self.ddm_parameters)
+
+    @property
     def quantities(self) -> tuple[Quantity, ...]:
         """Physical parameters, length p; base parameters with what they are made of."""
         made = self.document.physical.base if self.document.physical else {}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from axisid.codegen.artefacts import GeneratedAxis, build, signature
 from axisid.estimation.diagnostics import Check, Diagnosis
-from axisid.estimation.estimates import Named
+from axisid.estimation.estimates import METHODS, Named
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -333,6 +333,8 @@ def _check(document: WrittenIdentification, file: str) -> None:
 def _misfit(estimate: SavedEstimate) -> str:
     """What of an estimate does not belong to its parameters; empty for nothing."""
     of, names = estimate.document, {*estimate.parameters}
+    if of.method not in METHODS:
+        return f"there is no method {of.method!r}"
     sizes = {len(row) for c in estimate.covariances.values() for row in (c, *c)}
     if sizes != {len(names)}:
         return f"the covariances of {of.method} are not of its {len(names)} parameters"

@@ -14,12 +14,13 @@ from axisid.presentation.text import (
     drawn_table,
     left_out_notes,
     physical_notes,
+    preferred_physical,
     record_facts,
     shared_remarks,
     validation_table,
 )
 
-_ABOUT = {"idm": "Inverse model", "ddm": "Direct model"}
+_ABOUT = {False: "Inverse model", True: "Direct model"}
 _VAGUE = 1e4  # % from which a relative deviation says nothing
 _COLUMNS = (
     Column("", align="left"),
@@ -41,7 +42,7 @@ def parameters_html(
 ) -> str:
     """Tables of the inverse model, of the direct one and draws on request, of a second record."""
     tables = {
-        form: [e for e in result.estimates.values() if e.method.startswith(form)] for form in _ABOUT
+        direct: [e for e in result.estimates.values() if e.is_direct == direct] for direct in _ABOUT
     }
     shown = [form for form, of_form in tables.items() if of_form]
     parts = [_of_form(result, tables[form]) for form in shown[:1]]
@@ -79,8 +80,7 @@ def _of_form(result: Identification, estimates: Sequence[Estimate]) -> str:
 
 def _physical(result: Identification) -> str:
     """Physical parameters that are no base parameters, if there are any."""
-    every = {method: p for method, p in result.physical.items() if p.shows_more}
-    shown = {m: p for m, p in every.items() if m.startswith("idm")} or every
+    shown = preferred_physical(result)
     if not shown:
         return ""
     first = next(iter(shown.values()))

@@ -13,7 +13,7 @@ from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenVa
 class WrittenEstimate(Written, frozen=True, kw_only=True):
     """One method's estimate."""
 
-    method: Literal["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"]
+    method: Annotated[str, about("As identify takes it.")]
     parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
     theta_ddm: Annotated[Mapping[str, WrittenDirectValue] | None, about("Of the direct model.")]
     covariance: Annotated[Matrix, about("Of the physical parameters, for independent residuals.")]

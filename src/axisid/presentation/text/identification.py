@@ -44,7 +44,7 @@ def identification_document(
     See `Identification.summary`.
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
-    of_forms = ([e for e in estimates if e.method.startswith(form)] for form in ("idm", "ddm"))
+    of_forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
     rows = rows_text(
         result.data.sampling, len(estimates[0].y), measured=result.record.force is not None
     )
@@ -54,7 +54,7 @@ def identification_document(
     return (
         _heading(result.axis, result.record),
         *(_estimates_table(of_form) for of_form in of_forms if of_form),
-        *_physical_tables(list(physical.values())),
+        *_physical_tables(result),
         verdict_block(diagnosis.verdict),
         Notes(tuple(notes)),
         *((drawn_table(result.estimates, draws),) if draws else ()),
@@ -98,10 +98,14 @@ def _percent(error: float | None) -> str:
     return "-" if error is None else f"{error:.4f}"
 
 
-def _physical_tables(found: Sequence[Physical]) -> list[Table]:
-    """Physical parameters that are no base parameters, if there are any, of one model form."""
-    every = [physical for physical in found if physical.shows_more]
-    shown = [physical for physical in every if physical.method.startswith("idm")] or every
+def preferred_physical(result: Identification) -> dict[str, Physical]:
+    """Physical parameters that are no base parameters, by method, of one model form."""
+    every = {method: p for method, p in result.physical.items() if p.shows_more}
+    return {m: p for m, p in every.items() if not result.estimates[m].is_direct} or every
+
+
+def _physical_tables(result: Identification) -> list[Table]:
+    shown = [*preferred_physical(result).values()]
     if not shown:
         return []
     columns = _columns("physical parameters", [physical.method for physical in shown])
@@ -171,7 +175,7 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
     ]
     notes += _gain_notes(estimates[-1])
     notes += _filter_notes(estimates)
-    if any(method.startswith("ddm") for method in methods):
+    if any(estimate.is_direct for estimate in estimates):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
         "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: no "
