@@ -25,6 +25,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Prefilter, drive_force
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .check import Check, passed
 
@@ -241,10 +242,12 @@ def _by_instruments(
     return delay, deviation, False
 
 
-def alignment_check(judged: Estimate, profile: Alignment | str, hold: str, *, weak: bool) -> Check:
+def alignment_check(
+    judged: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
+) -> Check:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
-    if isinstance(profile, str):
-        return Check.missing("alignment", profile)
+    if isinstance(profile, Missing):
+        return Check.missing("alignment", profile.reason)
     if weak:
         return Check.missing("alignment", "the instruments are too weak to measure a delay")
     used = 0.5 if hold == "zoh" else 0.0

@@ -24,6 +24,7 @@ from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .check import Check, passed
 
@@ -86,31 +87,31 @@ class LawCheck:
     meaning: str
 
 
-def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
+def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
     law = axis.axis.control
     if law is None:
-        return "the axis declares no control law"
+        return Missing("the axis declares no control law")
     # The period is the only thing of a law that can be checked without a reference.
     apart = other_period(law, record.period, clock_of(record))
     if apart is not None:
-        return apart.text if apart.confirmed else _other_clock(apart.text)
+        return Missing(apart.text) if apart.confirmed else _other_clock(apart.text)
     if record.reference is None or record.control is None:
-        return "the record has no reference or no control"
+        return Missing("the record has no reference or no control")
     if not is_sampled_by(record, law):
-        return (
+        return Missing(
             f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
             f"{1 / law.period:.6g} Hz"
         )
     record = record.longest()  # a law's memory does not outlast a gap
     settle = round(1 / _SMOOTH) if _takes_velocity(law) else _SETTLE
     if len(record.position) < 2 * settle + 10 * len(law.terms):
-        return f"the record is too short for it, {len(record.position)} samples"
+        return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, terms, used = _compared(axis, law, record, settle)
     if not np.all(np.isfinite(terms)):
-        return "the declared law is not finite on this record"
+        return Missing("the declared law is not finite on this record")
     if used.sum() < 10 * terms.shape[1]:
-        return "the control is at the drive's limit, or masked, nearly all the time"
+        return Missing("the control is at the drive's limit, or masked, nearly all the time")
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
@@ -139,10 +140,10 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | str:
     )
 
 
-def law_check(law: LawCheck | str) -> Check:
+def law_check(law: LawCheck | Missing) -> Check:
     """The declared law against the recorded control."""
-    if isinstance(law, str):
-        return Check.missing("control law", law)
+    if isinstance(law, Missing):
+        return Check.missing("control law", law.reason)
     return Check(
         name="control law",
         status=passed(law.passed),

@@ -9,6 +9,7 @@ from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
+from axisid.support.missing import Missing
 
 from .alignment import Alignment, alignment_of
 from .check import Check
@@ -31,7 +32,7 @@ class Diagnosis:
     ----------
     judged : str
         The method that the checks of one estimate are of.
-    law : LawCheck or str
+    law : LawCheck or Missing
         The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
         Of `judged`; None for least squares.
@@ -39,18 +40,18 @@ class Diagnosis:
         Of idm-iv; None without it, or where instruments and regressor are too alike to test.
     excitation : tuple of Excitation
         By physical parameter.
-    alignment : Alignment or str
+    alignment : Alignment or Missing
         The delay of the force, or why it cannot be measured.
     verdict : tuple of Check
         All of it against thresholds.
     """
 
     judged: str
-    law: LawCheck | str
+    law: LawCheck | Missing
     instruments: InstrumentTests | None
     endogeneity: Endogeneity | None
     excitation: tuple[Excitation, ...]
-    alignment: Alignment | str
+    alignment: Alignment | Missing
     verdict: tuple[Check, ...]
 
 
@@ -79,7 +80,7 @@ class Case:
         return self.estimates.get("ddm-iv") or self.estimates.get("ddm-ls")
 
     @cached_property
-    def law(self) -> LawCheck | str:
+    def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""
         return check_law(self.data.axis, self.data.record)
 
@@ -124,12 +125,12 @@ class Case:
         )
 
     @cached_property
-    def alignment(self) -> Alignment | str:
+    def alignment(self) -> Alignment | Missing:
         """The delay of the force, or why it cannot be measured."""
         try:
             return alignment_of(self.data, self.judged.physical, self._instruments)
         except (DataError, EstimationError) as error:
-            return str(error)
+            return Missing(str(error))
 
     @property
     def _instruments(self) -> tuple[Array, Array] | None:

@@ -12,6 +12,7 @@ from axisid.estimation.regression import factor, instrumental_variables, least_s
 from axisid.estimation.signals import Prefilter, Signals
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .check import Check, passed
 from .control_law import LawCheck
@@ -38,7 +39,7 @@ class Line:
     share: float
 
 
-def constant_check(judged: Estimate, weights: Array, law: LawCheck | str, gain: float) -> Check:
+def constant_check(judged: Estimate, weights: Array, law: LawCheck | Missing, gain: float) -> Check:
     """Whether a constant force is left in the residuals.
 
     Parameters
@@ -46,7 +47,7 @@ def constant_check(judged: Estimate, weights: Array, law: LawCheck | str, gain: 
     judged : Estimate
     weights : (n,) array
         Of its rows: what a constant force of 1 makes of them.
-    law : LawCheck or str
+    law : LawCheck or Missing
     gain : float
         Of the drive.
     """
@@ -113,9 +114,9 @@ def _constant(judged: Estimate, weights: Array) -> tuple[float, float] | None:
     return float(solution.theta[-1]), float(np.sqrt(covariance[-1, -1]))
 
 
-def _whose(force: float, law: LawCheck | str, gain: float) -> str:
+def _whose(force: float, law: LawCheck | Missing, gain: float) -> str:
     """Where a constant comes from, and what to do."""
-    recorded = None if isinstance(law, str) else law.constant
+    recorded = None if isinstance(law, Missing) else law.constant
     if recorded is not None and abs(gain * recorded - force) < _SAME * abs(force):
         return (
             f"it is in the recorded control ({recorded:.3g}) and not in the law, so the converter "

@@ -11,6 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.signals import FilteredRecord
+from axisid.support.missing import Missing
 
 from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
 
@@ -124,14 +125,14 @@ def candidate(
     signal = float(np.linalg.norm(estimate.y))
     equation, thetas = held_out_equation(rows, blocks, signal)
     simulation = held_out_simulation(data, estimate, blocks, thetas)
-    reason = simulation if isinstance(simulation, str) else ""
+    reason = simulation.reason if isinstance(simulation, Missing) else ""
     return Candidate(
         name=name,
         axis=data.axis,
         estimate=estimate,
         criteria=criteria(rows.by_least_squares()),
         equation=equation,
-        simulation=None if isinstance(simulation, str) else simulation,
+        simulation=None if isinstance(simulation, Missing) else simulation,
         reason=reason,
         checks=_Checks(data, estimate, rows, blocks, equation).all(),
     )

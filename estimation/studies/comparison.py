@@ -17,6 +17,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.progress import Progress, each
 from axisid.support.shown import Shown
 
@@ -57,7 +58,7 @@ class Comparison(Shown):
         one.
     reason : str
         Why that one, or none, in one sentence.
-    law : LawCheck or str
+    law : LawCheck or Missing
         The first candidate's control law against the record.
     """
 
@@ -72,7 +73,7 @@ class Comparison(Shown):
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
-    law: LawCheck | str
+    law: LawCheck | Missing
 
     @property
     def record(self) -> Record:

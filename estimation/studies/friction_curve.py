@@ -10,6 +10,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 
 _BINS = 41
 _FEWEST = 4  # rows of a bin
@@ -42,7 +43,7 @@ class Friction:
     law: Array
 
 
-def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
+def friction(result: "Identification", estimate: "Estimate") -> Friction | Missing:
     """Friction by velocity, or why the velocity's part cannot be told from the rest.
 
     Parameters
@@ -55,13 +56,13 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | str:
     data, signals = result.data, result.data.signals
     reason = _inseparable(axis, physical, signals)
     if reason:
-        return reason
+        return Missing(reason)
     rest = _force(axis, physical, _still(signals))
     reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
     weights = data.weights
     whole = np.abs(weights / result.prefilter.row_gain - 1) < _WHOLE
     if not whole.any():
-        return "no row of the fit is clear of the reversals and rests that it leaves out"
+        return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
     velocity, force = (reduced[whole] / weights[whole, None]).T
     return Friction(
         velocity=velocity,

@@ -27,6 +27,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.missing import Missing
 
 _BLOCKS = 10
 _FEW_ROWS = 5  # of training, for each parameter
@@ -206,14 +207,14 @@ def held_out_simulation(
     estimate: Estimate,
     blocks: Sequence[Block],
     thetas: Sequence[Array],
-) -> HeldOut | str:
+) -> HeldOut | Missing:
     """Errors of the loop simulated over the whole record with each block's estimate, on its rows.
 
     Nonlinear parameters are kept within their bounds: a linearised step may leave them.
 
     Returns
     -------
-    HeldOut or str
+    HeldOut or Missing
         The reason where the loop cannot be simulated.
     """
     form, squares = InverseForm(data.axis), []
@@ -225,5 +226,5 @@ def held_out_simulation(
             error = (estimate.y - regressor @ theta - known)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
-        return str(failure)
+        return Missing(str(failure))
     return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(estimate.y)))

@@ -19,6 +19,7 @@ from axisid.control import (
 )
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.modeling.declaration.control import LAWS, velocity_variants
+from axisid.support.missing import Missing
 from tests.estimation.axes import AXES
 
 
@@ -144,7 +145,7 @@ def test_short_record_is_said_to_be_short(emps: GeneratedAxis, emps_record: Reco
         reference=emps_record.reference[:12],  # type: ignore[index]
         control=emps_record.control[:12],  # type: ignore[index]
     )
-    assert check_law(emps, few) == "the record is too short for it, 12 samples"
+    assert check_law(emps, few) == Missing("the record is too short for it, 12 samples")
 
 
 def test_wrong_gain_is_named_by_its_product(emps: GeneratedAxis, emps_record: Record) -> None:
@@ -228,9 +229,9 @@ def test_memory_and_delay_run_along_the_record() -> None:
 def test_what_cannot_be_checked_says_why(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015)
     bare = build(replace(emps2015.axis, control=None))
-    assert check_law(bare, record) == "the axis declares no control law"
+    assert check_law(bare, record) == Missing("the axis declares no control law")
     without = replace(record, reference=None)
-    assert check_law(emps2015, without) == "the record has no reference or no control"
+    assert check_law(emps2015, without) == Missing("the record has no reference or no control")
     result = identify(emps2015, without)
     assert result.to_dict()["law_check"]["passed"] is None
     assert "control law: not evaluated, the record has no reference" in result.summary()
@@ -242,7 +243,7 @@ def test_a_scale_near_one_is_found_on_the_twin(
 ) -> None:
     assert twin.control is not None
     check = check_law(emps2015, replace(twin, control=scale * twin.control))
-    assert not isinstance(check, str)
+    assert not isinstance(check, Missing)
     assert not check.passed
     assert "scal" in check.meaning
 
@@ -252,7 +253,7 @@ def test_a_scale_near_one_is_found_on_the_real_record(
 ) -> None:
     assert emps_record.control is not None
     check = check_law(emps, replace(emps_record, control=1.03 * emps_record.control))
-    assert not isinstance(check, str)
+    assert not isinstance(check, Missing)
     assert not check.passed
     assert "check the control's scaling" in check.meaning
 

@@ -14,11 +14,12 @@ from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.records.own_period import own_period
 from axisid.estimation.regression.simulated_rows import LoopDataError
 from axisid.estimation.studies.streaming import identify_stream
+from axisid.support.missing import Missing
 
 
-def in_words(check: LawCheck | str) -> str:
+def in_words(check: LawCheck | Missing) -> str:
     """Whether a check failed, and what it says."""
-    if isinstance(check, str):
+    if isinstance(check, Missing):
         return f"not evaluated: {check}"
     return f"{'passed' if check.passed else 'failed'}: {check.meaning}"
 

@@ -6,6 +6,7 @@ import pytest
 
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.support.missing import Missing
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +45,11 @@ def test_correlation_law_and_instruments_are_told(result: Identification) -> Non
     text = result.summary(full=True)
     found = result.diagnosis
     assert f"{result['idm-iv'].correlation[0, 1]:.3f}" in block(text, "Correlation, IDM-IV")[2]
-    assert not isinstance(found.law, str)
+    assert not isinstance(found.law, Missing)
     assert f"{found.law.factors['kv']:.5g}" in "".join(block(text, "Control law"))
     assert found.instruments is not None
     assert f"{found.instruments.columns[0].conditional_f:.4g}" in block(text, "Instruments")[2]
-    assert not isinstance(found.alignment, str)
+    assert not isinstance(found.alignment, Missing)
     assert f"{found.alignment.best:.3f}" in "".join(block(text, "Alignment"))
     assert found.endogeneity is not None
     assert f"F = {found.endogeneity.statistic:.4g}" in "".join(block(text, "Durbin-Wu-Hausman"))

@@ -29,6 +29,7 @@ from axisid.presentation.schema import (
     WrittenStrength,
 )
 from axisid.support.arrays import Array, finite, finite_tree
+from axisid.support.missing import Missing
 
 #: How the meaning of a law's check begins that could not be made.
 NOT_EVALUATED = "not evaluated: "
@@ -54,9 +55,9 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     }
 
 
-def _law_check(check: LawCheck | str) -> WrittenLawCheck:
+def _law_check(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
-    if isinstance(check, str):
+    if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
     return WrittenLawCheck(
         passed=check.passed,
@@ -95,9 +96,9 @@ def _endogeneity(test: Endogeneity | None, names: Sequence[str]) -> WrittenEndog
     )
 
 
-def _alignment(profile: Alignment | str, names: Sequence[str]) -> WrittenAlignment:
-    if isinstance(profile, str):
-        return WrittenAlignment(best=None, reason=profile)
+def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
+    if isinstance(profile, Missing):
+        return WrittenAlignment(best=None, reason=profile.reason)
     return WrittenAlignment(
         best=profile.best,
         deviation=finite(profile.deviation),

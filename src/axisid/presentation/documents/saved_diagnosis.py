@@ -28,6 +28,7 @@ from axisid.presentation.schema import (
     WrittenResidualTests,
 )
 from axisid.support.arrays import Array, frozen
+from axisid.support.missing import Missing
 
 from .diagnosis import NOT_EVALUATED
 
@@ -57,9 +58,9 @@ def _check(written: WrittenCheck) -> Check:
     )
 
 
-def _law(written: WrittenLawCheck) -> LawCheck | str:
+def _law(written: WrittenLawCheck) -> LawCheck | Missing:
     if written.passed is None:
-        return written.meaning.removeprefix(NOT_EVALUATED)
+        return Missing(written.meaning.removeprefix(NOT_EVALUATED))
     residual, fitted = written.residual_percent, written.fitted_residual_percent
     return LawCheck(
         factors=dict(written.factors or {}),
@@ -112,9 +113,9 @@ def _excitation(name: str, written: WrittenExcitation) -> Excitation:
     )
 
 
-def _alignment(written: WrittenAlignment) -> Alignment | str:
+def _alignment(written: WrittenAlignment) -> Alignment | Missing:
     if written.best is None:
-        return written.reason or ""
+        return Missing(written.reason or "")
     sensitivity = frozen([*(written.sensitivity or {}).values()])
     delays = frozen(written.delays or ())
     return Alignment(

@@ -3,6 +3,7 @@
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Friction, friction
+from axisid.support.missing import Missing
 
 from .plot import NoPlot, Panel, Plot, Series, labelled, line
 
@@ -12,8 +13,8 @@ _NAME, _TITLE = "friction", "Friction against velocity"
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
     """The fitted law over the binned measurement."""
     found = friction(result, estimate)
-    if isinstance(found, str):
-        return NoPlot(name=_NAME, title=_TITLE, reason=found)
+    if isinstance(found, Missing):
+        return NoPlot(name=_NAME, title=_TITLE, reason=found.reason)
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
     return Plot(

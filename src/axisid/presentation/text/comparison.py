@@ -20,6 +20,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.support.missing import Missing
 
 from .quantity import quantity
 from .record import record_facts, rows_text
@@ -258,7 +259,7 @@ def _faults(c: Comparison) -> list[Sentence]:
         for each in c.candidates
         if (check := within_bounds(each.estimate)).status == "fail"
     ]
-    if not isinstance(c.law, str) and not c.law.passed:
+    if not isinstance(c.law, Missing) and not c.law.passed:
         faults.append(f"Believe nothing before this is mended: {c.law.meaning}.")
     return [Sentence(text=fault) for fault in faults]
 

@@ -19,6 +19,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.support.missing import Missing
 
 
 def details_document(estimates: Mapping[str, Estimate], diagnosis: Diagnosis) -> Document:
@@ -83,9 +84,9 @@ def _excitation(diagnosis: Diagnosis) -> Table:
     return _table("Excitation", heads, rows)
 
 
-def _law(law: LawCheck | str) -> Table | Paragraph:
+def _law(law: LawCheck | Missing) -> Table | Paragraph:
     title = "Control law"
-    if isinstance(law, str):
+    if isinstance(law, Missing):
         return paragraph(f"not checked: {law}", title=title, filled=False)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
@@ -127,9 +128,9 @@ def _endogeneity(title: str, judged: Estimate, diagnosis: Diagnosis) -> Paragrap
     return paragraph(told, title=title, filled=False)
 
 
-def _alignment(judged: Estimate, alignment: Alignment | str) -> Paragraph:
+def _alignment(judged: Estimate, alignment: Alignment | Missing) -> Paragraph:
     title = "Alignment"
-    if isinstance(alignment, str):
+    if isinstance(alignment, Missing):
         return paragraph(f"not measured: {alignment}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
     moved = ", ".join(

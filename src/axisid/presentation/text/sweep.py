@@ -19,6 +19,7 @@ from axisid.presentation.blocks import (
     Table,
     paragraph,
 )
+from axisid.support.missing import Missing
 
 from .record import record_facts
 
@@ -63,7 +64,7 @@ def _remarks(sweep: Sweep) -> Paragraph:
     lines = ["Values are without the filter's own bias, where that is known."]
     lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()]
     law = check_law(first.axis, first.record)
-    if not isinstance(law, str) and not law.passed:
+    if not isinstance(law, Missing) and not law.passed:
         lines.append(f"believe nothing before this is mended: {law.meaning}.")
     said = f"{sweep.recommended:g} Hz, {sweep.reason}."
     recommended = Sentence(lead="recommended: ", text=said, filled=False)
