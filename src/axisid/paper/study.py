@@ -4,9 +4,13 @@ The published figures stand beside the twin's. The twin has the paper's paramete
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
 """
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from axisid.codegen.artefacts import build, replace_file
 from axisid.estimation.estimates import Estimate
@@ -23,82 +27,12 @@ from axisid.support.progress import Progress, each
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
 
-Published = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
-
-@dataclass(frozen=True, slots=True)
-class _Table:
-    """A published table of estimates: value and relative sd (%) of three parameters, and error."""
-
-    number: int
-    title: str
-    methods: tuple[str, str]
-    appropriate: bool
-    published: tuple[Published, Published]
-    published_errors: tuple[float, float]
-
-
-_TABLES = {
-    table.number: table
-    for table in (
-        _Table(
-            1,
-            "IDM, appropriate filter",
-            ("idm-ls", "idm-iv"),
-            True,
-            (((100.6, 0.4), (234.9, 1.3), (24.2, 1.1)), ((100.2, 0.5), (236.9, 1.5), (24.8, 1.2))),
-            (4.9, 5.2),
-        ),
-        _Table(
-            2,
-            "DDM, appropriate filter",
-            ("ddm-ls", "ddm-iv"),
-            True,
-            (((0.01, 0.3), (2.32, 1.4), (0.23, 1.2)), ((0.01, 0.3), (2.35, 1.5), (0.23, 1.3))),
-            (6.9, 6.9),
-        ),
-        _Table(
-            6,
-            "IDM, inappropriate filter",
-            ("idm-ls", "idm-iv"),
-            False,
-            (((54.9, 1.0), (236.9, 3.7), (23.5, 3.4)), ((100.8, 1.1), (238.1, 5.2), (24.3, 4.3))),
-            (48.7, 6.6),
-        ),
-        _Table(
-            7,
-            "DDM, inappropriate filter",
-            ("ddm-ls", "ddm-iv"),
-            False,
-            (((0.02, 0.9), (4.64, 3.5), (0.46, 2.9)), ((0.01, 1.0), (2.31, 4.1), (0.24, 3.6))),
-            (46.3, 8.1),
-        ),
-    )
-}
-_MAPPED = {
-    3: (True, ((100.0, 232.0, 23.0), (100.0, 235.0, 23.0))),
-    8: (False, ((50.0, 232.0, 23.0), (100.0, 231.0, 24.0))),
-}
-_ITERATIONS = {
-    4: (
-        "idm-iv",
-        (
-            (100.0, 0.0, 0.0, 24.4),
-            (100.0, 236.0, 23.9, 6.1),
-            (100.2, 236.9, 24.8, 5.2),
-            (100.2, 236.9, 24.8, 5.2),
-        ),
-    ),
-    5: (
-        "ddm-iv",
-        (
-            (0.01, 0.0, 0.0, 21.7),
-            (0.01, 2.33, 0.22, 7.3),
-            (0.01, 2.35, 0.23, 6.9),
-            (0.01, 2.35, 0.23, 6.9),
-        ),
-    ),
-}
+@cache
+def _published(kind: str) -> dict[int, dict[str, Any]]:
+    """The paper's tables of a kind by their numbers: estimates, mapped or iterations."""
+    text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
+    return {table["number"]: table for table in tomllib.loads(text)[kind]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,11 +67,10 @@ def study_tables(study: Study) -> str:
 
 def table_text(study: Study, number: int) -> str:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
-    if number in _MAPPED:
-        return _mapped(study, number)
-    if number in _ITERATIONS:
-        return _iterations(study, number)
-    return _estimates(study, _TABLES[number])
+    for kind, written in (("mapped", _mapped), ("iterations", _iterations)):
+        if number in _published(kind):
+            return written(study, _published(kind)[number])
+    return _estimates(study, _published("estimates")[number])
 
 
 _NOTES = """\
@@ -207,17 +140,17 @@ def _error(estimate: Estimate) -> float:
     return estimate.simulation_error_percent
 
 
-def _estimates(study: Study, table: _Table) -> str:
-    result = study.under(appropriate=table.appropriate)
+def _estimates(study: Study, table: dict[str, Any]) -> str:
+    result = study.under(appropriate=table["appropriate"])
     header = ["", "unit"]
-    for method in table.methods:
+    for method in table["methods"]:
         header += [method.upper(), "rel. sd", "paper", "rel. sd"]
-    estimates = [result[method] for method in table.methods]
+    estimates = [result[method] for method in table["methods"]]
     values = [list((e.ddm_parameters or e.parameters).items()) for e in estimates]
     rows = []
     for i, (name, first) in enumerate(values[0]):
         row = [name, first.unit]
-        for column, published in zip(values, table.published, strict=True):
+        for column, published in zip(values, table["published"], strict=True):
             value, (paper, paper_sd) = column[i][1], published[i]
             row += [
                 _significant(value.value),
@@ -227,21 +160,20 @@ def _estimates(study: Study, table: _Table) -> str:
             ]
         rows.append(row)
     errors = ["error", "%"]
-    for estimate, published_error in zip(estimates, table.published_errors, strict=True):
+    for estimate, published_error in zip(estimates, table["errors"], strict=True):
         errors += [f"{_error(estimate):.1f}", "", f"{published_error:g}", ""]
-    return _titled(table.number, table.title, header, [*rows, errors])
+    return _titled(table["number"], table["title"], header, [*rows, errors])
 
 
-def _mapped(study: Study, number: int) -> str:
-    appropriate, published = _MAPPED[number]
-    result = study.under(appropriate=appropriate)
+def _mapped(study: Study, table: dict[str, Any]) -> str:
+    result = study.under(appropriate=table["appropriate"])
     header = ["", "unit"]
     for method in ("DDM-LS", "DDM-IV"):
         header += [method, "rel. sd", "paper"]
     rows = []
     for i, quantity in enumerate(result.axis.parameters):
         row = [quantity.name, quantity.unit]
-        for method, paper in zip(("ddm-ls", "ddm-iv"), published, strict=True):
+        for method, paper in zip(("ddm-ls", "ddm-iv"), table["published"], strict=True):
             value = result[method].parameters[quantity.name]
             row += [
                 _significant(value.value),
@@ -249,12 +181,13 @@ def _mapped(study: Study, number: int) -> str:
                 f"{paper[i]:g}",
             ]
         rows.append(row)
-    which = "appropriate" if appropriate else "inappropriate"
-    return _titled(number, f"DDM mapped to physical parameters, {which} filter", header, rows)
+    which = "appropriate" if table["appropriate"] else "inappropriate"
+    title = f"DDM mapped to physical parameters, {which} filter"
+    return _titled(table["number"], title, header, rows)
 
 
-def _iterations(study: Study, number: int) -> str:
-    method, published = _ITERATIONS[number]
+def _iterations(study: Study, table: dict[str, Any]) -> str:
+    method, published = table["method"], table["published"]
     estimate = study.appropriate[method]
     labels = [
         f"{q.name} [{q.unit}]" for q in estimate.ddm_quantities or study.appropriate.axis.parameters
@@ -272,7 +205,9 @@ def _iterations(study: Study, number: int) -> str:
             row.append(_significant(values[i]) if values else "")
             row.append(f"{published[step][i]:g}" if step < len(published) else "")
         rows.append(row)
-    return _titled(number, f"{method.upper()} by iteration, appropriate filter", header, rows)
+    return _titled(
+        table["number"], f"{method.upper()} by iteration, appropriate filter", header, rows
+    )
 
 
 def _significant(value: float) -> str:
