@@ -13,7 +13,6 @@ from .generated_axis import GeneratedAxis as GeneratedAxis
 from .generated_axis import Quantity as Quantity
 from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
-from .generated_axis import stage_times as stage_times
 from .texts import MANIFEST as MANIFEST
 from .texts import axis_artefacts as axis_artefacts
 from .texts import signature as signature

@@ -1,8 +1,7 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
 import pickle
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -13,7 +12,6 @@ from numpy.typing import ArrayLike
 from axisid.codegen.runtime import (
     VECTORS,
     Native,
-    NativeUnavailableError,
     by_sample,
     checked_arguments,
     execute,
@@ -268,31 +266,3 @@ def _refusal(model: AxisModel) -> str:
             f"(no motion shows a change of {trades}); declare their combination as one parameter"
         )
     return ""
-
-
-def stage_times(axis: Axis) -> list[tuple[str, float]]:
-    """Seconds that each stage takes from declaration to loaded native code.
-
-    Compilation is timed whether or not the library is cached; loading is from the cache.
-    """
-    times: list[tuple[str, float]] = []
-
-    def timed(stage: str, run: Callable[[], Any]) -> Any:
-        begin = time.perf_counter()
-        result = run()
-        times.append((stage, time.perf_counter() - begin))
-        return result
-
-    model = timed("derive", lambda: derive(axis))
-    texts = timed("lower and print", lambda: axis_artefacts(model))
-    functions = timed("build for the virtual machine", lambda: execute(texts[FUNCTIONS], axis.name))
-    native = Native(texts[NATIVE], functions)
-    try:
-        timed("compile", native.compile_afresh)
-    except (NativeUnavailableError, OSError) as error:
-        native.refusal = str(error)
-        native.warn_once()
-        return times
-    native.library()
-    timed("load", Native(texts[NATIVE], functions).library)
-    return times

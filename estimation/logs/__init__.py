@@ -3,7 +3,9 @@
 In: a file, a dataframe. Out: `Table`. Knows nothing of axes and roles.
 """
 
-from .columnar import parquet_blocks as parquet_blocks
 from .file_kinds import check_kind as check_kind
 from .file_kinds import check_regular as check_regular
-from .formats import read_table as read_table
+from .formats import format_of as format_of
+from .formats import log_endings as log_endings
+from .formats import streamed_told as streamed_told
+from .reading import read_table as read_table

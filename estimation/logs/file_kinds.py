@@ -11,35 +11,25 @@ from pathlib import Path
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 
+from .formats import GZIP, format_by_content, format_of
+
 _PIECE = 1 << 20  # bytes that are unpacked before they are counted
 HEAD = 4096  # bytes that tell the kind
 _ASK = "give the file the ending "
-#: First bytes, what such a file is, what to do, and the endings that it rightly has.
-_SIGNATURES: tuple[tuple[bytes, str, str, tuple[str, ...]], ...] = (
-    (b"PAR1", "a Parquet file", f"{_ASK}.parquet", (".parquet", ".pq")),
-    (b"MATLAB 5.0 MAT-file", "a MATLAB file", f"{_ASK}.mat", (".mat",)),
-    (b"MATLAB 7.3 MAT-file", "a MATLAB v7.3 file", f"{_ASK}.mat", (".mat",)),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", f"{_ASK}.mat", (".mat",)),
-    (b"MDF     ", "an MDF file", f"{_ASK}.mf4", (".mf4", ".mdf")),
-    (b"UnFinMF ", "an MDF file that was not closed", f"{_ASK}.mf4", (".mf4", ".mdf")),
-    (b"TDSm", "a TDMS file", f"{_ASK}.tdms", (".tdms",)),
-    (b"#ROSBAG", "a ROS 1 bag", f"{_ASK}.bag", (".bag",)),
-    (b"\x89MCAP0\r\n", "an MCAP file", f"{_ASK}.mcap", (".mcap",)),
-    (b"SQLite format 3\0", "an SQLite database", f"{_ASK}.db3 if it is a ROS 2 bag", (".db3",)),
-    (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz", ()),
-    (b"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV", ()),
-    (b"%PDF", "a PDF document", "give the log itself", ()),
-    (b"\x89PNG", "a picture", "give the log itself", ()),
-    (b"\xff\xd8\xff", "a picture", "give the log itself", ()),
-    (b"7z\xbc\xaf", "a 7z archive", "unpack it and give the log", ()),
-    (b"Rar!", "a RAR archive", "unpack it and give the log", ()),
-    (b"BZh", "compressed by bzip2", "unpack it first", ()),
-    (b"\xfd7zXZ\0", "compressed by xz", "unpack it first", ()),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "unpack it first", ()),
-    (b"{\\rtf", "a word processor's document", "save the table as CSV", ()),
+#: First bytes of what is no log, what such a file is, and what to do.
+_NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
+    (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV"),
+    (b"%PDF", "a PDF document", "give the log itself"),
+    (b"\x89PNG", "a picture", "give the log itself"),
+    (b"\xff\xd8\xff", "a picture", "give the log itself"),
+    (b"7z\xbc\xaf", "a 7z archive", "unpack it and give the log"),
+    (b"Rar!", "a RAR archive", "unpack it and give the log"),
+    (b"BZh", "compressed by bzip2", "unpack it first"),
+    (b"\xfd7zXZ\0", "compressed by xz", "unpack it first"),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "unpack it first"),
+    (b"{\\rtf", "a word processor's document", "save the table as CSV"),
 )
-_BINARY = frozenset(ending for *_, endings in _SIGNATURES for ending in endings) | {".npz"}
-GZIP = ".gz"
 _GZIP_START = b"\x1f\x8b"
 
 
@@ -94,16 +84,21 @@ def check_kind(file: Path) -> None:
 
 def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
     """What a file is and what to do, where that is surely not what its ending says."""
-    for start, kind, advice, endings in _SIGNATURES:
+    found = format_by_content(head)
+    if found is not None:
+        known, signature = found
+        advice = f"{_ASK}{known.endings[0]}{signature.provided}"
+        return None if ending in known.endings else (signature.kind, advice)
+    for start, kind, advice in _NO_LOGS:
         if head.startswith(start):
-            return None if ending in endings else (kind, advice)
+            return kind, advice
     if head.startswith(b"PK\x03\x04"):
         return None if ending == ".npz" else _archive(file)
     if head.startswith(_GZIP_START):
         return None if ending == GZIP else ("compressed by gzip", f"{_ASK}.gz, as in .csv.gz")
     if ending == GZIP:
         return "not compressed by gzip", f"{_ASK}of what it is"
-    if ending in _BINARY:
+    if not format_of(file).is_text:
         return ("text", f"{_ASK}.csv") if _is_text(head) else None
     return _marked_up(head)
 

@@ -1,104 +1,167 @@
-"""Which reader opens which file: a log of any format as a table."""
+"""The formats of logs: a row for each. A new one is a reader in a file of its own and a row."""
 
-import os
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
-from axisid.estimation.logs.text import read_text
-from axisid.estimation.tables import Repair, Table
-from axisid.support.errors import DataError
-from axisid.support.memory import Room, room_for
-from axisid.support.unchanged import changed, digest_of, read_whole, stamps
+from axisid.estimation.logs.text import text_blocks
+from axisid.estimation.tables import Table
+from axisid.support.memory import Room
 
-from .columnar import read_frame, read_npz, read_parquet
-from .file_kinds import GZIP, check_kind, check_regular, unpacked
+from .columnar import parquet_blocks, read_npz, read_parquet
 from .matlab import read_matlab
 from .measurement import read_mdf, read_tdms
-from .rosbag import bag_of, is_bag, read_bag
+from .rosbag import read_bag
 
-_IN_MEMORY = {".mat": read_matlab, ".npz": read_npz, ".parquet": read_parquet, ".pq": read_parquet}
-
-
-_FROM_DISK = {
-    ".mf4": read_mdf,
-    ".mdf": read_mdf,
-    ".tdms": read_tdms,
-    ".bag": read_bag,
-    ".db3": read_bag,
-    ".mcap": read_bag,
-}
+#: Of what any format may be packed by.
+GZIP = ".gz"
 
 
-_NO_TAIL = Repair(
-    kind="tail",
-    count=0,
-    text="nothing left out at the end: that is done in delimited text alone",
+class Signature(NamedTuple):
+    """First bytes of a file, what a file that begins so is, and what else must be true of a log."""
+
+    start: bytes
+    kind: str
+    provided: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Format:
+    """A format of logs. One without a reader is delimited text.
+
+    Attributes
+    ----------
+    name : str
+        What it is called in a sentence.
+    endings : tuple of str
+        In lower case, first the one that advice gives.
+    signatures : tuple of Signature
+        By which a file is known that has another ending.
+    read : callable or None
+        The table of a file's content, from its path, content and the memory that there is.
+    read_file : callable or None
+        The table of a file that its library opens by itself, from its path and the memory.
+    blocks : callable or None
+        The table so many rows at a time, from the file's name, the opened file and the rows; of
+        text also from the encoding. None for what is read whole only.
+    extra : str
+        Of `pyproject.toml`, for what it needs beyond the core.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    signatures: tuple[Signature, ...] = ()
+    read: Callable[[Path, bytes, Room], Table] | None = None
+    read_file: Callable[[Path, Room], Table] | None = None
+    blocks: Callable[..., Iterator[Table]] | None = None
+    extra: str = ""
+
+    @property
+    def is_text(self) -> bool:
+        """Whether it is read as delimited text."""
+        return self.read is None and self.read_file is None
+
+
+#: In the order of messages.
+FORMATS = (
+    Format(name="delimited text", endings=(".csv", ".tsv", ".txt"), blocks=text_blocks),
+    Format(name="LabVIEW measurement", endings=(".lvm",)),
+    Format(
+        name="MATLAB",
+        endings=(".mat",),
+        signatures=(
+            Signature(b"MATLAB 5.0 MAT-file", "a MATLAB file"),
+            Signature(b"MATLAB 7.3 MAT-file", "a MATLAB v7.3 file"),
+            Signature(b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+        ),
+        read=read_matlab,
+        extra="h5py",
+    ),
+    Format(
+        name="Parquet",
+        endings=(".parquet", ".pq"),
+        signatures=(Signature(b"PAR1", "a Parquet file"),),
+        read=read_parquet,
+        blocks=parquet_blocks,
+        extra="parquet",
+    ),
+    # An archive is known by what is in it.
+    Format(name="NumPy", endings=(".npz",), read=read_npz),
+    Format(
+        name="MDF",
+        endings=(".mf4", ".mdf"),
+        signatures=(
+            Signature(b"MDF     ", "an MDF file"),
+            Signature(b"UnFinMF ", "an MDF file that was not closed"),
+        ),
+        read_file=read_mdf,
+        extra="mdf",
+    ),
+    Format(
+        name="TDMS",
+        endings=(".tdms",),
+        signatures=(Signature(b"TDSm", "a TDMS file"),),
+        read_file=read_tdms,
+        extra="tdms",
+    ),
+    Format(
+        name="ROS 1 bag",
+        endings=(".bag",),
+        signatures=(Signature(b"#ROSBAG", "a ROS 1 bag"),),
+        read_file=read_bag,
+        extra="rosbags",
+    ),
+    Format(
+        name="ROS 2 bag",
+        endings=(".db3",),
+        signatures=(
+            Signature(b"SQLite format 3\0", "an SQLite database", " if it is a ROS 2 bag"),
+        ),
+        read_file=read_bag,
+        extra="rosbags",
+    ),
+    Format(
+        name="MCAP",
+        endings=(".mcap",),
+        signatures=(Signature(b"\x89MCAP0\r\n", "an MCAP file"),),
+        read_file=read_bag,
+        extra="rosbags",
+    ),
 )
+_TEXT = FORMATS[0]
 
 
-def read_table(
-    log: str | Path | object, *, drop_tail: bool = False, max_memory: float | None = None
-) -> Table:
-    """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
-    if isinstance(log, (str, Path)):
-        table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
-        table = replace(table, source=str(log))
-    else:
-        table = read_frame(log)
-    if drop_tail and not any(repair.kind == "tail" for repair in table.repairs):
-        table = replace(table, repairs=(*table.repairs, _NO_TAIL))
-    return table
+def format_of(file: Path) -> Format:
+    """Return the format that a file has by its ending; any that no other has is text's."""
+    ending = file.suffix.lower()
+    return next((known for known in FORMATS if ending in known.endings), _TEXT)
 
 
-def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
-    """The table of a file or of a bag's folder."""
-    bag = is_bag(file)
-    check_regular(file, folder=bag)
-    reader = read_bag if bag else _FROM_DISK.get(file.suffix.lower())
-    try:
-        check_kind(file)
-        if reader is not None:
-            table, sha256 = _from_disk(reader, file, room)
-        else:
-            room.take(file.stat().st_size)
-            content, sha256 = read_whole(file)
-            table = _parsed(file, content, room, drop_tail=drop_tail)
-    except OSError as error:
-        raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
-    except MemoryError as error:
-        raise DataError(
-            f"{file} cannot be read: there is not enough memory for it. Read a piece of it, or "
-            "delimited text or Parquet in blocks (--stream)."
-        ) from error
-    return replace(table, sha256=sha256, path=os.path.abspath(file))
+def format_by_content(head: bytes) -> tuple[Format, Signature] | None:
+    """Return the format that first bytes are those of, and the signature that says so."""
+    for known in FORMATS:
+        for signature in known.signatures:
+            if head.startswith(signature.start):
+                return known, signature
+    return None
 
 
-def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) -> tuple[Table, str]:
-    """The table of a file that its library opens by itself, and the hash of what it then was."""
-    whole = bag_of(file) if reader is read_bag else file
-    before = stamps(whole)
-    table = reader(file, room)
-    sha256 = digest_of(list(before))
-    if stamps(whole) != before:
-        raise changed(file)
-    return table, sha256
+def log_endings() -> tuple[str, ...]:
+    """Return the endings by which a file is known to be a log."""
+    return (*(ending for known in FORMATS for ending in known.endings), GZIP)
 
 
-def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
-    """The table of a file's content, unpacked where it is compressed."""
-    packed = file.suffix.lower() == GZIP
-    ending = Path(file.stem if packed else file).suffix.lower()
-    parser = _IN_MEMORY.get(ending)
-    if packed:
-        if ending in _FROM_DISK:
-            raise DataError(f"{file} is read from a file of its own; unpack it first.")
-        content = unpacked(file, content, room, text=parser is None)
-    elif parser is None:
-        room.take_text(content)
-    if parser is None:
-        table = read_text(str(file), content, drop_tail=drop_tail)
-    else:
-        table = parser(file, content, room)
-    notes = ("unpacked by gzip",) if packed else ()
-    return replace(table, notes=(*notes, *table.notes))
+def formats_told() -> str:
+    """Return the endings of what is no text, one of each format, for a sentence."""
+    return ", ".join(known.endings[0] for known in FORMATS if not known.is_text)
+
+
+def streamed_told() -> str:
+    """Return what can be read in blocks, for a sentence."""
+    *first, last = (
+        f"{known.name} ({', '.join(known.endings)})" if known.is_text else known.name
+        for known in FORMATS
+        if known.blocks is not None
+    )
+    return f"{', '.join(first)} or {last}"

@@ -2,15 +2,15 @@
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.logs import check_kind, check_regular, parquet_blocks
-from axisid.estimation.logs.text import cut_end_told, encoding_of, text_blocks
+from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_told
+from axisid.estimation.logs.text import cut_end_told, encoding_of
 from axisid.estimation.tables import LogClock, Provenance, Table
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -25,8 +25,6 @@ from .time_steps import LARGEST_GAP, Drift, steps_told
 
 ROWS = 100_000
 _PIECE = 1 << 20  # bytes
-_TEXT = (".csv", ".tsv", ".txt")
-_PARQUET = (".parquet", ".pq")
 _WHOLE = "A log that is to be repaired is read whole: leave --stream out."
 _BINS = 20_000  # of time steps, from the least that is even to the largest
 
@@ -65,16 +63,16 @@ class LogBlocks:
             yield {role: samples.values for role, samples in chosen.samples.items()}
 
     def _chosen(self) -> Iterator[Chosen]:
-        ending = self.file.suffix.lower()
-        if ending not in (*_TEXT, *_PARQUET):
+        known = format_of(self.file)
+        if known.blocks is None or self.file.suffix.lower() not in known.endings:
             raise UsageError(
-                f"{self.file} cannot be read in blocks; give delimited text "
-                f"({', '.join(_TEXT)}) or Parquet, or leave --stream out."
+                f"{self.file} cannot be read in blocks; give {streamed_told()}, or leave "
+                "--stream out."
             )
         check_regular(self.file, folder=False)
         try:
             check_kind(self.file)
-            for table in self._passes.tables(self.rows, text=ending in _TEXT):
+            for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
                 yield Chosen(table, self.axis, dict(self.columns))
         except OSError as error:
             raise DataError(
@@ -96,7 +94,7 @@ class LogBlocks:
         )
 
     def _cut_end(self) -> tuple[str, ...]:
-        return cut_end_told(self.file) if self.file.suffix.lower() in _TEXT else ()
+        return cut_end_told(self.file) if format_of(self.file).is_text else ()
 
 
 class _Passes:
@@ -106,15 +104,14 @@ class _Passes:
         self.watched = Watched(file)
         self._encoding = ""
 
-    def tables(self, rows: int, *, text: bool) -> Iterator[Table]:
+    def tables(
+        self, rows: int, blocks: Callable[..., Iterator[Table]], *, text: bool
+    ) -> Iterator[Table]:
         """The file's table, so many rows at a time."""
         source = str(self.watched.file)
-        encoding = self._found(source) if text else ""
+        encoding = (self._found(source),) if text else ()
         with self.watched.opened() as raw:
-            if text:
-                yield from text_blocks(source, raw, rows, encoding)
-            else:
-                yield from parquet_blocks(source, raw, rows)
+            yield from blocks(source, raw, rows, *encoding)
             self.watched.finish(raw)
 
     def _found(self, source: str) -> str:

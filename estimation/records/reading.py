@@ -38,8 +38,9 @@ def read_record(
     Parameters
     ----------
     log : str, Path, dataframe or mapping
-        A file: ``.mat``, ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag`` (or the folder of a
-        ROS 2 bag), and delimited text by any other ending, also compressed (``.csv.gz``).
+        A file of a format of `axisid.estimation.logs.formats` by its ending (``.mat``,
+        ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag``, ...), the folder of a ROS 2 bag, and
+        delimited text by any other ending, also compressed (``.csv.gz``).
         Or a dataframe, or a mapping of column names to arrays.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.

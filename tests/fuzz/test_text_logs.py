@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError
-from axisid.estimation.logs.formats import read_table
+from axisid.estimation.logs import read_table
 from axisid.estimation.logs.text.reader import encoding_of, text_blocks
 from tests.fuzz.cases import Fuzz, WrongError, pieces_left_out
 from tests.fuzz.text_logs import TextLog, changed_log, damaged, smaller_logs, text_log

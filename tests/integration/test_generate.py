@@ -33,6 +33,15 @@ def test_committed_code_is_current(root: Path) -> None:
     assert check_files(root / "generated", files) == []
 
 
+def test_how_long_each_axis_takes_is_said_on_request(run: Run, tmp_path: Path) -> None:
+    command = ("generate", "emps", "emps2015", "--output", tmp_path / "generated")
+    code, out, _ = run(*command, "-v")
+    assert code == 0
+    assert [line.partition(":")[0] for line in out.splitlines()[:2]] == ["emps", "emps2015"]
+    assert re.fullmatch(r"emps: \d+ ms", out.splitlines()[0])
+    assert " ms" not in run(*command)[1]
+
+
 def test_text_is_the_same_in_a_fresh_process_with_another_hash_seed(root: Path) -> None:
     program = (
         "from axisid.codegen.artefacts import expected_files; from axisid import load_axis;"

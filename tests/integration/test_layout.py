@@ -26,6 +26,20 @@ def test_packages_links_and_folders_agree(root: Path) -> None:
     assert set(tool["packages"]) == on_disk
 
 
+def test_files_of_data_are_in_the_wheel(root: Path) -> None:
+    tool = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = [root / name for name in ("modeling", "codegen", "estimation", "src/axisid")]
+    for file in (file for folder in folders for file in folder.rglob("*") if file.is_file()):
+        if file.suffix in (".py", ".pyc"):
+            continue
+        inside = file.relative_to(root)
+        inside = inside.relative_to("src/axisid") if inside.parts[0] == "src" else inside
+        names = {above: ".".join(("axisid", *above.parts)) for above in inside.parents}
+        package = next(above for above in inside.parents if names[above] in tool["packages"])
+        patterns = tool["package-data"].get(names[package], [])
+        assert any(inside.relative_to(package).match(pattern) for pattern in patterns), inside
+
+
 def test_version_is_one(root: Path) -> None:
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
     assert project["version"] == axisid.__version__

@@ -11,7 +11,7 @@ import pytest
 from axisid import DataError, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import LogBlocks, identify_stream
-from axisid.estimation.logs import formats
+from axisid.estimation.logs import formats, read_table
 from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table
 from axisid.support.unchanged import HashingStream, read_whole
@@ -153,9 +153,10 @@ def test_log_that_its_library_reads_is_held_against_its_hash(
         longer(path, path)
         return Table(source=str(path), columns={})
 
-    monkeypatch.setitem(formats._FROM_DISK, ".mf4", reading)
+    row = formats.Format(name="MDF", endings=(".mf4",), read_file=reading)
+    monkeypatch.setattr(formats, "FORMATS", (row,))
     with pytest.raises(DataError, match=CHANGED):
-        formats.read_table(file)
+        read_table(file)
 
 
 def test_paths_stand_beside_each_other_as_given_and_absolute(

@@ -109,7 +109,7 @@ def text_blocks(source: str, raw: io.RawIOBase, rows: int, encoding: str) -> Ite
                 columns = text_columns(source, body, dialect, origins)
                 yield Table(source=source, columns=columns, notes=notes)
     except UnicodeDecodeError as error:
-        raise _no_text(source) from error
+        raise NoTextError(source) from error
     finally:
         stream.detach()
         buffered.detach()  # whoever opened the file has more to ask of it
@@ -174,7 +174,7 @@ def encoding_of(source: str, pieces: Iterable[bytes]) -> str:
         if k == 0 and (wide := _utf16(piece)):
             return wide
         if b"\0" in piece:
-            raise _no_text(source)
+            raise NoTextError(source)
         try:
             if utf8 is not None:
                 utf8.decode(piece)
@@ -208,14 +208,20 @@ def _decoded(source: str, content: bytes, encoding: str) -> str:
     try:
         text = content.decode(_CODECS.get(encoding, encoding))
     except UnicodeDecodeError as error:
-        raise _no_text(source) from error
+        raise NoTextError(source) from error
     if "\0" in text:
-        raise _no_text(source)
+        raise NoTextError(source)
     return text
 
 
-def _no_text(source: str) -> DataError:
-    return DataError(
-        f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8, or give "
-        "the file the ending of its format (.mat, .parquet, .npz, .mf4, .tdms, .bag)."
-    )
+class NoTextError(DataError):
+    """A file is no text in an encoding that is known."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__(source)
+        self.source = source
+
+    def __str__(self) -> str:
+        return (
+            f"{self.source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
+        )

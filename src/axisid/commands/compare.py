@@ -1,7 +1,6 @@
 """``axisid compare`` and ``axisid compare-results``: models of one axis, or two results."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -17,7 +16,7 @@ from axisid.commands.options.outputs import (
     json_option,
     put_result,
 )
-from axisid.commands.options.record_options import LOG_ENDINGS, Reading, record_options
+from axisid.commands.options.record_options import Reading, is_log, record_options
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
         further = listing and before != option
         if arg.startswith("-"):
             listing = arg == option
-        elif further and Path(arg).suffix.lower() in LOG_ENDINGS:
+        elif further and is_log(arg):
             listing = False
         elif further:
             yield option

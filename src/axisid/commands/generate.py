@@ -2,7 +2,9 @@
 
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 )
 @click.argument("axes", nargs=-1, shell_complete=complete_axis)
 @click.option("--check", is_flag=True, help="Write nothing; exit 1 if anything is stale.")
-@click.option("-v", "--verbose", is_flag=True, help="Say how long each stage takes.")
+@click.option("-v", "--verbose", is_flag=True, help="Say how long each axis takes.")
 @click.option(
     "--output",
     type=click.Path(file_okay=False, path_type=Path),
@@ -39,18 +41,11 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
     of the library or TOML or Python files that declare an axis.
     """
-    from axisid.codegen.artefacts import check_files, expected_files, stage_times, write_files
+    from axisid.codegen.artefacts import check_files, write_files
     from axisid.support.errors import UsageError
 
     declared = _declared(axes)
-    if verbose:
-        for axis in declared:
-            with ProgressLine(f"timing {axis.name}"):
-                times = stage_times(axis)
-            stages = ", ".join(f"{stage} {1e3 * s:.0f} ms" for stage, s in times)
-            click.echo(f"{axis.name}: {stages}")
-    with ProgressLine("generating") as line:
-        files = expected_files(declared, line)
+    files = _generated(declared, verbose=verbose)
     if not check:
         _check_replaced([output / path for path in files], axes, force=force)
         written = write_files(output, files)
@@ -93,6 +88,25 @@ def _declared(axes: tuple[str, ...]) -> "list[Axis]":
                 "library; rename the axis."
             )
     return declared
+
+
+def _generated(declared: "list[Axis]", *, verbose: bool) -> dict[Path, str]:
+    """The generated files of the axes; on request it is said how long each axis took."""
+    from axisid.codegen.artefacts import expected_files
+
+    begun: list[tuple[str, float]] = []
+    with ProgressLine("generating") as line:
+
+        def told(done: int, total: int, name: str) -> None:
+            begun.append((name, perf_counter()))
+            line(done, total, name)
+
+        files = expected_files(declared, told)
+        begun.append(("", perf_counter()))
+    if verbose:
+        for (name, begin), (_, end) in pairwise(begun):
+            click.echo(f"{name}: {1e3 * (end - begin):.0f} ms")
+    return files
 
 
 def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool) -> None:

@@ -4,9 +4,13 @@ The published figures stand beside the twin's. The twin has the paper's paramete
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
 """
 
+import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from axisid.codegen.artefacts import build, replace_file
 from axisid.estimation.estimates import Estimate, Value
@@ -33,82 +37,12 @@ from axisid.support.progress import Progress, each
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
 
-_Figures = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
-
-@dataclass(frozen=True, slots=True)
-class _Published:
-    """A published table of estimates: value and relative sd (%) of three parameters, and error."""
-
-    number: int
-    title: str
-    methods: tuple[str, str]
-    appropriate: bool
-    published: tuple[_Figures, _Figures]
-    published_errors: tuple[float, float]
-
-
-_TABLES = {
-    table.number: table
-    for table in (
-        _Published(
-            1,
-            "IDM, appropriate filter",
-            ("idm-ls", "idm-iv"),
-            True,
-            (((100.6, 0.4), (234.9, 1.3), (24.2, 1.1)), ((100.2, 0.5), (236.9, 1.5), (24.8, 1.2))),
-            (4.9, 5.2),
-        ),
-        _Published(
-            2,
-            "DDM, appropriate filter",
-            ("ddm-ls", "ddm-iv"),
-            True,
-            (((0.01, 0.3), (2.32, 1.4), (0.23, 1.2)), ((0.01, 0.3), (2.35, 1.5), (0.23, 1.3))),
-            (6.9, 6.9),
-        ),
-        _Published(
-            6,
-            "IDM, inappropriate filter",
-            ("idm-ls", "idm-iv"),
-            False,
-            (((54.9, 1.0), (236.9, 3.7), (23.5, 3.4)), ((100.8, 1.1), (238.1, 5.2), (24.3, 4.3))),
-            (48.7, 6.6),
-        ),
-        _Published(
-            7,
-            "DDM, inappropriate filter",
-            ("ddm-ls", "ddm-iv"),
-            False,
-            (((0.02, 0.9), (4.64, 3.5), (0.46, 2.9)), ((0.01, 1.0), (2.31, 4.1), (0.24, 3.6))),
-            (46.3, 8.1),
-        ),
-    )
-}
-_MAPPED = {
-    3: (True, ((100.0, 232.0, 23.0), (100.0, 235.0, 23.0))),
-    8: (False, ((50.0, 232.0, 23.0), (100.0, 231.0, 24.0))),
-}
-_ITERATIONS = {
-    4: (
-        "idm-iv",
-        (
-            (100.0, 0.0, 0.0, 24.4),
-            (100.0, 236.0, 23.9, 6.1),
-            (100.2, 236.9, 24.8, 5.2),
-            (100.2, 236.9, 24.8, 5.2),
-        ),
-    ),
-    5: (
-        "ddm-iv",
-        (
-            (0.01, 0.0, 0.0, 21.7),
-            (0.01, 2.33, 0.22, 7.3),
-            (0.01, 2.35, 0.23, 6.9),
-            (0.01, 2.35, 0.23, 6.9),
-        ),
-    ),
-}
+@cache
+def _published(kind: str) -> dict[int, dict[str, Any]]:
+    """The paper's tables of a kind by their numbers: estimates, mapped or iterations."""
+    text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
+    return {table["number"]: table for table in tomllib.loads(text)[kind]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,11 +88,10 @@ def table_text(study: Study, number: int) -> str:
 
 def study_table(study: Study, number: int) -> Table:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
-    if number in _MAPPED:
-        return _mapped(study, number)
-    if number in _ITERATIONS:
-        return _iterations(study, number)
-    return _estimates(study, _TABLES[number])
+    for kind, written in (("mapped", _mapped), ("iterations", _iterations)):
+        if number in _published(kind):
+            return written(study, _published(kind)[number])
+    return _estimates(study, _published("estimates")[number])
 
 
 _NOTES = """\
@@ -228,25 +161,25 @@ def _error(estimate: Estimate) -> float:
     return estimate.simulation_error_percent
 
 
-def _estimates(study: Study, table: _Published) -> Table:
-    result = study.under(appropriate=table.appropriate)
-    columns = [Column(m.upper(), parts=("rel. sd", "paper", "rel. sd")) for m in table.methods]
-    estimates = [result[method] for method in table.methods]
+def _estimates(study: Study, table: dict[str, Any]) -> Table:
+    result = study.under(appropriate=table["appropriate"])
+    methods = table["methods"]
+    columns = [Column(m.upper(), parts=("rel. sd", "paper", "rel. sd")) for m in methods]
+    estimates = [result[method] for method in methods]
     values = [list((e.ddm_parameters or e.parameters).items()) for e in estimates]
     rows: list[tuple[Cell, ...]] = []
     for i, (name, first) in enumerate(values[0]):
-        of_methods = zip(values, table.published, strict=True)
+        of_methods = zip(values, table["published"], strict=True)
         cells = (_beside(column[i][1], *published[i]) for column, published in of_methods)
         rows.append((name, first.unit, *cells))
-    errors = zip(estimates, table.published_errors, strict=True)
+    errors = zip(estimates, table["errors"], strict=True)
     cells = (Quantity(f"{_error(estimate):.1f}", "", (f"{paper:g}",)) for estimate, paper in errors)
     rows.append(("error", "%", *cells))
-    return _titled(table.number, table.title, columns, rows)
+    return _titled(table["number"], table["title"], columns, rows)
 
 
-def _mapped(study: Study, number: int) -> Table:
-    appropriate, published = _MAPPED[number]
-    result = study.under(appropriate=appropriate)
+def _mapped(study: Study, table: dict[str, Any]) -> Table:
+    published, result = table["published"], study.under(appropriate=table["appropriate"])
     methods = ("ddm-ls", "ddm-iv")
     columns = [Column(method.upper(), parts=("rel. sd", "paper")) for method in methods]
     rows: list[tuple[Cell, ...]] = []
@@ -254,9 +187,9 @@ def _mapped(study: Study, number: int) -> Table:
         values = [result[method].parameters[quantity.name] for method in methods]
         cells = (_beside(v, paper[i]) for v, paper in zip(values, published, strict=True))
         rows.append((quantity.name, quantity.unit, *cells))
-    which = "appropriate" if appropriate else "inappropriate"
+    which = "appropriate" if table["appropriate"] else "inappropriate"
     title = f"DDM mapped to physical parameters, {which} filter"
-    return _titled(number, title, columns, rows)
+    return _titled(table["number"], title, columns, rows)
 
 
 def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quantity:
@@ -266,8 +199,8 @@ def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quanti
     return Quantity(_significant(value.value), relative, tuple(published))
 
 
-def _iterations(study: Study, number: int) -> Table:
-    method, published = _ITERATIONS[number]
+def _iterations(study: Study, table: dict[str, Any]) -> Table:
+    method, published = table["method"], table["published"]
     estimate = study.appropriate[method]
     labels = [
         f"{q.name} [{q.unit}]" for q in estimate.ddm_quantities or study.appropriate.axis.parameters
@@ -286,7 +219,7 @@ def _iterations(study: Study, number: int) -> Table:
     return Table(
         columns=(*text_columns(["iteration"]), *columns),
         rows=tuple(rows),
-        title=f"Table {number}. {method.upper()} by iteration, appropriate filter",
+        title=f"Table {table['number']}. {method.upper()} by iteration, appropriate filter",
     )
 
 

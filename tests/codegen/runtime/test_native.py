@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -458,13 +457,6 @@ def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.Mo
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     assert find_compiler().command[1:] == ("-m", "ziglang", "cc")
-
-
-def test_stages_are_timed(run: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
-    code, out, _ = run("generate", "emps", "-v", "--output", tmp_path / "generated")
-    assert code == 0
-    for stage in ("derive", "lower and print", "build for the virtual machine", "compile", "load"):
-        assert f"{stage} " in out.splitlines()[0]
 
 
 def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:

@@ -7,7 +7,7 @@ import click
 
 from axisid.presentation.console import ProgressLine
 
-from .record_options import LOG_ENDINGS, Reading
+from .record_options import Reading, is_log
 
 if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
@@ -45,7 +45,7 @@ def axis_and_record(
         from axisid.modeling.text import load_axis
         from axisid.support.errors import UsageError
 
-        if Path(axis).suffix.lower() in LOG_ENDINGS:
+        if is_log(axis):
             raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
         whole = fix(load_axis(axis), **read_fixed(fixed))
         generated = build(leave_out(whole, *left_out), native=not no_native)

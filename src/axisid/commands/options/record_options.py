@@ -13,13 +13,6 @@ if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import LogBlocks, Record
 
-#: Endings by which an argument is known to be a log.
-LOG_ENDINGS = (
-    *(".csv", ".tsv", ".txt", ".lvm", ".gz", ".mat", ".parquet", ".pq", ".npz"),
-    *(".mf4", ".mdf", ".tdms", ".bag", ".db3", ".mcap"),
-)
-
-
 _GIGABYTE = 1e9
 
 
@@ -153,6 +146,13 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
     for option in reversed(_OPTIONS):
         collected = option(collected)
     return collected
+
+
+def is_log(file: str) -> bool:
+    """Whether an argument is a log, by its ending."""
+    from axisid.estimation.logs import log_endings
+
+    return Path(file).suffix.lower() in log_endings()
 
 
 def _period(sample_period: float | None) -> float | None:
