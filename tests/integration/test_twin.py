@@ -7,7 +7,14 @@ from axisid.estimation.estimates.study import METHODS
 from axisid import Identification, Prefilter, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.records.record import Record
-from axisid.paper.study import APPROPRIATE, INAPPROPRIATE, run_study, study_tables
+from axisid.paper.study import (
+    APPROPRIATE,
+    INAPPROPRIATE,
+    run_study,
+    study_document,
+    study_tables,
+)
+from axisid.presentation.html import blocks_html
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +93,9 @@ def test_noise_free_twin_gives_the_truth_with_aligned_force(emps2015: GeneratedA
 
 
 def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
-    text = study_tables(run_study())
+    study = run_study()
+    text = study_tables(study)
+    assert blocks_html(study_document(study)).count("<table>") == 8
     for number in range(1, 9):
         assert f"Table {number}. " in text
     for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):

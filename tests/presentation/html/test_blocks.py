@@ -21,7 +21,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.html import blocks_html
+from axisid.presentation.html import blocks_html, table_html
 
 HOSTILE = "</td><script>alert(1)</script>\"'&"
 
@@ -117,6 +117,15 @@ def test_rows_that_share_a_cell_are_a_body_of_their_own() -> None:
     assert html.count("<circle") == 2
     assert html.count('class="truth"') == 1
     assert '<g class="ls"><line x1="6.0"' in html
+
+
+def test_rows_are_one_body_or_each_a_body_on_request() -> None:
+    table = Table(columns=text_columns(["a"]), rows=(("b",), ("c",)))
+    assert table_html(table).count("<tbody>") == 1
+    html = table_html(table, "parameters", grouped=True)
+    assert html.startswith('<table class="parameters">')
+    assert html.count("<tbody>") == 2
+    assert table_html(Table(columns=text_columns(["a"]), rows=())).count("<tbody></tbody>") == 1
 
 
 def test_intervals_without_a_width_are_not_drawn() -> None:

@@ -3,19 +3,23 @@
 import os
 import shutil
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from axisid.presentation.blocks import Document, plain_text
+if TYPE_CHECKING:
+    from axisid.presentation.blocks import Document
 
 
-def print_document(document: Document) -> None:
+def print_document(document: "Document") -> None:
     """Print a document: as it is on a pipe, dressed for a terminal."""
+    # Help and what computes need neither of the two ways to draw.
     if not is_terminal(sys.stdout):
+        from axisid.presentation.blocks import plain_text
+
         click.echo(plain_text(document), nl=False)
         return
-    from .dressed import print_dressed  # what draws on terminals is loaded for terminals alone
+    from .dressed import print_dressed
 
     coloured = not os.environ.get("NO_COLOR")
     print_dressed(document, sys.stdout, shutil.get_terminal_size().columns, coloured=coloured)

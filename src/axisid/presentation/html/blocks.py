@@ -61,7 +61,7 @@ def _(block: Table) -> str:
     return table_html(block) + said
 
 
-def table_html(table: Table, css: str = "") -> str:
+def table_html(table: Table, css: str = "", *, grouped: bool = False) -> str:
     """A table without what is said below it.
 
     Parameters
@@ -69,14 +69,16 @@ def table_html(table: Table, css: str = "") -> str:
     table : Table
     css : str, optional
         Its class on a page.
+    grouped : bool
+        Whether each row is a body of its own, with the rows that its cells reach down to; it is
+        where one reaches down.
     """
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     heads = "".join(map(_head, table.columns))
     starts = [i for i, row in enumerate(table.rows) if None not in row]
+    starts = starts if grouped or len(starts) < len(table.rows) else [0]
     ends = [*starts[1:], len(table.rows)]
-    # Rows that share a cell are a body of their own, so that a page keeps them together.
-    shared = len(starts) < len(table.rows)
-    bodies = [*zip(starts, ends, strict=True)] if shared else [(0, len(table.rows))]
+    bodies = zip(starts, ends, strict=True)
     filled = "".join(f"<tbody>{_rows(table, *body)}</tbody>" for body in bodies)
     named = f' class="{css}"' if css else ""
     return f"<table{named}>{caption}<thead><tr>{heads}</tr></thead>{filled}</table>"

@@ -61,7 +61,8 @@ def parameters_html(
 
 def _scrolled(table: Table, css: str = "") -> str:
     """A table that may be wider than the page, and what is said of it."""
-    return f'<div class="scroll">{table_html(table, css)}</div>{_note_lines(table.said)}'
+    html = table_html(table, css, grouped=css == "parameters")
+    return f'<div class="scroll">{html}</div>{_note_lines(table.said)}'
 
 
 def _note_lines(notes: Sequence[str]) -> str:
