@@ -41,9 +41,9 @@ def test_every_result_has_text_and_plain_data(emps2015: GeneratedAxis, record: R
 
 def test_every_kind_of_result_has_its_row() -> None:
     kinds = {kind.__name__ for kind in Shown.__subclasses__()}
-    assert len(kinds) == 7
+    assert len(kinds) == 9
     for view in (views.as_text, views.as_document):
-        assert kinds - {"Estimate"} <= {kind.__name__ for kind in view.registry}
+        assert kinds - {"Estimate", "SavedEstimate"} <= {kind.__name__ for kind in view.registry}
 
 
 def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:

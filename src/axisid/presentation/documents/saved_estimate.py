@@ -293,7 +293,7 @@ class SavedEstimate(Shown):
         bent = hessian @ covariance
         second = math.sqrt(max(float(np.trace(bent @ bent)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
-        return max(own, *self.curvatures[gradient != 0].tolist(), 0.0)
+        return max(own, *map(float, self.curvatures[gradient != 0]))
 
     @property
     def gain_relative_sd(self) -> float:

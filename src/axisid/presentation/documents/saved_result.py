@@ -191,8 +191,8 @@ class SavedIdentification(Shown):
     @cached_property
     def estimates(self) -> Mapping[str, SavedEstimate]:
         """Estimates by method."""
-        step = self.record.period * self.prefilter.decimate
         written = self.document.estimates
+        step = self.document.record.sample_period * self.document.prefilter.decimate
         return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
 
     @property
@@ -307,7 +307,7 @@ def _check(document: WrittenIdentification, file: str) -> None:
     problem = "" if document.judged in saved.estimates else f"there is no {document.judged!r}"
     try:
         _ = saved.prefilter, saved.physical, saved.diagnosis
-    except (AxisidError, ValueError) as error:
+    except (AxisidError, ArithmeticError, ValueError) as error:
         problem = " ".join(str(error).split()).removesuffix(".")
     for estimate in saved.estimates.values():
         problem = problem or _misfit(estimate)
