@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import json
 import multiprocessing
 import operator
 import pickle
@@ -33,6 +34,7 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    load_result,
     simulate,
     simulate_batch,
     sweep,
@@ -84,6 +86,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     assert reference is not None
     log = tmp_path_factory.mktemp("log") / "log.csv"
     log.write_text("time,position,force\n0,1,2\n")
+    file = log.with_name("result.json")
+    file.write_text(json.dumps(found.to_dict()))
+    saved = load_result(file)
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
     return {
@@ -102,6 +107,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "repairs": Repairs(),
         "identification": found,
         "estimate": found["idm-iv"],
+        "saved identification": saved,
+        "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
         "comparison": compare(ladder, record, FILTER),
@@ -122,8 +129,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 KINDS = (
     "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
-    "masked record,prefilter,repairs,identification,estimate,validation,sweep,comparison,"
-    "simulation,batch,law check,streamed estimate,log blocks,feed-forward,error AxisidError,"
+    "masked record,prefilter,repairs,identification,estimate,saved identification,saved estimate,"
+    "validation,sweep,comparison,simulation,batch,law check,streamed estimate,log blocks,"
+    "feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
 

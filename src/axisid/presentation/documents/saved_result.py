@@ -1,9 +1,10 @@
 """An identification that was written as JSON, read again."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build, signature
 from axisid.estimation.diagnostics import Check, Diagnosis
@@ -156,6 +157,10 @@ class SavedIdentification(Shown):
     def __repr__(self) -> str:
         source = self.record.provenance.source
         return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def name(self) -> str:
