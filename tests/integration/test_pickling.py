@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import json
 import multiprocessing
 import operator
 import pickle
@@ -31,6 +32,7 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    load_result,
     simulate,
     sweep,
     twin_record,
@@ -94,6 +96,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     assert reference is not None
     log = tmp_path_factory.mktemp("log") / "log.csv"
     log.write_text("time,position,force\n0,1,2\n")
+    file = log.with_name("result.json")
+    file.write_text(json.dumps(found.to_dict()))
+    saved = load_result(file)
     blocks = [{"position": record.position, "force": record.control * declared.drive.gain}]
     ladder = friction_ladder(declared)
     return {
@@ -119,6 +124,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "residual tests": found["idm-iv"].residual_tests,
         "draws": found["idm-iv"].propagate("Fv/M", draws=50),
         "covariances": (Published(), Classical(), Robust(), Hac()),
+        "saved identification": saved,
+        "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),
         "sweep": sweep(axis, record, [40.0, 80.0], FILTER, ["idm-ls"]),
         "comparison": compare(ladder, record, FILTER),
@@ -140,8 +147,9 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 KINDS = (
     "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
     "masked record,prefilter,repairs,repair,identification,estimate,value,diagnosis,verdict,"
-    "residual tests,draws,covariances,validation,sweep,comparison,"
-    "simulation,batch,law check,streamed estimate,log blocks,feed-forward,error AxisidError,"
+    "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
+    "comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
+    "error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")
 

@@ -3,8 +3,9 @@
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -50,6 +51,10 @@ class SavedEstimate(Shown):
             f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.parameters.items()
         )
         return f"{self.method}: {', '.join(values)}"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def method(self) -> str:
@@ -298,7 +303,7 @@ class SavedEstimate(Shown):
         bent = hessian @ covariance
         second = math.sqrt(max(float(np.trace(bent @ bent)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
-        return max(own, *self.curvatures[gradient != 0].tolist(), 0.0)
+        return max(own, 0.0, *map(float, self.curvatures[gradient != 0]))
 
     @property
     def gain_relative_sd(self) -> float:

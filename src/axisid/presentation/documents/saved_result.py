@@ -1,9 +1,10 @@
 """An identification that was written as JSON, read again."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build, signature
 from axisid.estimation.diagnostics import Check, Diagnosis
@@ -157,6 +158,10 @@ class SavedIdentification(Shown):
         source = self.record.provenance.source
         return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
     @property
     def name(self) -> str:
         """Of the axis."""
@@ -191,8 +196,8 @@ class SavedIdentification(Shown):
     @cached_property
     def estimates(self) -> Mapping[str, SavedEstimate]:
         """Estimates by method."""
-        step = self.record.period * self.prefilter.decimate
         written = self.document.estimates
+        step = self.document.record.sample_period * self.document.prefilter.decimate
         return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
 
     @property
@@ -320,7 +325,7 @@ def _check(document: WrittenIdentification, file: str) -> None:
     problem = "" if document.judged in saved.estimates else f"there is no {document.judged!r}"
     try:
         _ = saved.prefilter, saved.physical, saved.diagnosis
-    except (AxisidError, ValueError) as error:
+    except (AxisidError, ArithmeticError, ValueError) as error:
         problem = " ".join(str(error).split()).removesuffix(".")
     for estimate in saved.estimates.values():
         problem = problem or _misfit(estimate)
