@@ -144,7 +144,9 @@ def residual_document(tests: ResidualTests) -> WrittenResidualTests:
     return WrittenResidualTests(
         durbin_watson=finite(tests.durbin_watson),
         ljung_box=WrittenLjungBox(
-            statistic=finite(tests.ljung_box), p_value=finite(tests.ljung_box_p), lags=lags
+            statistic=finite(tests.ljung_box),
+            p_value=finite(tests.ljung_box_p),
+            lags=tests.ljung_box_freedom,
         ),
         autocorrelation=WrittenAutocorrelation(
             values=_finite(tests.autocorrelation), bound_95=finite(tests.bound)

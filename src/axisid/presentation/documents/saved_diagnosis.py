@@ -137,6 +137,7 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
         durbin_watson=_known(w.durbin_watson),
         ljung_box=_known(w.ljung_box.statistic),
         ljung_box_p=_known(w.ljung_box.p_value),
+        ljung_box_freedom=w.ljung_box.lags,
         jarque_bera=_known(normality.jarque_bera),
         jarque_bera_p=_known(normality.p_value),
         skewness=_known(normality.skewness),

@@ -303,7 +303,7 @@ class SavedEstimate(Shown):
         bent = hessian @ covariance
         second = math.sqrt(max(float(np.trace(bent @ bent)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
-        return max(own, 0.0, *map(float, self.curvatures[gradient != 0]))
+        return float(max(own, 0.0, *self.curvatures[gradient != 0]))
 
     @property
     def gain_relative_sd(self) -> float:
