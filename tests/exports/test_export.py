@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from axisid.estimation.estimates.study import METHODS
 
 from axisid import (
     DataError,
@@ -26,6 +25,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.options.inputs import METHODS as OFFERED
 from axisid.commands.templates import scaffold
+from axisid.estimation.estimates import METHODS
 from axisid.estimation.estimates.value import Value
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from axisid.estimation.estimates.study import METHODS
 
 from axisid import Identification, Prefilter, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates import METHODS
 from axisid.estimation.records.record import Record
 from axisid.paper.study import (
     APPROPRIATE,

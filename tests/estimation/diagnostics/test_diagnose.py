@@ -16,6 +16,7 @@ from axisid.estimation.diagnostics.diagnose import (
 )
 from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.presentation.report.page import report_html
+from tests.recipes import recipe_blocks
 
 
 def check(name: str, status: Status) -> Check:
@@ -93,30 +94,29 @@ def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Re
     assert {*DIAGNOSTICS} - {*named} == {"fixed values", "physical parameters"}
 
 
-def test_a_diagnostic_is_one_row(
+def test_one_file_and_one_row_add_a_diagnostic(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It goes through verdict, conclusion, text, JSON and the page."""
-
-    def heavy(case: Case) -> Check:
-        mass = case.judged.parameters["M"]
-        return Check(
-            name="heavy",
-            status=passed(mass.value < 50),
-            figure=mass.value,
-            threshold=50.0,
-            source="what the crane lifts",
-            meaning=f"the axis weighs {mass.value:.0f} kg: call a stronger crane",
-        )
-
-    row = Diagnostic(name="heavy", check=heavy, grave=True, weight=-1)
-    monkeypatch.setitem(DIAGNOSTICS, "heavy", row)
+    """The recipe's goes through verdict, text, notebook, JSON and page."""
+    module, row = recipe_blocks("Add a diagnostic")
+    package = "axisid.estimation.diagnostics"
+    names = {"__name__": f"{package}.turns", "__package__": package, "Diagnostic": Diagnostic}
+    exec(module, names)
+    monkeypatch.setitem(DIAGNOSTICS, "turns", eval(row, names))  # noqa: S307
     result = identify(emps2015, twin)
-    assert conclusion(result.verdict).endswith("before this is mended: heavy.")
-    said = "the axis weighs 100 kg: call a stronger crane"
-    for shown in (result.summary(), report_html(result)):
-        assert "heavy" in shown
-    assert said in " ".join(result.summary().split())
+    found = result.verdict[-1]
+    assert (found.name, found.status) == ("turns", "pass")
+    for shown in (result.summary(full=True), report_html(result)):
+        assert found.meaning in shown
     written = json.loads(json.dumps(result.to_dict()))
-    (found,) = (c for c in written["verdict"] if c["name"] == "heavy")
-    assert (found["status"], found["meaning"]) == ("fail", said)
+    assert [c["meaning"] for c in written["verdict"] if c["name"] == "turns"] == [found.meaning]
+
+
+def test_a_grave_diagnostic_decides_what_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(case: Case) -> None:
+        del case
+
+    row = Diagnostic(name="heavy", check=never, grave=True, weight=-1)
+    monkeypatch.setitem(DIAGNOSTICS, "heavy", row)
+    checks = (check("control law", "fail"), check("heavy", "fail"))
+    assert conclusion(checks).endswith("before this is mended: heavy.")

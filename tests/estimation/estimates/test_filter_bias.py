@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from axisid.estimation.estimates.study import METHODS
 
 from axisid import Prefilter, Record, identify, load_axis, sweep, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates import METHODS
 
 KEPT = Prefilter(reversals="keep")  # where the filter moves estimates most
 

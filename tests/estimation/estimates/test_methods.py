@@ -1,58 +1,65 @@
-"""Methods are rows of a table: one of a test's own goes through text, JSON and report."""
+"""Methods are rows of a table: the recipe's goes through text, JSON, page and command."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
 
 from axisid import Prefilter, Record, UsageError, identify
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import METHODS, Fit, Method, Problem
-from axisid.estimation.regression import InverseForm, factor, least_squares
+from axisid.commands.options import inputs
+from axisid.estimation.estimates import METHODS
+from axisid.estimation.regression import InverseForm
+from axisid.presentation.report.page import report_html
+from tests.recipes import recipe_blocks
 
-
-class EveryOther(Method):
-    """Least squares of every other row: of no use but to be another method."""
-
-    def fit(self, problem: Problem) -> Fit:
-        form = self.form(problem.axis)
-        measured = problem.rows(form)
-        weights = np.where(np.arange(len(measured.left)) % 2, 1e-6, 1.0)
-        weighted = factor(measured.regressor * weights[:, None], problem.axis.names)
-        theta = least_squares((measured.left - measured.known) * weights, weighted).theta
-        whole = least_squares(measured.left - measured.known, problem.factored(form, measured))
-        residuals = measured.left - measured.known - measured.regressor @ theta
-        from dataclasses import replace
-
-        return Fit(
-            form=form, measured=measured, solution=replace(whole, theta=theta, residuals=residuals)
-        )
+NAME = "idm-wls"
 
 
 @pytest.fixture
-def toy(monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setitem(METHODS, "toy", EveryOther(name="toy", form=InverseForm))
-    return "toy"
+def added(monkeypatch: pytest.MonkeyPatch) -> None:
+    module, row = recipe_blocks("Add a method of estimation")
+    package = "axisid.estimation.estimates"
+    names = {"__name__": f"{package}.weighted", "__package__": package, "InverseForm": InverseForm}
+    exec(module, names)
+    monkeypatch.setitem(METHODS, NAME, eval(row, names))  # noqa: S307
 
 
-def test_a_method_is_one_class_and_one_row(
-    toy: str, emps2015: GeneratedAxis, twin: Record, tmp_path: Path
-) -> None:
+@pytest.mark.usefixtures("added")
+def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter())
-    assert toy in result
-    alone = identify(emps2015, twin, Prefilter(), toy)
-    assert alone.judged.method == toy
+    assert list(result) == [*METHODS]
+    alone = identify(emps2015, twin, Prefilter(), NAME)
+    assert alone.judged.method == NAME
     for each in (result, alone):
-        assert "TOY" in each.summary()
         written = json.loads(json.dumps(each.to_dict()))
-        assert toy in [e["method"] for e in written["estimates"]]
-    assert np.abs(alone[toy].physical - result["idm-ls"].physical).max() > 0
-    alone.plot("force")
+        assert NAME in [e["method"] for e in written["estimates"]]
+        assert "IDM-WLS" in each.summary()
+        assert "IDM-WLS" in report_html(each)
+
+
+@pytest.mark.usefixtures("added")
+def test_what_the_recipe_estimates_is_that_of_statsmodels(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, Prefilter(), NAME)
+    found, data = result[NAME], result.data
+    speed = np.abs(data.reduce(data.signals.velocity))
+    weighted = sm.WLS(found.y, found.X, weights=1 / (0.1 * speed.max() + speed)).fit()
+    robust = weighted.get_robustcov_results("HC1").cov_params()
+    assert found.physical == pytest.approx(weighted.params, rel=1e-9)
+    assert found.covariances["robust"] == pytest.approx(robust, rel=1e-6)
 
 
 def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:
-    with pytest.raises(UsageError, match="there is no method 'toy'"):
-        identify(emps2015, twin, methods=["toy"])
+    with pytest.raises(UsageError, match="there is no method 'idm-wls'"):
+        identify(emps2015, twin, methods=[NAME])
     assert list(METHODS) == [method.name for method in METHODS.values()]
     assert [name for name, m in METHODS.items() if m.by_simulation] == ["idm-iv", "ddm-iv"]
+
+
+def test_the_command_line_knows_the_methods_of_the_table(root: Path) -> None:
+    assert (*inputs.METHODS,) == (*METHODS,)
+    assert "options/inputs.py" in (root / "CONTRIBUTING.md").read_text(encoding="utf-8")

@@ -113,7 +113,7 @@ def parameters_table(
     for quantity, values in groups:
         about = described.get(quantity.name) or quantity.expression
         name = Noted(quantity.name, quantity.unit, about)
-        drawn = _intervals([*values.values()], result.record.provenance.truth.get(quantity.name))
+        drawn = _intervals(result, values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
             rows.append((ends[0], method, *_cells(value), ends[1]))
@@ -137,12 +137,18 @@ def _cells(value: Value) -> tuple[Cell, ...]:
     )
 
 
-def _intervals(values: Sequence[Value], truth: float | None) -> Intervals:
-    """Least squares above instruments."""
-    kinds = ("ls", "iv") if len(values) > 1 else ("iv",)
+def _intervals(
+    result: Identification, values: Mapping[str, Value], truth: float | None
+) -> Intervals:
+    """In the order of the methods, those by instruments, or one alone, as what is believed."""
+
+    def kind(method: str) -> str:
+        believed = result.estimates[method].Z is not None or len(values) == 1
+        return "iv" if believed else "ls"
+
     intervals = (
-        Interval(value.interval[0], value.corrected, value.interval[1], kind)
-        for value, kind in zip(values, kinds, strict=True)
+        Interval(value.interval[0], value.corrected, value.interval[1], kind(method))
+        for method, value in values.items()
     )
     return Intervals(tuple(intervals), truth)
 
