@@ -68,7 +68,7 @@ def test_weights_of_impulses_are_looked_at_where_these_are() -> None:
         ((q - p) ** 2 - q**2 + 2 * p * q, {p}),
         (sympy.exp(p) * sympy.exp(-p) * q, {q}),
     ],
-    ids=str,
+    ids=lambda value: str(sorted(value, key=str) if isinstance(value, set) else value),
 )
 def test_dependence_is_told_from_what_cancels(
     expression: sympy.Expr, on: set[sympy.Symbol]
