@@ -442,7 +442,7 @@ def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed
     assert check.status == "pass"
     assert result.physical["idm-ls"].parameters["M"].value == pytest.approx(95.1089, abs=0.3)
     sure = fix(replace(axis, drive=replace(off, relative_sd=0.0)), M=(95.1089, 0.5))
-    check = (
+    (check,) = (
         c for c in identify(sure, record, methods="idm-ls").verdict if c.name == "fixed values"
     )
     assert check.status == "fail"

@@ -7,6 +7,7 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
+from axisid.estimation.signals import Neighbours
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import Document
 from axisid.presentation.plots import NoPlot, Plot, autocorrelation_plot, convergence_plot
@@ -74,8 +75,14 @@ def _live(saved: SavedIdentification) -> Identification:
 def _live_estimate(estimate: SavedEstimate) -> Estimate:
     rows = np.arange(estimate.document.rows, dtype=np.float64)
     relative = estimate.gain_relative_sd
-    own = {"gain_relative_sd": relative if relative == relative else 0.0}
-    return cast(Estimate, _Like(estimate, y=rows, rows=rows, period=estimate.row_period, **own))
+    own = {
+        "y": rows,
+        "rows": rows,
+        "neighbours": Neighbours.consecutive(len(rows)),
+        "period": estimate.row_period,
+        "gain_relative_sd": relative if relative == relative else 0.0,
+    }
+    return cast(Estimate, _Like(estimate, **own))
 
 
 def _axis(saved: SavedIdentification) -> _Like:
