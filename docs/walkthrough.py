@@ -104,11 +104,25 @@ print(
 )
 
 # %% [markdown]
-# ## Estimates and their diagnosis
+# ## Estimates: a problem and a method
 #
-# `identify` does all this for each method, with covariances, and simulates the loop with what it found. The
-# `Identification` holds an `Estimate` for each method and, when asked, the `Diagnosis`: findings, each with
-# a `Check`.
+# A `Problem` is an axis with its records under their filters, one regression of one record, of one with gaps or
+# of several; `Neighbours` says which rows follow each other in time. A `Method` of the table `METHODS` makes a
+# `Fit` of it, and that becomes an `Estimate` with covariances and what the filter moves it by.
+
+# %%
+from axisid.estimation.estimates import METHODS, Problem, estimate_by
+
+second = FilteredRecord.bind(generated, axisid.twin_record(generated, seed=2), axisid.Prefilter())
+problem = Problem(axis=generated, data=(data, second))
+print(len(problem.neighbours), "rows in", len(problem.neighbours.lengths), "stretches")
+print(type(METHODS["idm-iv"]).__name__, "->", estimate_by(problem, METHODS["idm-iv"]))
+
+# %% [markdown]
+# ## Identification and diagnosis
+#
+# `identify` runs the methods on one record. The `Identification` holds an `Estimate` for each and, when asked,
+# the `Diagnosis`: what the rows of the table `DIAGNOSTICS` found, each with a `Check`.
 
 # %%
 result = axisid.identify(generated, record)
