@@ -108,7 +108,7 @@ def test_one_file_and_one_row_add_a_diagnostic(
     found = result.verdict[-1]
     assert (found.name, found.status) == ("turns", "pass")
     assert re.search(r"^turns +pass +18 +4 ", result.summary(full=True), re.MULTILINE)
-    assert found.meaning in report_html(result)
+    assert '<th class="text">turns</th>' in report_html(result)
     written = json.loads(json.dumps(result.to_dict()))
     assert [c["meaning"] for c in written["verdict"] if c["name"] == "turns"] == [found.meaning]
 
