@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
@@ -37,12 +37,12 @@ class Neighbours:
     @classmethod
     def consecutive(cls, rows: int) -> "Neighbours":
         """Rows of which none is missing."""
-        return cls(_numbers(np.arange(rows)))
+        return cls(np.arange(rows, dtype=np.int64))
 
     @classmethod
     def of(cls, samples: NDArray[np.int64], step: int) -> "Neighbours":
         """Rows of which each is of a sample, and of which one in so many samples is one."""
-        return cls(_numbers(samples // step))
+        return cls(samples // step)
 
     @classmethod
     def joined(cls, pieces: Sequence["Neighbours"]) -> "Neighbours":
@@ -54,13 +54,13 @@ class Neighbours:
         for piece in (piece for piece in pieces if len(piece)):
             places.append(piece.places - piece.places[0] + following)
             following = int(places[-1][-1]) + apart
-        return cls(_numbers(np.concatenate(places) if places else ()))
+        return cls(np.concatenate(places) if places else np.empty(0, dtype=np.int64))
 
     def __len__(self) -> int:
         return len(self.places)
 
     def __getitem__(self, rows: Index) -> "Neighbours":
-        return Neighbours(_numbers(self.places[rows]))
+        return Neighbours(self.places[rows])
 
     @cached_property
     def whole(self) -> bool:
@@ -104,10 +104,3 @@ class Neighbours:
         if self.whole:
             return max(len(self) - lag, 0)
         return len(self.pairs(lag)[1])  # type: ignore[arg-type]  # an array where rows are missing
-
-
-def _numbers(values: ArrayLike) -> NDArray[np.int64]:
-    """A read-only copy."""
-    array = np.array(values, dtype=np.int64)
-    array.setflags(write=False)
-    return array
