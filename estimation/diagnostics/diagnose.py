@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord, rests_first
 
-from .agreement import delta_method_check, fixed_check, ls_against_iv, self_test
+from .agreement import delta_method_check, ls_against_iv, self_test
 from .alignment import alignment_check
 from .check import Check
 from .control_law import law_check
@@ -22,7 +22,7 @@ from .motion import conditioning, precision, within_bounds
 from .residuals import independence, left_of_the_motion, normality, sign_runs
 from .simulation import following, rest_check
 
-_LIGHTEST = 100
+_LAST = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,7 @@ class Diagnostic:
         Of its check.
     check : callable
         Check of a case; None where the case has nothing to check.
-    weight : int
+    rank : int
         Its place among those that fail, the cause before what follows from it.
     grave : bool
         Whether the numbers may mean something else than what they are called where it fails.
@@ -43,7 +43,7 @@ class Diagnostic:
 
     name: str
     check: Callable[[Case], Check | None]
-    weight: int = _LIGHTEST
+    rank: int = _LAST
     grave: bool = False
 
 
@@ -114,12 +114,11 @@ def _alignment(case: Case) -> Check:
 
 
 def _fixed_values(case: Case) -> Check | None:
-    found = fixed_check(case.judged)
-    return found if found is not None and found.name == "fixed values" else None
+    return case.fixed if case.fixed is not None and case.fixed.name == "fixed values" else None
 
 
 def _physical(case: Case) -> Check | None:
-    found = fixed_check(case.judged)
+    found = case.fixed
     return found if found is not None and found.name == "physical parameters" else None
 
 
@@ -143,26 +142,26 @@ def _ripple(case: Case) -> Check:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=_control_law, weight=0, grave=True),
-        Diagnostic(name="instrument strength", check=_strength, weight=12),
-        Diagnostic(name="least squares against instruments", check=_against_instruments, weight=9),
-        Diagnostic(name="self-test", check=_self_test, weight=7, grave=True),
-        Diagnostic(name="excitation", check=_excitation, weight=11),
-        Diagnostic(name="precision", check=_precision, weight=13),
-        Diagnostic(name="bounds", check=_bounds, weight=3, grave=True),
+        Diagnostic(name="control law", check=_control_law, rank=0, grave=True),
+        Diagnostic(name="instrument strength", check=_strength, rank=12),
+        Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
+        Diagnostic(name="excitation", check=_excitation, rank=11),
+        Diagnostic(name="precision", check=_precision, rank=13),
+        Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name="delta method", check=_delta_method),
-        Diagnostic(name="rests", check=_rests, weight=1, grave=True),
-        Diagnostic(name="simulation", check=_simulation, weight=2, grave=True),
+        Diagnostic(name="rests", check=_rests, rank=1, grave=True),
+        Diagnostic(name="simulation", check=_simulation, rank=2, grave=True),
         Diagnostic(name="independent residuals", check=_independence),
         Diagnostic(name="runs of one sign", check=_sign_runs),
-        Diagnostic(name="residuals against the motion", check=_left_of_the_motion, weight=14),
+        Diagnostic(name="residuals against the motion", check=_left_of_the_motion, rank=14),
         Diagnostic(name="normal residuals", check=_normality),
-        Diagnostic(name="filter bias", check=_filter_bias, weight=15),
-        Diagnostic(name="alignment", check=_alignment, weight=8),
-        Diagnostic(name="fixed values", check=_fixed_values, weight=4, grave=True),
-        Diagnostic(name="physical parameters", check=_physical, weight=10),
-        Diagnostic(name="force against control", check=_force, weight=5, grave=True),
-        Diagnostic(name="control against limit", check=_limit, weight=6, grave=True),
+        Diagnostic(name="filter bias", check=_filter_bias, rank=15),
+        Diagnostic(name="alignment", check=_alignment, rank=8),
+        Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
+        Diagnostic(name="physical parameters", check=_physical, rank=10),
+        Diagnostic(name="force against control", check=_force, rank=5, grave=True),
+        Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
         Diagnostic(name="constant force", check=_constant),
         Diagnostic(name="ripple", check=_ripple),
     )
@@ -199,8 +198,8 @@ def conclusion(checks: Sequence[Check]) -> str:
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
 
-    def weight(check: Check) -> int:
+    def rank(check: Check) -> int:
         found = DIAGNOSTICS.get(check.name)
-        return _LIGHTEST if found is None else found.weight
+        return _LAST if found is None else found.rank
 
-    return sorted(checks, key=weight)
+    return sorted(checks, key=rank)

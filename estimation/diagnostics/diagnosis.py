@@ -11,6 +11,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 
+from .agreement import fixed_check
 from .alignment import Alignment, alignment_of
 from .check import Check
 from .control_law import LawCheck, check_law
@@ -131,6 +132,11 @@ class Case:
             return alignment_of(self.data, self.judged.physical, self._instruments)
         except (DataError, EstimationError) as error:
             return Missing(str(error))
+
+    @cached_property
+    def fixed(self) -> Check | None:
+        """What was fixed against the record; None where nothing can be asked."""
+        return fixed_check(self.judged)
 
     @property
     def _instruments(self) -> tuple[Array, Array] | None:

@@ -9,6 +9,7 @@ from axisid.estimation.regression import ResidualTests
 from .check import Check, passed
 
 _SIGNIFICANT = 0.05
+_ALONE = "too few rows follow each other in time"
 _TWO_SIDED = 1.96
 _MANY = 100  # rows from which estimates are about normal whatever the residuals are
 _OUTLIERS = 6.0  # excess kurtosis from which a few rows decide all the same; Laplace's is 3
@@ -16,8 +17,10 @@ _OUTLIERS = 6.0  # excess kurtosis from which a few rows decide all the same; La
 
 def independence(tests: ResidualTests, chosen: str) -> Check:
     """Whether neighbouring residuals are alike; no matter where the HAC covariance was chosen."""
+    if not tests.ljung_box_freedom:
+        return Check.missing("independent residuals", _ALONE)
     independent = tests.ljung_box_p >= _SIGNIFICANT
-    limit = float(chdtri(max(tests.ljung_box_freedom, 1), _SIGNIFICANT))
+    limit = float(chdtri(tests.ljung_box_freedom, _SIGNIFICANT))
     return Check(
         name="independent residuals",
         status=passed(independent, matters=chosen != "hac"),
@@ -35,6 +38,8 @@ def independence(tests: ResidualTests, chosen: str) -> Check:
 
 def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
     """Whether the residuals keep their sign longer than by chance."""
+    if np.isnan(tests.runs_z):
+        return Check.missing("runs of one sign", _ALONE)
     by_chance = tests.runs_p >= _SIGNIFICANT
     longest = len(tests.run_lengths)
     return Check(

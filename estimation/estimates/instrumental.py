@@ -56,11 +56,8 @@ class _Reached:
     simulated: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
-
-    by_simulation: bool = True
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`; from where least squares ends, which searches more widely."""

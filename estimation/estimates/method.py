@@ -20,14 +20,10 @@ class Method(ABC):
         As users give it, ``idm-ls``.
     form : type of Form
         That is regressed.
-    by_simulation : bool
-        Whether it cannot do without the simulated loop: the axis needs a control law, and the
-        record its reference.
     """
 
     name: str
     form: type[Form]
-    by_simulation: bool = False
 
     @abstractmethod
     def fit(self, problem: Problem) -> Fit:

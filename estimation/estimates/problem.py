@@ -23,9 +23,11 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Neighbours, motion_lacks
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError
+from axisid.support.errors import AxisidError, EstimationError, UsageError
 
 from .visibility import Reach, check_shown
+
+_SAME = 1.01  # distances of rows that count as one
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -43,6 +45,8 @@ class Problem:
 
     Raises
     ------
+    UsageError
+        The records are none, of another axis, or their rows are unequally far apart in time.
     EstimationError
         The axis has parameters that no record can tell.
     """
@@ -51,6 +55,14 @@ class Problem:
     data: tuple[FilteredRecord, ...]
 
     def __post_init__(self) -> None:
+        if not self.data or any(data.axis is not self.axis for data in self.data):
+            raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
+        apart = [data.period * data.prefilter.decimate for data in self.data]
+        if max(apart) > _SAME * min(apart):
+            raise UsageError(
+                f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
+                "resample or decimate them alike."
+            )
         if self.axis.hidden:
             raise EstimationError(
                 f"axis {self.axis.axis.name!r} cannot be identified: "
@@ -126,7 +138,7 @@ class Problem:
     @property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        weights = [int(data.kept.sum()) for data in self.data]
+        weights = [int(data.used.sum()) for data in self.data]
         rests = [data.rest for data in self.data]
         return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
 

@@ -2,8 +2,8 @@
 
 Independence (Durbin-Watson, Ljung-Box, runs of one sign), shape (Jarque-Bera), and what of the
 motion is left in them (correlation with the instruments over lags). Neighbours are rows that follow
-each other in time: rows apart by a lag are counted, and what is measured of few is scaled to what
-all of them would give.
+each other in time; a row that is missing counts as one of zero in correlations over a lag, as in
+[Parzen1963]_, which keeps their deviations from growing.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from axisid.support.arrays import Array
 
 _QUANTILES = 99
 _SIGNIFICANT = 0.05
-_FEWEST_SIGNS = 4
+_NO_VARIANCE = 1e-9  # of a number of changes of the sign
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +28,7 @@ class ResidualTests:
     Attributes
     ----------
     durbin_watson : float
-        Near 2 for uncorrelated neighbours, towards 0 for alike ones.
+        Near 2 for uncorrelated neighbours, towards 0 for alike ones; NaN if no row follows another.
     ljung_box, ljung_box_p : float
         Over the lags of `autocorrelation`, chi-squared.
     ljung_box_freedom : int
@@ -103,16 +103,14 @@ def residual_tests(
     counts = np.array([order.count(lag) for lag in range(count + 1)])
     sums = np.array([float(residuals[late] @ residuals[early]) for late, early in pairs]) / power
     box, freedom = _ljung_box(sums[1:], counts[1:], n)
-    fewer = (n - np.arange(count + 1)) / np.maximum(counts, 1)
-    correlations = sums * fewer
     standardised = (residuals - residuals.mean()) / residuals.std()
     skewness = float(np.mean(standardised**3))
     kurtosis = float(np.mean(standardised**4)) - 3
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
     lengths = _run_lengths(residuals > 0, order)
     z = _runs_z(residuals > 0, order)
-    crossed = _cross_correlation(residuals, W, pairs, np.sqrt(fewer))
-    deviations = _unrelated_deviations(correlations, W, pairs)
+    crossed = _cross_correlation(residuals, W, pairs)
+    deviations = _unrelated_deviations(sums, W, pairs, counts)
     largest = float(np.max(np.abs(crossed) / deviations))
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
@@ -126,7 +124,7 @@ def residual_tests(
         excess_kurtosis=kurtosis,
         runs_z=z,
         runs_p=float(2 * ndtr(-abs(z))),
-        autocorrelation=correlations,
+        autocorrelation=sums,
         bound=1.96 / float(np.sqrt(n)),
         cross_correlation=crossed,
         cross_deviations=deviations,
@@ -149,31 +147,26 @@ def _durbin_watson(residuals: Array, order: Neighbours) -> float:
     """Sum of squared changes from a row to the next, as of as many as there are without a gap."""
     late, early = order.pairs(1)
     changes = residuals[late] - residuals[early]
-    return float(np.sum(changes**2)) * ((len(order) - 1) / max(len(changes), 1))
+    if not len(changes):
+        return np.nan
+    return float(np.sum(changes**2)) * ((len(order) - 1) / len(changes))
 
 
-def _cross_correlation(
-    residuals: Array, W: Array, pairs: Sequence[tuple[Index, Index]], scale: Array
-) -> Array:
-    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns.
-
-    Sums of fewer rows are scaled, (lags + 1,), to the deviation that sums without a gap have.
-    """
+def _cross_correlation(residuals: Array, W: Array, pairs: Sequence[tuple[Index, Index]]) -> Array:
+    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns."""
     norms = np.linalg.norm(W, axis=0) * np.linalg.norm(residuals)
-    before = [
-        a * (W[late].T @ residuals[early]) for a, (late, early) in zip(scale, pairs, strict=True)
-    ]
-    after = [
-        a * (W[early].T @ residuals[late]) for a, (late, early) in zip(scale, pairs, strict=True)
-    ]
+    before = [W[late].T @ residuals[early] for late, early in pairs]
+    after = [W[early].T @ residuals[late] for late, early in pairs]
     return np.asarray(np.array([*reversed(before), *after[1:]]) / norms, dtype=float)
 
 
 def _unrelated_deviations(
-    correlations: Array, W: Array, pairs: Sequence[tuple[Index, Index]]
+    sums: Array, W: Array, pairs: Sequence[tuple[Index, Index]], counts: NDArray[np.int64]
 ) -> Array:
     """Bartlett's formula, tapered over the lags there are; never below that of white residuals."""
-    n, lags = len(W), len(correlations) - 1
+    n, lags = len(W), len(sums) - 1
+    # Pairs that are missing are in the columns' own sums; the residuals' are those of all pairs.
+    correlations = sums * ((n - np.arange(lags + 1)) / np.maximum(counts, 1))
     power = np.sum(W**2, axis=0)
     variance = np.ones(W.shape[1])
     for lag, (late, early) in enumerate(pairs[1:], 1):
@@ -199,13 +192,16 @@ def _runs_z(positive: NDArray[np.bool_], order: Neighbours) -> float:
     below = n - above
     late, early = order.pairs(1)
     pairs, threes = (int(np.sum(np.maximum(order.lengths - k, 0))) for k in (1, 2))
-    if not above or not below or n < _FEWEST_SIGNS or not pairs:
+    if not pairs:
+        return np.nan
+    if not above or not below:
         return -np.inf
     changes = int(np.sum(positive[late] != positive[early]))
     chance = 2 * above * below / (n * (n - 1))
     sharing = 2 * threes
     apart = pairs * (pairs - 1) - sharing
-    both = 4 * above * (above - 1) * below * (below - 1) / (n * (n - 1) * (n - 2) * (n - 3))
+    fours = n * (n - 1) * max((n - 2) * (n - 3), 1)
+    both = 4 * above * (above - 1) * below * (below - 1) / fours
     mean = pairs * chance
     variance = mean + sharing * chance / 2 + apart * both - mean**2
-    return float((changes - mean) / np.sqrt(variance))
+    return float((changes - mean) / np.sqrt(variance)) if variance > _NO_VARIANCE else np.nan

@@ -130,13 +130,18 @@ class FilteredRecord:
         """Which of the rows follow each other in time."""
         return self.sampling.neighbours
 
-    @cached_property
-    def rest(self) -> float:
-        """Part of the samples of a fit at which the axis stands still."""
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """`kept` without what is excluded, (N,)."""
         used = self.kept.copy()
         for start, stop in self.excluded:
             used[start:stop] = False
-        return resting(self.signals, self.record.spans, used)
+        return used
+
+    @cached_property
+    def rest(self) -> float:
+        """Part of the samples of a fit at which the axis stands still."""
+        return resting(self.signals, self.record.spans, self.used)
 
     def reduce(self, columns: Array) -> Array:
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""

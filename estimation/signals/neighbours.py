@@ -20,6 +20,8 @@ from axisid.support.arrays import Array
 
 Index = slice | NDArray[np.intp]
 
+_APART = 1 << 40  # rows, more than any lag, however often pieces are joined
+
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
@@ -49,11 +51,10 @@ class Neighbours:
         """Pieces one after the other, none of whose rows is a neighbour of another piece's."""
         if len(pieces) == 1:
             return pieces[0]
-        apart = sum(len(piece) for piece in pieces)  # more than any lag
         places, following = [], 0
         for piece in (piece for piece in pieces if len(piece)):
             places.append(piece.places - piece.places[0] + following)
-            following = int(places[-1][-1]) + apart
+            following = int(places[-1][-1]) + _APART
         return cls(np.concatenate(places) if places else np.empty(0, dtype=np.int64))
 
     def __len__(self) -> int:

@@ -179,7 +179,7 @@ def test_lack_of_memory_is_a_sentence(tmp_path: Path, monkeypatch: pytest.Monkey
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("axisid.estimation.logs.formats.read_text", exhausted)
+    monkeypatch.setattr("axisid.estimation.logs.reading.read_text", exhausted)
     with pytest.raises(DataError, match="there is not enough memory for it"):
         read_record(file)
 

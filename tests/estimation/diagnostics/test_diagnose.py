@@ -117,7 +117,7 @@ def test_a_grave_diagnostic_decides_what_is_believed(monkeypatch: pytest.MonkeyP
     def never(case: Case) -> None:
         del case
 
-    row = Diagnostic(name="heavy", check=never, grave=True, weight=-1)
+    row = Diagnostic(name="heavy", check=never, grave=True, rank=-1)
     monkeypatch.setitem(DIAGNOSTICS, "heavy", row)
     checks = (check("control law", "fail"), check("heavy", "fail"))
     assert conclusion(checks).endswith("before this is mended: heavy.")

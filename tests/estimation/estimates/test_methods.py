@@ -57,7 +57,6 @@ def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin
     with pytest.raises(UsageError, match="there is no method 'idm-wls'"):
         identify(emps2015, twin, methods=[NAME])
     assert list(METHODS) == [method.name for method in METHODS.values()]
-    assert [name for name, m in METHODS.items() if m.by_simulation] == ["idm-iv", "ddm-iv"]
 
 
 def test_the_command_line_knows_the_methods_of_the_table(root: Path) -> None:

@@ -149,7 +149,8 @@ def test_what_gaps_leave_of_a_correlation_is_found(rng: np.random.Generator) -> 
     order = Neighbours(np.flatnonzero(rng.random(6200) < 0.8))
     e = whole[order.places]
     tests = residual_tests(e, np.ones((len(e), 1)), 6, order)
-    assert tests.autocorrelation[1:] == pytest.approx(0.8 ** np.arange(1, 7), abs=0.08)
+    # Of five pairs four are there.
+    assert tests.autocorrelation[1:] == pytest.approx(0.8 * 0.8 ** np.arange(1, 7), abs=0.08)
     assert tests.durbin_watson == pytest.approx(2 * (1 - 0.8), abs=0.05)
     taken = residual_tests(e, np.ones((len(e), 1)), 6)
     assert taken.autocorrelation[6] < tests.autocorrelation[6]
@@ -163,3 +164,31 @@ def test_a_run_ends_where_a_row_is_missing() -> None:
     e = np.array([1.0, 2.0, 1.0, 3.0, -1.0, -2.0])
     assert parted(e, [0, 1, 2, 3, 4, 5]).run_lengths.tolist() == [0, 1, 0, 1]
     assert parted(e, [0, 1, 3, 4, 5, 6]).run_lengths.tolist() == [0, 3]
+
+
+@pytest.mark.parametrize(("stretches", "length"), [(20, 20), (20, 25), (40, 20)])
+def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
+    rng: np.random.Generator, stretches: int, length: int
+) -> None:
+    """As an acceleration does where reversals are left out: few pairs hold all that it has."""
+    order = Neighbours.joined([Neighbours.consecutive(length)] * stretches)
+    ends = np.zeros(length)
+    ends[:3], ends[-3:] = (3, 2, 1), (-1, -2, -3)
+    W = np.column_stack(
+        [np.tile(ends, stretches), np.repeat([1.0, -1.0] * (stretches // 2), length)]
+    )
+    n, draws = stretches * length, 300
+    tests = [residual_tests(rng.normal(size=n), W, None, order) for _ in range(draws)]
+    within = 4 * np.sqrt(0.05 * 0.95 / draws)
+    assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
+    outside = np.mean([np.abs(t.autocorrelation[1:]) > t.bound for t in tests])
+    assert outside < 0.06
+
+
+def test_rows_that_are_all_alone_say_nothing_of_their_neighbours(rng: np.random.Generator) -> None:
+    tests = residual_tests(
+        rng.normal(size=100), np.ones((100, 1)), 10, Neighbours(1000 * np.arange(100))
+    )
+    assert np.isnan(tests.durbin_watson)
+    assert np.isnan(tests.runs_z)
+    assert (tests.ljung_box_freedom, tests.ljung_box_p) == (0, 1.0)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
@@ -108,7 +107,7 @@ def record_plot(result: Identification) -> Plot:
         for name, unit, values, tone in columns
         if values is not None
     ]
-    left_out = len(record) - int(_used(result).sum())
+    left_out = len(record) - int(result.data.used.sum())
     dropped = (
         f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
         "keep the weight of the others."
@@ -214,18 +213,10 @@ def _times(record: Record) -> Array:
     return record.period * np.arange(len(record), dtype=float)
 
 
-def _used(result: Identification) -> NDArray[np.bool_]:
-    """Which samples are neither dropped nor masked nor excluded, (N,)."""
-    used = result.data.kept.copy()
-    for start, stop in result.data.excluded:
-        used[start:stop] = False
-    return used
-
-
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
     """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
     time, count = _times(result.record), len(result.record)
-    kept = np.concatenate([[True], _used(result), [True]])
+    kept = np.concatenate([[True], result.data.used, [True]])
     edges = np.flatnonzero(np.diff(kept.astype(int)))
     before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
     return tuple((float(time[a]), float(time[b])) for a, b in zip(before, after, strict=True))
