@@ -134,8 +134,7 @@ class Hac(Covariance):
         if self.lags is not None:
             return int(self.lags)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
-        wanted = max(plug_in_lags(s, solution.neighbours) for s in _scores(solution).T)
-        return int(min(wanted, most_lags(n)))
+        return int(min(plug_in_lags(_scores(solution), solution.neighbours), most_lags(n)))
 
     def describe(self, solution: Solution) -> str:
         """See `Covariance.describe`."""
@@ -171,14 +170,17 @@ def plug_in_lags(series: Array, neighbours: Neighbours) -> int:
 
     Parameters
     ----------
-    series : (n,) array
-        Scores of one parameter.
+    series : (n,) or (n, k) array
+        Scores of one parameter, or of several, of which the one counts that asks for most.
     neighbours : Neighbours
         Of the rows.
     """
     n = len(series)
+    columns = series.reshape(n, -1)
     pairs = (neighbours.pairs(lag) for lag in range(first_lags(n) + 1))
-    return lags_of([float(series[late] @ series[early]) / n for late, early in pairs], n)
+    products = (np.einsum("ij,ij->j", columns[late], columns[early]) for late, early in pairs)
+    sums = np.array([*products]) / n
+    return max(lags_of(list(of_one), n) for of_one in sums.T)
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:
