@@ -55,6 +55,7 @@ def estimate_by(
     physical, jacobian = form.physical(solution.theta)
     assumed = {name: COVARIANCES[name](lags) for name in reversed(COVARIANCES)}
     covariances = _covariances(method, fit, assumed)
+    mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     direct = isinstance(form, DirectForm)
     bias, slopes = _bias_and_slopes(form.at(physical), problem, fit, physical)
     return Estimate(
@@ -63,7 +64,7 @@ def estimate_by(
         quantities=axis.parameters,
         theta=solution.theta,
         physical=physical,
-        covariances={name: _mapped(method, form, c, jacobian) for name, c in covariances.items()},
+        covariances=mapped,
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
         ddm_covariances=covariances if direct else {},

@@ -100,7 +100,7 @@ def residual_tests(
     order = neighbours or Neighbours.consecutive(n)
     power = float(residuals @ residuals)
     pairs = [order.pairs(lag) for lag in range(count + 1)]
-    counts = np.array([order.count(lag) for lag in range(count + 1)])
+    counts = np.array([len(residuals[late]) for late, _ in pairs])
     sums = np.array([float(residuals[late] @ residuals[early]) for late, early in pairs]) / power
     box, freedom = _ljung_box(sums[1:], counts[1:], n)
     standardised = (residuals - residuals.mean()) / residuals.std()

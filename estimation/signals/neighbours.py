@@ -99,9 +99,3 @@ class Neighbours:
         found = np.searchsorted(self.places, wanted)
         there = self.places[found] == wanted
         return np.flatnonzero(there) + first, found[there]
-
-    def count(self, lag: int) -> int:
-        """How many rows are a lag after another."""
-        if self.whole:
-            return max(len(self) - lag, 0)
-        return len(self.pairs(lag)[1])  # type: ignore[arg-type]  # an array where rows are missing
