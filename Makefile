@@ -1,5 +1,6 @@
 # make identify : the main job on the built-in twin of the paper's axis
-# make test     : everything that must pass before a change lands
+# make test     : lint, types, generated code, documentation, tests
+# make studies  : the slow tests, such as the studies of make bench in small
 # make fuzz     : the same random inputs in numbers, from another seed; SEED=7 TIMES=100
 # make docs     : the documentation, build/docs/index.html
 # make bench    : how fast it is, and how often its intervals hold the truth
@@ -13,7 +14,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 CODE := modeling codegen estimation src/axisid tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
-.PHONY: help identify generate check test fuzz bench lint types tests docs lock clean
+.PHONY: help identify generate check test studies fuzz bench lint types tests docs lock clean
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -24,7 +25,7 @@ identify: $(VENV)/.run
 generate: $(VENV)/.run
 	$(BIN)/axisid generate
 
-test: lint types check tests docs
+test: lint types check docs tests
 
 # A failure prints the seed and the smallest input that fails; TIMES is that of the usual number.
 SEED ?= $(shell date +%s)
@@ -37,6 +38,7 @@ bench: $(VENV)/.test
 	$(BIN)/python benchmarks/generation.py
 	$(BIN)/python benchmarks/calibration.py
 	$(BIN)/python benchmarks/library.py
+	$(BIN)/python benchmarks/judgement.py
 	$(BIN)/python benchmarks/faults.py
 	$(BIN)/python benchmarks/rests.py
 
@@ -50,8 +52,13 @@ types: $(VENV)/.test
 check: $(VENV)/.test
 	$(BIN)/axisid generate --check
 
+# MARKED= runs all tests, the slow ones last.
+MARKED ?= not slow
 tests: $(VENV)/.test
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto -m "$(MARKED)"
+
+studies: $(VENV)/.test
+	$(BIN)/pytest -n auto -m slow
 
 # Pages that are programs are run; a warning is an error.
 docs: $(VENV)/.docs

@@ -23,6 +23,7 @@ from axisid import Prefilter, build, load_axis, simulate
 from axisid.estimation.regression.covariance import Covariance, Hac, Published
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.linear import factor, least_squares
+from axisid.estimation.signals import SampledFilter
 from axisid.estimation.simulation.twin import trajectory
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 PERIOD, NOISE, CORRELATION_TIME = 1e-3, 5.0, 0.05  # s, N, s
 REPEATED = 3  # times the motion of the twin: as long as the EMPS record
 TRUTH = np.array([100.2, 236.9, 24.8])
-PREFILTER = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50))
+FILTER = SampledFilter(Prefilter(cutoff=60.0, decimate=10, drop=(50, 50)), PERIOD)
 INTERVALS: dict[str, Covariance] = {"iid": Published(), "hac": Hac()}
 
 
@@ -52,7 +53,7 @@ def coverage(runs: int, seed: int = 1) -> dict[str, dict[str, float]]:
     reference = trajectory(REPEATED * axis.axis.experiment.moves, PERIOD)
     loop = simulate(axis, TRUTH, reference, PERIOD)
     row = InverseForm(axis).equations(loop.signals).regressor
-    regressor = factor(PREFILTER.reduce(row, PERIOD), axis.names)
+    regressor = factor(FILTER.reduce(row), axis.names)
     n, k = regressor.columns.shape
     reach = float(stdtrit(n - k, 0.975))
     rng = np.random.default_rng(seed)
@@ -60,7 +61,7 @@ def coverage(runs: int, seed: int = 1) -> dict[str, dict[str, float]]:
     for _ in range(runs):
         for colour in ("white", "coloured"):
             force = row @ TRUTH + noise(rng, len(row), coloured=colour == "coloured")
-            solution = least_squares(PREFILTER.reduce(force, PERIOD), regressor)
+            solution = least_squares(FILTER.reduce(force), regressor)
             for name, covariance in INTERVALS.items():
                 sd = np.sqrt(np.diag(covariance.matrix(solution)))
                 hits[f"{colour}_{name}"] += np.abs(solution.theta - TRUTH) <= reach * sd

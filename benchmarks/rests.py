@@ -22,7 +22,7 @@ import sympy
 from event_integrator import Acceleration, EventIntegrator
 from numpy.typing import NDArray
 
-from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid import Coordinate, EstimationError, Parameter, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     MEASURED_POSITION,
@@ -36,7 +36,16 @@ from axisid.control import (
     cascade_pd_difference,
     gain,
 )
-from axisid.elements import cogging, coulomb, offset, periodic_coulomb, spring, stribeck, viscous
+from axisid.elements import (
+    Drive,
+    cogging,
+    coulomb,
+    offset,
+    periodic_coulomb,
+    spring,
+    stribeck,
+    viscous,
+)
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 

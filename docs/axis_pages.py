@@ -17,6 +17,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import named_constants
 from axisid.modeling.wording import describe_combinations
 from axisid.presentation.formulas.latex import equation_latex
+from axisid.support.missing import Missing
 from benchmarks.library import prefilter_of
 
 FOLDER = ROOT / "docs" / "axes"
@@ -67,9 +68,11 @@ def _parameters(axis: Axis) -> str:
 
 
 def _identifiable(model: AxisModel) -> str:
-    lines = [f"Only {describe_combinations(hidden)}." for hidden in model.hidden]
+    lines = [
+        f"Only {describe_combinations(unidentifiable)}." for unidentifiable in model.unidentifiable
+    ]
     lines = lines or ["Every parameter has an effect of its own."]
-    if model.ddm is None:
+    if isinstance(model.ddm, Missing):
         lines.append("There is no direct regressor: IDM-LS and IDM-IV identify it.")
     else:
         lines.append("All four methods identify it: IDM-LS, DDM-LS, IDM-IV and DDM-IV.")

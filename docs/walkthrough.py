@@ -26,7 +26,7 @@ print(equation_of_motion(axis).text(axis.coordinate))
 
 # %%
 model = axisid.derive(axis)
-print(type(model).__name__, [p.name for p in model.axis.parameters], model.hidden)
+print(type(model).__name__, [p.name for p in model.axis.parameters], model.unidentifiable)
 
 # %% [markdown]
 # ## Code: functions of the axis

@@ -1,7 +1,7 @@
 """From a record to estimates. Dimensions: N samples, n rows, p parameters, m of the direct model.
 
-`Record` + `Prefilter` -> signals -> ``y``, ``X`` -> `Estimate`. No SymPy: the axis is its generated
-functions.
+`Record` + `Prefilter` -> `FilteredRecord` -> `Problem` -> `Fit` -> `Estimate` -> `Identification`.
+No SymPy: the axis is its generated functions.
 """
 
 import lazy_loader

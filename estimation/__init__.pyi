@@ -18,6 +18,7 @@ from .regression import ResidualTests as ResidualTests
 from .regression import Robust as Robust
 from .regression import delta_method as delta_method
 from .signals import FilteredRecord as FilteredRecord
+from .signals import SampledFilter as SampledFilter
 from .simulation import BatchSimulation as BatchSimulation
 from .simulation import Simulation as Simulation
 from .simulation import simulate_batch as simulate_batch

@@ -5,7 +5,6 @@ Run it: python examples/belt_drive.py
 
 from axisid import (
     Coordinate,
-    Drive,
     Experiment,
     Parameter,
     Prefilter,
@@ -15,7 +14,7 @@ from axisid import (
     twin_record,
 )
 from axisid.control import cascade_pd_averaged
-from axisid.elements import coulomb, spring, viscous
+from axisid.elements import Drive, coulomb, spring, viscous
 
 x = Coordinate("x", unit="m")
 m = Parameter("m", "kg", nominal=5.0, lower=0.0, description="carriage and pulleys")

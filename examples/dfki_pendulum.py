@@ -12,7 +12,7 @@ file for PD control.
 
 import sympy
 
-from axisid import Constant, Coordinate, Drive, Parameter, lagrange
+from axisid import Constant, Coordinate, Parameter, lagrange
 from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
@@ -22,6 +22,7 @@ from axisid.control import (
     Memory,
     gain,
 )
+from axisid.elements import Drive
 
 GRAVITY = Constant(9.81, "m/s^2", "g")  # as the authors have it, so that mc compares
 

@@ -12,6 +12,7 @@ from dfki_pendulum import GRAVITY, axis
 from scipy import signal
 
 from axisid import Prefilter, Record, read_record, simulate
+from axisid.estimation.signals import SampledFilter
 
 #: J, mc, Fv, Fc, tau0 of the authors' system_identification.txt; their Fc multiplies atan(100 dq).
 PUBLISHED = np.array([0.06259, 0.1022, 0.04707, 0.1839 * math.pi / 2, -0.07586])
@@ -88,7 +89,7 @@ def facts(data: Data) -> dict[str, float]:
     shaken = signal.sosfiltfilt(high_pass(20.0, period), run.position)
     frequencies, power = signal.welch(shaken, 1 / period, nperseg=256)
     acceleration = derivative(derivative(run.position, period), period)
-    q, _, ddq = prefilter(run, 5.0).motion(run.position, period)
+    q, _, ddq = SampledFilter(prefilter(run, 5.0), period).motion(run.position)
     speed = derivative(np.asarray(run.reference), period)
     law = 50.0 * (np.asarray(run.reference) - run.position) + 4.0 * speed
     stretch = (run.time > 0.13) & (run.time < 0.22)

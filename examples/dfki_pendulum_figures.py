@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from axisid import Identification, simulate
+from axisid.estimation.signals import SampledFilter
 
 _GREY, _BLUE, _RED, _GREEN = "#8a8f98", "#0b6bcb", "#c2410c", "#15803d"
 _SMOOTH = 5.0  # Hz, of the torques that are compared
@@ -63,7 +64,7 @@ def _torque(data: Data, results: Sequence[Identification]) -> Figure:
         record = data.records[name]
         settings = prefilter(record, _SMOOTH)
         regressor, torque = columns_by_hand(record, settings)
-        time = settings.rows(len(record), record.period) * record.period
+        time = SampledFilter(settings, record.period).rows(len(record)) * record.period
         axes.plot(time, torque, color=_GREY, linewidth=2.6, label="recorded")
         axes.plot(time, regressor @ estimate, color=_BLUE, linewidth=1.3, label="IDM-IV")
         axes.plot(time, regressor @ PUBLISHED, color=_RED, linewidth=1.3, label="published values")

@@ -50,6 +50,7 @@ from axisid import (
 )
 from axisid.estimation import Check, Hac
 from axisid.estimation.regression import factor, instrumental_variables
+from axisid.estimation.signals import SampledFilter
 
 CUTOFFS = (3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 60.0)  # Hz
 
@@ -129,7 +130,7 @@ _GAINS = ((50, 4), (40, 4), (60, 4), (50, 3.2), (50, 4.8), (40, 3.2), (60, 4.8),
 def stretch_table(data: Data, cutoff: float = SHOWN) -> Rows:
     """How the instruments' estimate moves with the stretch of the record that is kept."""
     settings = prefilter(data.run, cutoff)
-    once, _ = settings.dropped(data.run.period)
+    once, _ = SampledFilter(settings, data.run.period).dropped
     rows = []
     for start, end in ((0, 0), (1, 0), (0, 1), (1, 1), (2, 1), (1, 2), (2, 2), (3, 3)):
         ends = (start * once, end * once)
@@ -204,7 +205,7 @@ def motions_table(data: Data) -> Rows:
 def weight_table(data: Data, cutoff: float = SHOWN, force: float = 5.0) -> Rows:
     """What one sample of the torque weighs: the estimates' change for so many N m on it."""
     settings = prefilter(data.run, cutoff)
-    ends = settings.dropped(data.run.period)
+    ends = SampledFilter(settings, data.run.period).dropped
     named, count = replace(settings, drop=ends), len(data.run)
     last = count - 1 - ends[1]
     cases = [("last of the record", settings, count - 1), ("last kept", settings, last)]
@@ -232,7 +233,7 @@ def heaviest(run: Record, settings: Prefilter) -> int:
     estimate = identify(axis, run, settings, ["idm-iv"])["idm-iv"]
     instruments = np.asarray(estimate.Z)
     by_row = np.linalg.solve(instruments.T @ estimate.X, instruments.T)
-    by_sample = by_row @ settings.reduce(np.eye(len(run)), run.period)
+    by_sample = by_row @ SampledFilter(settings, run.period).reduce(np.eye(len(run)))
     return int(np.abs(by_sample[1]).argmax())
 
 
@@ -269,7 +270,7 @@ def report(data: Data, results: Sequence[Identification], twins: Sequence[Data])
             table(
                 "Sweep", f"Hz | rows | {estimates} | weakest F | p of LS = IV", sweep_table(results)
             ),
-            f"control law: {check_of(shown(results), 'control law').meaning}\n",
+            f"control law: {check_of(shown(results), 'control law').note}\n",
             table("Gains", f"p / d | {both} | weakest F | off [mrad]", gains_table(data)),
             table(
                 "Stretch kept",

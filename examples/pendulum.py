@@ -5,8 +5,9 @@ Run it: axisid identify examples/pendulum.py
 
 import sympy
 
-from axisid import Coordinate, Drive, Experiment, Parameter, back_and_forth, lagrange
+from axisid import Coordinate, Experiment, Parameter, back_and_forth, lagrange
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
+from axisid.elements import Drive
 
 theta = Coordinate("theta", unit="rad")  # 0 hangs down
 J = Parameter("J", "kg m^2", nominal=0.1, lower=0.0, description="inertia about the pivot")

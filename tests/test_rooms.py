@@ -23,6 +23,7 @@ FLOORS = (
     ("codegen.printers",),
     ("codegen.runtime",),
     ("codegen.artefacts",),
+    ("estimation.thresholds",),
     ("estimation.tables",),
     ("estimation.logs.text",),
     ("estimation.logs",),
@@ -53,9 +54,25 @@ FLOORS = (
 #: Packages that give the names of the rooms in them, when they are asked; nobody below uses them.
 FACES = ("", "modeling", "codegen", "estimation")
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
-BY_NAME = ("support", "presentation", "exports", "commands.options", "commands")
+BY_NAME = (
+    "support",
+    "estimation.thresholds",
+    "presentation",
+    "exports",
+    "commands.options",
+    "commands",
+)
 MOST_FILES = 15
 STAGES = ("modeling", "codegen", "estimation")
+#: Folders of tests that are no room's: the whole, results and texts that are kept, what goes wrong,
+#: and what tests are made of.
+NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integration", "strategies")
+#: Rooms without tests of their own, and where they are tested.
+TESTED_ELSEWHERE = {
+    "elements": "modeling.declaration",
+    "control": "modeling.declaration",
+    "modeling.wording": "modeling.derivation",
+}
 
 Import = tuple[str, int, str, str]  # module, its line, what it imports from, the name
 
@@ -115,9 +132,23 @@ def test_every_room_stands_on_a_floor_and_says_what_it_takes_and_gives(
 ) -> None:
     rooms = {name for name, file in modules.items() if file.name == "__init__.py"}
     assert rooms == {room for floor in FLOORS for room in floor} | {*FACES}
-    for room in sorted(rooms - {*FACES, *BY_NAME, "modeling.library"}):
+    for room in sorted(rooms - {*FACES}):
         said = ast.get_docstring(ast.parse(modules[room].read_text())) or ""
         assert {"In:", "Out:"} <= {*said.split()}, room
+
+
+def test_tests_mirror_the_rooms(root: Path) -> None:
+    """Every room has a folder with tests in it, and every folder is a room's."""
+    tests = root / "tests"
+    folders = {
+        ".".join(file.parent.relative_to(tests).parts)
+        for file in tests.rglob("test_*.py")
+        if file.parent != tests
+    }
+    mirrored = {folder for folder in folders if folder.partition(".")[0] not in NO_ROOMS}
+    rooms = {room for floor in FLOORS for room in floor}
+    assert mirrored == rooms - TESTED_ELSEWHERE.keys()
+    assert set(TESTED_ELSEWHERE.values()) <= mirrored
 
 
 def test_no_room_has_too_many_files(modules: dict[str, Path]) -> None:

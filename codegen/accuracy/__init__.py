@@ -5,4 +5,6 @@ Knows nothing of languages and compilers.
 """
 
 from .declared_check import check_programs as check_programs
+from .drive_check import check_drive as check_drive
+from .evaluate import evaluate as evaluate
 from .rounding import rounding_bounds as rounding_bounds

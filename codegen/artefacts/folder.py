@@ -12,10 +12,13 @@ from pathlib import Path
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
-from axisid.support.progress import Progress, each
+from axisid.support.progress import Progress, with_progress
 from axisid.support.regular_file import read_regular
+from axisid.support.remedy import Remedy, Setting
 
 from .texts import MANIFEST, axis_artefacts
+
+_FOLDER = Setting("output")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +57,7 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
         Two axes have one name.
     """
     files: dict[Path, str] = {}
-    for axis in each(axes, progress, lambda axis: axis.name):
+    for axis in with_progress(axes, progress, lambda axis: axis.name):
         for name, text in axis_artefacts(derive(axis)).items():
             path = Path(axis.name) / name
             if path in files:
@@ -83,8 +86,10 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
                 replace_file(folder / path, files[path])
             except OSError as error:
                 raise UsageError(
-                    f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
-                    "Free the space or choose another folder with --output."
+                    f"{folder / path} cannot be written ({error.strerror}); the file is as it "
+                    "was. ",
+                    Remedy.of("Free the space or choose another folder with ", _FOLDER, "."),
+                    code="not-written",
                 ) from error
             written.append(path)
     return written
@@ -163,8 +168,9 @@ def _read(path: Path) -> str | None:
         return ""
     except OSError as error:
         raise UsageError(
-            f"{path} cannot be read ({error.strerror}); remove it or choose another folder with "
-            "--output."
+            f"{path} cannot be read ({error.strerror}); ",
+            Remedy.of("remove it or choose another folder with ", _FOLDER, "."),
+            code="not-read",
         ) from error
 
 

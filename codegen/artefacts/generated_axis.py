@@ -7,8 +7,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import ArrayLike
 
+from axisid.codegen.accuracy import evaluate
+from axisid.codegen.lowering import drive_force_by_gain
 from axisid.codegen.runtime import (
     VECTORS,
     Native,
@@ -19,9 +22,10 @@ from axisid.codegen.runtime import (
 )
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
-from axisid.modeling.quantities import DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
+from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
 from axisid.modeling.wording import describe_direction, describe_loss
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.real_numbers import Array, real_array
 
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature
@@ -51,17 +55,16 @@ class GeneratedAxis:
     parameters : tuple of Quantity
         Length p; physical, or the base parameters where those declared are not linear or not
         told apart, which then have an `expression`.
-    ddm_parameters : tuple of Quantity
-        Of the direct model, length m; empty without a direct regressor.
-    ddm_refusal : str
-        Why there is no direct regressor, or no way back from it; else empty.
+    ddm_parameters : tuple of Quantity or Missing
+        Of the direct model, length m; missing where there is no direct regressor, or no way back
+        from it.
     uniform : bool
         Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
     has_direction : bool
         Whether the force depends on the direction of motion, as friction does.
     nonlinear : tuple of bool
         Which parameters enter nonlinearly, length p; the inverse regressor is then linearised.
-    hidden : tuple of str
+    unidentifiable : tuple of str
         Parameters that no motion tells apart, in words; empty if there are none.
     functions : mapping of str to casadi.Function
         See `axisid.codegen.lowering.axis_functions`.
@@ -73,12 +76,11 @@ class GeneratedAxis:
     base: BaseModel
     signature: str
     parameters: tuple[Quantity, ...]
-    ddm_parameters: tuple[Quantity, ...]
-    ddm_refusal: str
+    ddm_parameters: tuple[Quantity, ...] | Missing
     uniform: bool
     has_direction: bool
     nonlinear: tuple[bool, ...]
-    hidden: tuple[str, ...]
+    unidentifiable: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
 
@@ -150,6 +152,13 @@ class GeneratedAxis:
                 output[part] = by_sample(out.full(), part.stop - part.start)
         return outputs
 
+    def force_by_gain(self, control: Array, position: Array, velocity: Array) -> Array:
+        """Slope of the drive's force by the logarithm of its gain at N samples, (N,)."""
+        q = self.axis.coordinate
+        given = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
+        (slopes,) = evaluate(drive_force_by_gain(self.axis), given).values()
+        return slopes[:, 0]
+
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.
 
@@ -191,7 +200,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         The axis cannot be derived or lowered.
     """
     model = derive(axis)
-    axis, mapping = model.axis, model.parameter_map
+    axis = model.axis
     combined = {p.name: p.description for p, _ in model.base.combined}
     texts = axis_artefacts(model)
     functions = execute(texts[FUNCTIONS], axis.name)
@@ -203,19 +212,11 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
             Quantity(name=p.name, unit=p.unit, expression=combined.get(p.name, ""))
             for p in axis.parameters
         ),
-        ddm_parameters=()
-        if mapping is None
-        else tuple(
-            Quantity(name=str(symbol), unit=str(unit), expression=str(value))
-            for symbol, unit, value in zip(
-                mapping.symbols, mapping.units, mapping.forward, strict=True
-            )
-        ),
-        ddm_refusal=_refusal(model),
+        ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
         has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.known)),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
-        hidden=tuple(map(describe_loss, model.hidden)),
+        unidentifiable=tuple(map(describe_loss, model.unidentifiable)),
         functions=functions,
         native=Native(texts[NATIVE], functions, enabled=native),
     )
@@ -230,8 +231,12 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 def _is_uniform(model: AxisModel) -> bool:
     """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
     q, law = model.axis.coordinate, model.axis.control
-    expressions = [(model.acceleration, (q.symbol, q.velocity), DIRECTION)]
+    expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
+        (model.acceleration, (q.symbol, q.velocity), DIRECTION)
+    ]
     if law is not None and law.continuous:
+        of_drive = (CONTROL, q.symbol, q.velocity)
+        expressions.append((model.axis.drive.force, of_drive, DIRECTION))
         expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
     return all(
         not expression.diff(variable).free_symbols & {*variables, direction}
@@ -250,19 +255,20 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
     """
     if isinstance(axis, GeneratedAxis):
         return axis
-    if isinstance(axis, Axis):
-        return build(axis)
-    raise UsageError(f"the axis is {axis!r}; give an Axis, such as load_axis('emps').")
+    return build(axis)
 
 
-def _refusal(model: AxisModel) -> str:
+def _ddm_parameters(model: AxisModel) -> tuple[Quantity, ...] | Missing:
     mapping = model.parameter_map
-    if mapping is None:
-        return model.ddm_refusal
-    if mapping.hidden:
-        trades = "; ".join(map(describe_direction, mapping.hidden))
-        return (
+    if isinstance(mapping, Missing):
+        return mapping
+    if mapping.unidentifiable:
+        trades = "; ".join(map(describe_direction, mapping.unidentifiable))
+        return Missing(
             f"axis {model.axis.name!r}: the direct model cannot tell its inertial parameters apart "
             f"(no motion shows a change of {trades}); declare their combination as one parameter"
         )
-    return ""
+    return tuple(
+        Quantity(name=str(symbol), unit=str(unit), expression=str(value))
+        for symbol, unit, value in zip(mapping.symbols, mapping.units, mapping.forward, strict=True)
+    )

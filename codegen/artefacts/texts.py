@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from axisid.codegen.accuracy import check_programs
+from axisid.codegen.accuracy import check_drive, check_programs
 from axisid.codegen.lowering import Output, Program, axis_programs
 from axisid.codegen.printers import (
     print_c_function,
@@ -22,9 +22,10 @@ from axisid.codegen.printers import (
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import Formula, with_numbers
 from axisid.modeling.wording import derived_sections
+from axisid.support.missing import Missing
 
 #: Counts changes of what is emitted; part of every signature.
-SCHEMA = 3
+SCHEMA = 4
 
 FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "functions.py",
@@ -47,6 +48,8 @@ ROWS = (
     "idm_regressor",
     "direct_dynamics",
     "ddm_regressor",
+    "drive_force",
+    "drive_control",
     "control_law",
     "wave_number",
 )
@@ -62,6 +65,7 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
     """
     programs = axis_programs(model)
     check_programs(model, programs)
+    check_drive(model, programs)
     mark = signature(model)
     texts = {
         FUNCTIONS: _functions(model.axis.name, mark, programs),
@@ -82,7 +86,9 @@ def signature(model: AxisModel) -> str:
         "parameters": [[p.name, p.unit] for p in axis.parameters],
         "force": sympy.srepr(with_numbers(axis.force)),
         "drive": [
-            repr(float(axis.drive.gain)),
+            sympy.srepr(axis.drive.force),
+            sympy.srepr(axis.drive.inverse),
+            {str(symbol): repr(float(v)) for symbol, v in axis.drive.constants.items()},
             axis.drive.unit,
             repr(float(axis.drive.limit)),
             *([] if axis.drive.profile == 1 else [sympy.srepr(with_numbers(axis.drive.profile))]),
@@ -166,8 +172,9 @@ def _manifest(
         "schema": SCHEMA,
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
-        "ddm_parameters": mapping
-        and [
+        "ddm_parameters": None
+        if isinstance(mapping, Missing)
+        else [
             {"name": str(symbol), "expression": str(value), "unit": str(unit)}
             for symbol, value, unit in zip(
                 mapping.symbols, mapping.forward, mapping.units, strict=True

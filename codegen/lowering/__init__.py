@@ -5,6 +5,8 @@ Knows nothing of languages and compilers.
 """
 
 from .axis_functions import axis_programs as axis_programs
+from .drive import drive_force as drive_force
+from .drive import drive_force_by_gain as drive_force_by_gain
 from .feed_forward import FeedForward as FeedForward
 from .feed_forward import feed_forward as feed_forward
 from .loop_settings import BLOCK as BLOCK

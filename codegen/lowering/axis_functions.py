@@ -16,7 +16,9 @@ from axisid.modeling.quantities import (
     PERIOD,
     REFERENCE,
 )
+from axisid.support.missing import Missing
 
+from .drive import drive_control, drive_force
 from .lower import Arguments, Lowering
 from .plant import closed_loop_step, plant_programs
 from .program import Builder, Program
@@ -30,7 +32,7 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     """
     acceleration = _direct_dynamics(model)
     programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
-    programs += _direct_regressor(model)
+    programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
     law = None if model.axis.control is None else _control_law(model, model.axis.control)
     plant = plant_programs(model, law, acceleration)
     programs += plant
@@ -81,7 +83,7 @@ def _direct_dynamics(model: AxisModel) -> Program:
 
 
 def _direct_regressor(model: AxisModel) -> list[Program]:
-    if model.ddm is None or model.parameter_map is None:
+    if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         return []
     row, mapping = model.ddm.regressor, model.parameter_map
     builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.known]])

@@ -10,9 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
-from axisid.support.errors import UsageError
+from axisid.modeling.quantities import FORCE
+from axisid.support.errors import ModelError, UsageError
 
 from .axis_functions import inverse_dynamics, within
+from .drive import drive_control
 from .program import Builder, Program
 
 
@@ -44,7 +46,7 @@ class FeedForward:
     force_about : str
         What it gives, in a sentence.
     control : Program
-        From ``tau``: over the drive's gain, within its limit.
+        From ``tau``: what the drive makes it of, within its limit.
     control_about : str
     """
 
@@ -110,7 +112,7 @@ def feed_forward(
         force=_force(model, dead_zone),
         force_about=f"Force in {q.force_unit} that the motion needs. The friction direction is the "
         f"sign of {q.velocity}, 0 {at_rest}.",
-        control=_control(axis.drive.gain, limit),
+        control=_control(model),
         control_about=f"Control in {axis.drive.unit} for that force{reach}.",
     )
 
@@ -135,8 +137,15 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
     )
 
 
-def _control(gain: float, limit: float) -> Program:
+def _control(model: AxisModel) -> Program:
+    drive, q = model.axis.drive, model.axis.coordinate
+    if drive.inverse.free_symbols & {q.symbol, q.velocity}:
+        raise ModelError(
+            f"the drive of axis {model.axis.name!r} takes another control for the same force where "
+            "the axis moves; a feed-forward is exported for a drive with a gain only."
+        )
     builder = Builder()
-    control = builder.apply("div", builder.scalar("tau"), builder.constant(gain))
-    builder.output("control", [[within(limit, builder, control)]])
+    tau, none = builder.scalar(FORCE.name), builder.constant(0)
+    (control,) = builder.inline(drive_control(model), (tau,), (none,), (none,))["control"]
+    builder.output("control", [[within(drive.limit, builder, control)]])
     return builder.program("control", "Control for a force.")

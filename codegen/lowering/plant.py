@@ -11,6 +11,7 @@ from axisid.modeling.algebra import slope
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
+from .drive import drive_force
 from .loop_settings import PASSED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
@@ -130,7 +131,8 @@ class _Plant:
             reference = build("add", reference, build("mul", rate, elapsed))
         measured = build("add", q, error)
         law = self.builder.inline(self.law, (reference,), (measured,), (dq,), ())
-        return build("mul", self.builder.constant(self.model.axis.drive.gain), *law["control"])
+        made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,))
+        return made["tau"][0]
 
     def accelerate(self, q: int, dq: int, elapsed: int | None) -> int:
         """Acceleration at a state, some time into the period."""
@@ -241,7 +243,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     """Build one sample of the loop from its control law and a step of the plant."""
-    coordinate, axis = model.axis.coordinate, model.axis
+    coordinate = model.axis.coordinate
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     arguments = Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
@@ -252,7 +254,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
     measured = builder.apply("add", values[q], error)
     control = builder.inline(law, (reference,), (measured,), (values[dq],), state)
-    tau = builder.apply("mul", builder.constant(axis.drive.gain), control["control"][0])
+    made = builder.inline(drive_force(model), control["control"], (values[q],), (values[dq],))
+    (tau,) = made["tau"]
     held = (tau,) if _held_names(model) == HELD_FORCE else (reference, rate, error)
     end = builder.inline(plant, (values[q],), (values[dq],), held, *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])

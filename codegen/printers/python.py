@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from axisid.codegen.lowering import OPERATIONS, FeedForward, Operation, Program
 
-from .shared import Language, Truth, comment, condition, distinct_names, print_operations
+from .shared import BooleanText, Language, comment, condition, distinct_names, print_operations
 
 _NUMBER = "float({})"
 #: What the text calls, beside helpers; these begin with an underscore, which no declared name does.
@@ -155,12 +155,12 @@ def _language(names: dict[str, str]) -> Language:
             **{name: f"_within(math.{name}, {{}})".format for name in _WITHIN},
             "abs": "abs",
             "sign": lambda a: f"float(({a} > 0.0) - ({a} < 0.0))",
-            "lt": lambda a, b: Truth(f"{a} < {b}", _NUMBER),
-            "le": lambda a, b: Truth(f"{a} <= {b}", _NUMBER),
-            "eq": lambda a, b: Truth(f"{a} == {b}", _NUMBER),
-            "not": lambda a: Truth(f"not ({_if(a)})", _NUMBER),
-            "and": lambda a, b: Truth(f"({_if(a)}) and ({_if(b)})", _NUMBER),
-            "or": lambda a, b: Truth(f"({_if(a)}) or ({_if(b)})", _NUMBER),
+            "lt": lambda a, b: BooleanText(f"{a} < {b}", _NUMBER),
+            "le": lambda a, b: BooleanText(f"{a} <= {b}", _NUMBER),
+            "eq": lambda a, b: BooleanText(f"{a} == {b}", _NUMBER),
+            "not": lambda a: BooleanText(f"not ({_if(a)})", _NUMBER),
+            "and": lambda a, b: BooleanText(f"({_if(a)}) and ({_if(b)})", _NUMBER),
+            "or": lambda a, b: BooleanText(f"({_if(a)}) or ({_if(b)})", _NUMBER),
             "select": lambda c, a, b: f"({a} if {_if(c)} else {b})",
         },
         variable=lambda element: names[element],

@@ -19,13 +19,13 @@ _NEGATION, ATOM = 3, 4
 _WIDTH = 80
 
 
-class Truth(str):
+class BooleanText(str):
     """Text of a number that is 1 where a condition holds, else 0; made of the condition's text."""
 
     __slots__ = ("condition",)
     condition: str
 
-    def __new__(cls, condition: str, form: str) -> "Truth":
+    def __new__(cls, condition: str, form: str) -> "BooleanText":
         """Put the condition into a form, where it stands as ``{}``."""
         made = super().__new__(cls, form.format(condition))
         made.condition = condition
@@ -34,7 +34,7 @@ class Truth(str):
 
 def condition(text: str, unequal: str) -> str:
     """What a number says as a condition: what it is made of, or that it is unequal to 0."""
-    return text.condition if isinstance(text, Truth) else unequal.format(text)
+    return text.condition if isinstance(text, BooleanText) else unequal.format(text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,15 @@ import re
 
 from axisid.codegen.lowering import OPERATIONS, FeedForward, Program
 
-from .shared import Language, Truth, call, comment, condition, distinct_names, print_operations
+from .shared import (
+    BooleanText,
+    Language,
+    call,
+    comment,
+    condition,
+    distinct_names,
+    print_operations,
+)
 
 _ONE, _ZERO, _TWO = "LREAL#1.0", "LREAL#0.0", "LREAL#2.0"
 _NUMBER = f"SEL({{}}, {_ZERO}, {_ONE})"
@@ -109,12 +117,12 @@ def _language(names: dict[str, str]) -> Language:
             "sign": lambda a: (
                 f"SEL({a} > {_ZERO}, SEL({a} < {_ZERO}, {_ZERO}, LREAL#-1.0), {_ONE})"
             ),
-            "lt": lambda a, b: Truth(f"{a} < {b}", _NUMBER),
-            "le": lambda a, b: Truth(f"{a} <= {b}", _NUMBER),
-            "eq": lambda a, b: Truth(f"{a} = {b}", _NUMBER),
-            "not": lambda a: Truth(f"NOT ({_if(a)})", _NUMBER),
-            "and": lambda a, b: Truth(f"({_if(a)}) AND ({_if(b)})", _NUMBER),
-            "or": lambda a, b: Truth(f"({_if(a)}) OR ({_if(b)})", _NUMBER),
+            "lt": lambda a, b: BooleanText(f"{a} < {b}", _NUMBER),
+            "le": lambda a, b: BooleanText(f"{a} <= {b}", _NUMBER),
+            "eq": lambda a, b: BooleanText(f"{a} = {b}", _NUMBER),
+            "not": lambda a: BooleanText(f"NOT ({_if(a)})", _NUMBER),
+            "and": lambda a, b: BooleanText(f"({_if(a)}) AND ({_if(b)})", _NUMBER),
+            "or": lambda a, b: BooleanText(f"({_if(a)}) OR ({_if(b)})", _NUMBER),
             "select": lambda c, a, b: call("SEL", _if(c), b, a),
         },
         variable=lambda element: names[element],

@@ -84,8 +84,8 @@ def find_compiler() -> Compiler:
     """
     if not hasattr(os, "getuid"):
         raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
-    asked = os.environ.get("CC")
-    for name in [asked] if asked else ["cc", "gcc", "clang"]:
+    requested = os.environ.get("CC")
+    for name in [requested] if requested else ["cc", "gcc", "clang"]:
         try:
             words = shlex.split(name)
         except ValueError as error:
@@ -96,8 +96,8 @@ def find_compiler() -> Compiler:
         if found is not None:
             path = Path(found).absolute()
             return Compiler((str(path), *words[1:]), _identity(path))
-    if asked:
-        raise NativeUnavailableError(f"the compiler CC={asked!r} is not found")
+    if requested:
+        raise NativeUnavailableError(f"the compiler CC={requested!r} is not found")
     zig = importlib.util.find_spec("ziglang")
     if zig is not None and zig.origin is not None:
         command = (sys.executable, "-m", "ziglang", "cc")

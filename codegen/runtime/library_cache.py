@@ -99,8 +99,8 @@ def _name(text: str, compiler: Compiler) -> str:
 
 
 def _preferred_folder() -> Path:
-    asked = os.environ.get("AXISID_CACHE")
-    return Path(asked).absolute() if asked else user_cache_path("axisid") / "native"
+    requested = os.environ.get("AXISID_CACHE")
+    return Path(requested).absolute() if requested else user_cache_path("axisid") / "native"
 
 
 def _temporary_folder() -> Path:
@@ -179,12 +179,7 @@ def _build(text: str, compiler: Compiler, library: Path, check: Check) -> None:
 
 def _clear(folder: Path) -> None:
     """Remove what builds left that were killed together with the process that clears up."""
-    for pattern in ("build-*", ".*.sha256.*"):
-        for left in folder.glob(pattern):
-            with contextlib.suppress(OSError):
-                if time.time() - left.lstat().st_mtime < _OLD_SECONDS:
-                    continue
-                if left.is_dir():
-                    shutil.rmtree(left, ignore_errors=True)
-                else:
-                    left.unlink()
+    for left in folder.glob("build-*"):
+        with contextlib.suppress(OSError):
+            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
+                shutil.rmtree(left, ignore_errors=True)

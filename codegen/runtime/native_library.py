@@ -14,7 +14,7 @@ from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
 from axisid.support.real_numbers import Array
 
 from .arguments import checked_arguments, is_scalar
-from .slices import run_stoppable, slices
+from .slices import StoppableRuns, slices
 
 #: Calls a function of a library by name with whole numbers, floats, arrays (their memory) and None.
 Caller = Callable[..., int]
@@ -63,6 +63,7 @@ class NativeLibrary:
         self.path = path
         self._call = call
         self._functions = functions
+        self._runs = StoppableRuns()
 
     def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output."""
@@ -115,7 +116,7 @@ class NativeLibrary:
                 stop,
             )
 
-        (status,) = run_stoppable([run], len(reference) * settings.substeps)
+        (status,) = self._runs.run([run], len(reference) * settings.substeps)
         return status, int(stopped[0]), dict(zip(SIGNALS, signals, strict=True))
 
     def simulate_batch(
@@ -176,7 +177,7 @@ class NativeLibrary:
             )
 
         runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
-        run_stoppable(runs, samples * lanes * settings.substeps)
+        self._runs.run(runs, samples * lanes * settings.substeps)
         return status, stopped, signals
 
 

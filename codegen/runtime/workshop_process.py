@@ -109,8 +109,8 @@ def main(folder: str, parent: int) -> NoReturn:
     """Work in a folder until the maker says that it is enough, or is gone."""
     os.chdir(folder)
     os.environ["TMPDIR"] = folder  # what a compiler leaves there when it is killed goes with it
-    replies, silent = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silent, 1)  # what a library prints is no reply
+    replies, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)  # what a library prints is no reply
     bench = _Bench()
     while (header := _read(_NUMBER.size, parent)) is not None:
         body = _read(_NUMBER.unpack(header)[0], parent)

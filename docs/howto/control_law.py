@@ -58,7 +58,7 @@ axis = replace(
     experiment=replace(axis.experiment, position_noise=1e-7),
 )
 record = axisid.twin_record(axis)
-print(axisid.estimation.check_law(axisid.build(axis), record).meaning)
+print(axisid.estimation.check_law(axisid.build(axis), record).note)
 
 # %% [markdown]
 # The wrong law, with another gain, is told apart, and the factors say in what:
@@ -66,7 +66,7 @@ print(axisid.estimation.check_law(axisid.build(axis), record).meaning)
 # %%
 wrong = replace(axis.control, gains={"p": 39000.0, "i": 50.0, "d": 300.0})
 check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), record)
-print(check.meaning)
+print(check.note)
 
 # %% [markdown]
 # The check is part of every result with a law and a reference. If it fails, believe no instruments before

@@ -18,7 +18,7 @@
 from textwrap import fill
 
 import axisid
-from axisid import Coordinate, Drive, Parameter, elements, newton
+from axisid import Coordinate, Parameter, elements, newton
 
 z = Coordinate("z", unit="m")
 m = Parameter("m", "kg", nominal=20.0, lower=0.0)
@@ -36,7 +36,7 @@ vertical = newton(
         elements.coulomb(fc, z),
         elements.offset(w),
     ),
-    drive=Drive(gain=120.0, unit="A", limit=10.0),
+    drive=elements.Drive(gain=120.0, unit="A", limit=10.0),
 )
 print(vertical.force)
 
@@ -51,7 +51,7 @@ try:
         parameters=(m, fc),
         inertia=m,
         resistance=(elements.coulomb(fc, z), m * z.velocity),
-        drive=Drive(gain=120.0, unit="A"),
+        drive=elements.Drive(gain=120.0, unit="A"),
     )
 except axisid.ModelError as error:
     print(error)
@@ -71,7 +71,7 @@ doubtful = newton(
     parameters=(m, left, right, w),
     inertia=m,
     resistance=(elements.asymmetric_coulomb(left, right, z), elements.offset(w)),
-    drive=Drive(gain=120.0, unit="A", limit=10.0),
+    drive=elements.Drive(gain=120.0, unit="A", limit=10.0),
 )
 for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
     print(fill(sentence, 88))
@@ -86,7 +86,7 @@ for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
 import sympy
 
 from axisid import lagrange
-from axisid.elements import G
+from axisid.elements import Drive, G
 
 q = Coordinate("q", unit="rad")
 J = Parameter("J", "kg m^2", nominal=0.02)
@@ -142,7 +142,7 @@ stribeck = newton(
     ),
     drive=Drive(gain=18.0, unit="A", limit=12.0),
 )
-print(axisid.derive(stribeck).ddm_refusal)
+print(axisid.derive(stribeck).ddm)
 
 # %% [markdown]
 # An inertia that depends on the configuration (a crank) is declared the same way: just write it. The

@@ -26,10 +26,10 @@ def failures(changed: axisid.Record) -> None:
     values = ", ".join(f"{n} {v.value:.4g}" for n, v in result["idm-ls"].parameters.items())
     print(f"IDM-LS: {values}; equation error {result['idm-ls'].equation_error_percent:.1f} %")
     for reason in set(result.failed.values()):
-        print(fill(reason, 88, initial_indent="      ", subsequent_indent="      "))
+        print(fill(str(reason), 88, initial_indent="      ", subsequent_indent="      "))
     for check in result.verdict:
         if check.status == "fail":
-            print(fill(f"FAIL  {check.name}: {check.meaning}", 88, subsequent_indent="      "))
+            print(fill(f"FAIL  {check.name}: {check.note}", 88, subsequent_indent="      "))
 
 
 failures(record)

@@ -37,7 +37,7 @@ for cutoff, decimate in ((60.0, 10), (180.0, 3)):
     print(f"{cutoff:g} Hz, 1 of {decimate}: {masses}")
     for check in result.verdict:
         if check.name == "least squares against instruments":
-            print(f"    {check.status}: {check.meaning}")
+            print(f"    {check.status}: {check.note}")
 
 # %% [markdown]
 # ## Which model

@@ -2,33 +2,35 @@
 
 import numpy as np
 
-from axisid.estimation.estimates import (
-    CURVED,
-    Estimate,
-    Physical,
-    Value,
-    physical_parameters,
+from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.thresholds.diagnostics import (
+    CONTRADICTION_LEVEL,
+    MAX_BIAS_DISTANCE,
+    MAX_FORM_DIFFERENCE,
+    NOTICEABLE_BIAS,
 )
+from axisid.estimation.thresholds.estimates import MAX_CURVATURE
 from axisid.modeling.declaration import known_text
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
 
 from .check import Check, passed
-from .instruments import COVERED, NOTICED, SIGNIFICANT, Endogeneity, biased_parameters
+from .instruments import Endogeneity, biased_parameters
 
-_SELF_TEST = 1e-6
-_LEVEL = 0.01
+_DRAWN = Remedy.of("take intervals from draws (", Setting("draws", "10000"), ")")
 
 
 def ls_against_iv(
-    ls: Estimate | None, iv: Estimate | None, tested: Endogeneity | None, *, weak: bool
-) -> Check:
+    ls: Estimate | None, iv: Estimate | None, endogeneity: Endogeneity | Missing, *, weak: bool
+) -> Check | Missing:
     """Whether noise has biased least squares; nothing is told where the instruments are weak."""
-    name = "least squares against instruments"
     if ls is None or iv is None:
-        return Check.missing(name, "idm-ls and idm-iv did not both give an estimate")
+        return Missing("idm-ls and idm-iv did not both give an estimate")
     if weak:
-        return Check.missing(name, "the instruments are too weak to tell")
+        return Missing("the instruments are too weak to tell")
     apart = np.abs(ls.physical - iv.physical) / np.sqrt(np.diag(iv.covariance))
-    biased, by_rule = biased_parameters(ls, iv, tested), bool(apart.max() > COVERED)
+    biased = biased_parameters(ls, iv, endogeneity)
+    by_rule = bool(apart.max() > MAX_BIAS_DISTANCE.value)
     percent = np.array(
         [100 * abs(ls.parameters[n].value / iv.parameters[n].value - 1) for n in biased] or [0.0]
     )
@@ -37,11 +39,11 @@ def ls_against_iv(
         for name, low, high in ((n, ls.parameters[n], iv.parameters[n]) for n in biased)
     )
     return Check(
-        name=name,
+        name="least squares against instruments",
         status=passed(not biased),
         figure=float(apart.max()) if by_rule or not biased else float(percent.max()),
-        threshold=COVERED if by_rule or not biased else 100 * NOTICED,
-        p_value=None if tested is None else tested.p_value,
+        threshold=MAX_BIAS_DISTANCE.value if by_rule or not biased else 100 * NOTICEABLE_BIAS.value,
+        p_value=None if isinstance(endogeneity, Missing) else endogeneity.p_value,
         source="largest difference in i.i.d. deviations of the instrumental estimate, at most 3 as "
         "in the paper; fails too where Durbin-Wu-Hausman (regression form, the p-value) "
         "rejects at 1 % and a parameter differs by more than 10 %, which is then the figure",
@@ -49,36 +51,36 @@ def ls_against_iv(
         "believe the instruments"
         if biased
         else "least squares and instruments differ by less than the rules allow; a bias below "
-        f"{_unseen(iv):.2g} % would not be seen{_rejected(tested)}",
+        f"{_unseen(iv):.2g} % would not be seen{_rejected(endogeneity)}",
     )
 
 
-def _rejected(tested: Endogeneity | None) -> str:
+def _rejected(endogeneity: Endogeneity | Missing) -> str:
     """What the test alone says; with little noise in the equation it rejects for any bias."""
-    if tested is None or tested.p_value >= SIGNIFICANT:
+    if isinstance(endogeneity, Missing) or endogeneity.p_value >= CONTRADICTION_LEVEL.value:
         return ""
-    said = f"Durbin-Wu-Hausman rejects (p = {tested.p_value:.1g})"
+    said = f"Durbin-Wu-Hausman rejects (p = {endogeneity.p_value:.1g})"
     return f". {said}: there is a bias, too small to matter"
 
 
 def _unseen(iv: Estimate) -> float:
     """Percent of bias that both rules would let pass, on the parameter known best."""
     relative = min(v.sd / abs(v.value) for v in iv.parameters.values() if v.value)
-    return 100 * min(COVERED * relative, NOTICED)
+    return 100 * min(MAX_BIAS_DISTANCE.value * relative, NOTICEABLE_BIAS.value)
 
 
-def self_test(iv: Estimate | None, direct: Estimate | None) -> Check:
+def self_test(iv: Estimate | None, direct: Estimate | None) -> Check | Missing:
     """The instrumental estimates of the two forms, which are one."""
     if iv is None or direct is None:
-        return Check.missing("self-test", "idm-iv and ddm-iv did not both give an estimate")
+        return Missing("idm-iv and ddm-iv did not both give an estimate")
     scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariance)))
     apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
-    same = apart <= _SELF_TEST
+    same = apart <= MAX_FORM_DIFFERENCE.value
     return Check(
         name="self-test",
         status=passed(same),
         figure=apart,
-        threshold=_SELF_TEST,
+        threshold=MAX_FORM_DIFFERENCE.value,
         source="algebraic identity of the two",
         meaning="idm-iv and ddm-iv are the same estimate"
         if same
@@ -86,39 +88,41 @@ def self_test(iv: Estimate | None, direct: Estimate | None) -> Check:
     )
 
 
-def delta_method_check(direct: Estimate | None) -> Check:
+def delta_method_check(direct: Estimate | None) -> Check | Missing:
     """How straight the map of a direct model's estimate is within its uncertainty."""
     if direct is None:
-        return Check.missing("delta method", "no direct model was regressed")
+        return Missing("no direct model was regressed")
     curvatures = direct.curvatures
     worst = float(curvatures.max())
-    straight = worst <= CURVED
-    bent = [n for n, c in zip(direct.parameters, curvatures, strict=True) if c > CURVED]
+    linear = worst <= MAX_CURVATURE.value
+    nonlinear = [
+        n for n, c in zip(direct.parameters, curvatures, strict=True) if c > MAX_CURVATURE.value
+    ]
     return Check(
         name="delta method",
-        status=passed(straight),
+        status=passed(linear),
         figure=worst if np.isfinite(worst) else None,
-        threshold=CURVED,
+        threshold=MAX_CURVATURE.value,
         source="second-order part of a mapped parameter's deviation against the first",
         meaning="the map to the physical parameters is straight within the uncertainty"
-        if straight
-        else f"the map from the direct model to {', '.join(bent)} bends within the uncertainty: "
-        "take intervals from draws (--draws 10000, or propagate() in Python)",
+        if linear
+        else f"the map from the direct model to {', '.join(nonlinear)} bends within the "
+        "uncertainty: ",
+        remedy=None if linear else _DRAWN,
     )
 
 
-def fixed_check(estimate: Estimate) -> Check | None:
+def fixed_check(estimate: Estimate) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
     physical = physical_parameters(estimate)
     if physical is None or not (physical.base.known or physical.dof):
         return None
-    name = "fixed values" if physical.base.known else "physical parameters"
     if physical.p_value is None:
         why = "the record alone does not determine what was fixed, so that it cannot contradict it"
-        return Check.missing(name, physical.unsettled[-1] if physical.unsettled else why)
-    good = physical.p_value >= _LEVEL
+        return Missing(physical.undetermined[-1] if physical.undetermined else why)
+    good = physical.p_value >= CONTRADICTION_LEVEL.value
     return Check(
-        name=name,
+        name="fixed values" if physical.base.known else "physical parameters",
         status=passed(good),
         figure=physical.statistic,
         threshold=None,

@@ -22,17 +22,21 @@ from axisid.estimation.regression import (
     instrumental_variables,
     least_squares,
 )
-from axisid.estimation.signals import FilteredRecord, Prefilter, drive_force
+from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_DELAY_DEVIATION,
+    MAX_DELAY_DISTANCE,
+    MAX_MISALIGNMENT,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
 
 from .check import Check, passed
 
 _DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
 _STEPS, _STILL = 10, 1e-3
-_ALIGNED = 0.35  # samples; what rounding by the filter may look like is up to 0.15
-_TOLD = 0.5  # samples, one deviation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,7 +109,7 @@ def alignment_of(
     equations = form.equations(data.signals)
     reduced = equations.reduced(data)
     regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
-    rows = _Rows(data, drive_force(axis, data.record), equations)
+    rows = _Rows(data, data.force, equations)
     estimates, errors = [], []
     for delay in _DELAYS:
         left = rows.left(delay)
@@ -243,48 +247,51 @@ def _by_instruments(
 
 
 def alignment_check(
-    judged: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
-) -> Check:
+    preferred: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
+) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
     if isinstance(profile, Missing):
-        return Check.missing("alignment", profile.reason)
+        return profile
     if weak:
-        return Check.missing("alignment", "the instruments are too weak to measure a delay")
+        return Missing("the instruments are too weak to measure a delay")
     used = 0.5 if hold == "zoh" else 0.0
     apart = profile.best - used
-    if profile.deviation > _TOLD:
-        return Check.missing(
-            "alignment",
+    if profile.deviation > MAX_DELAY_DEVIATION.value:
+        return Missing(
             f"the record tells the force's delay to +-{profile.deviation:.2g} samples only, which "
-            "is no more than a guess",
+            "is no more than a guess"
         )
     moved = ", ".join(
         f"{p.name} by {slope:+.2g} {p.unit}"
-        for p, slope in zip(judged.quantities, profile.sensitivity, strict=True)
+        for p, slope in zip(preferred.quantities, profile.sensitivity, strict=True)
     )
     by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
     fits = (
         f"the force fits the motion best {_delay(profile)} earlier than it is recorded; "
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
-    aligned = abs(apart) <= max(_ALIGNED, 2 * profile.deviation) and not profile.at_the_end
+    other, moves = _other_hold(profile, hold), f"A sample of delay moves {moved}"
+    aligned = (
+        abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
+        and not profile.at_the_end
+    )
     return Check(
         name="alignment",
         status=passed(aligned),
         figure=apart,
-        threshold=_ALIGNED,
+        threshold=MAX_MISALIGNMENT.value,
         source="samples between the delay of least equation error and the one that is used, unless "
         "two deviations of it are more; a drive that holds its force is half a sample late",
-        meaning=fits
-        if aligned
-        else f"{fits}.{_other_hold(profile, hold)} A sample of delay moves {moved}",
+        meaning=fits if aligned else f"{fits}. {moves}" if other is None else f"{fits}. ",
+        remedy=None if aligned or other is None else Remedy.of("Try ", other, f". {moves}"),
     )
 
 
-def _other_hold(profile: Alignment, hold: str) -> str:
+def _other_hold(profile: Alignment, hold: str) -> Setting | None:
     """The other hold, where the delay is its own."""
     other, own = ("zoh", 0.5) if hold == "raw" else ("raw", 0.0)
-    return f" Try --hold {other}." if abs(profile.best - own) <= _ALIGNED else ""
+    near = abs(profile.best - own) <= MAX_MISALIGNMENT.value
+    return Setting("hold", other) if near else None
 
 
 def _delay(profile: Alignment) -> str:

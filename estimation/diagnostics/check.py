@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note, Remedy
+
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
 
@@ -16,7 +19,9 @@ class Check:
     status : {"pass", "note", "fail", "not evaluated"}
         A note is beyond its threshold as well, but what is printed allows for it.
     meaning : str
-        One sentence for the user.
+        One sentence for the user, up to the remedy where there is one.
+    remedy : Remedy or None
+        How it goes on, where something can be set about it.
     figure : float or None
         What was measured.
     threshold : float or None
@@ -29,15 +34,21 @@ class Check:
     name: str
     status: Status
     meaning: str
+    remedy: Remedy | None = None
     figure: float | None = None
     threshold: float | None = None
     p_value: float | None = None
     source: str = ""
 
     @classmethod
-    def missing(cls, name: str, why: str) -> "Check":
-        """A check that could not be made."""
-        return cls(name=name, status="not evaluated", meaning=why)
+    def not_evaluated(cls, name: str, missing: Missing) -> "Check":
+        """A check that could not be made, as a verdict lists it."""
+        return cls(name=name, status="not evaluated", meaning=missing.reason, remedy=missing.remedy)
+
+    @property
+    def note(self) -> Note:
+        """The whole sentence, to be worded later."""
+        return Note(self.meaning, self.remedy)
 
 
 def passed(good: bool, *, matters: bool = True) -> Status:

@@ -19,20 +19,27 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.runtime import by_sample
 from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import Neighbours, Prefilter
+from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.thresholds.diagnostics import (
+    COMPARISON_CUTOFF,
+    MAX_EXPLAINED_RESIDUAL,
+    MAX_FACTOR_ERROR,
+    MAX_LAW_RESIDUAL,
+    MAX_REPAIRED_RESIDUAL,
+    MAX_SCALE_ERROR,
+    MIN_SAMPLES_PER_FACTOR,
+)
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
+from axisid.support.remedy import Note, Remedy
 
 from .check import Check, passed
 
-#: Percent of the recorded control that a law may leave unexplained.
-GOOD_RESIDUAL = 5.0
-_SMOOTH = 0.02  # of the sampling frequency
-_GOOD_FACTOR = 0.05  # distance from 1
-_EXACT_FACTOR = 0.01  # the same where the law fits otherwise
 _LAGS = 50  # samples over which what the law leaves may be alike
 _MOST_SHIFT = 5  # samples
 _COLUMN_FAULTS = {
@@ -47,8 +54,6 @@ _UNITS = {
     math.pi / 180: "degrees for radians",
     180 / math.pi: "radians for degrees",
 }
-_MUCH_BETTER = 0.5  # of the residual of the law as declared
-_CLEARLY_BETTER = 0.7  # of the residual without a shift, or a constant
 _CONSTANT = "constant"
 _SETTLE = 10  # samples in which the law's memory fills
 
@@ -75,7 +80,9 @@ class LawCheck:
     passed : bool
         Whether instruments simulated with this law can be believed.
     meaning : str
-        One sentence for the user.
+        One sentence for the user, up to the remedy where there is one.
+    remedy : Remedy or None
+        How it goes on, where something can be set about it.
     """
 
     factors: dict[str, float]
@@ -85,6 +92,12 @@ class LawCheck:
     constant: float | None
     passed: bool
     meaning: str
+    remedy: Remedy | None = None
+
+    @property
+    def note(self) -> Note:
+        """The whole sentence, to be worded later."""
+        return Note(self.meaning, self.remedy)
 
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
@@ -95,7 +108,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     # The period is the only thing of a law that can be checked without a reference.
     apart = other_period(law, record.period, clock_of(record))
     if apart is not None:
-        return Missing(apart.text) if apart.confirmed else _other_clock(apart.text)
+        return Missing.of(apart.note) if apart.confirmed else _other_clock(apart.note)
     if record.reference is None or record.control is None:
         return Missing("the record has no reference or no control")
     if not is_sampled_by(record, law):
@@ -104,13 +117,13 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
             f"{1 / law.period:.6g} Hz"
         )
     record = record.longest()  # a law's memory does not outlast a gap
-    settle = round(1 / _SMOOTH) if _takes_velocity(law) else _SETTLE
-    if len(record.position) < 2 * settle + 10 * len(law.terms):
+    settle = round(1 / COMPARISON_CUTOFF.value) if _takes_velocity(law) else _SETTLE
+    if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, terms, used = _compared(axis, law, record, settle)
     if not np.all(np.isfinite(terms)):
         return Missing("the declared law is not finite on this record")
-    if used.sum() < 10 * terms.shape[1]:
+    if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
@@ -118,7 +131,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     factors, fitted = _factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
     scaled = _scaled(control[used], terms[used], names, following)
-    passed = declared < GOOD_RESIDUAL and shift == 0 and not scaled
+    passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
     repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
     return LawCheck(
@@ -133,30 +146,31 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
         if repair
         else _slightly(scaled)
-        if declared < GOOD_RESIDUAL and shift == 0
+        if declared < MAX_LAW_RESIDUAL.value and shift == 0
         else _fault(
             factors, declared, fitted, shift, None if law.continuous else law.delay, constant
         ),
     )
 
 
-def law_check(law: LawCheck | Missing) -> Check:
+def law_check(law: LawCheck | Missing) -> Check | Missing:
     """The declared law against the recorded control."""
     if isinstance(law, Missing):
-        return Check.missing("control law", law.reason)
+        return law
     return Check(
         name="control law",
         status=passed(law.passed),
         figure=law.residual_percent,
-        threshold=GOOD_RESIDUAL,
+        threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
         "where a factor is off 1 by more than 1 % and three deviations, for a delay, and for a "
         "sampling period that is more than 0.05 % from the law's",
         meaning=law.meaning,
+        remedy=law.remedy,
     )
 
 
-def _other_clock(meaning: str) -> LawCheck:
+def _other_clock(note: Note) -> LawCheck:
     """A law of differences has other gains at another period, and its record another time."""
     return LawCheck(
         factors={},
@@ -165,7 +179,8 @@ def _other_clock(meaning: str) -> LawCheck:
         delay=0,
         constant=None,
         passed=False,
-        meaning=meaning,
+        meaning=note.text,
+        remedy=note.remedy,
     )
 
 
@@ -173,7 +188,7 @@ def _repair(
     axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float
 ) -> str:
     """What would make the law fit: columns changed, or its velocity formed otherwise; or empty."""
-    good = min(GOOD_RESIDUAL, _MUCH_BETTER * declared)
+    good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
     for said, changed in _changed_columns(record):
         if _off(axis, law, changed, settle) < good:
             return f"it is with {said}"
@@ -221,20 +236,21 @@ def _compared(
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
     control, reference = np.asarray(record.control), np.asarray(record.reference)
     # Beyond the limit the unit is wrong, not the drive saturated.
-    limited = np.isclose(np.abs(control), axis.axis.drive.limit, rtol=1e-6, atol=0.0)
+    limited = np.isclose(
+        np.abs(control), axis.axis.drive.limit, rtol=LIMIT_TOLERANCE.value, atol=0.0
+    )
     for start, stop in record.masked:
         limited[start : stop + _SETTLE] = True  # a position that was cut off stays in the memory
     limited[:settle] = True
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
         return control, terms, ~limited
-    smooth = Prefilter(cutoff=_SMOOTH / record.period)
-    _, velocity, _ = smooth.motion(record.position, record.period)
+    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
+    smooth = SampledFilter(low_pass, record.period)
+    _, velocity, _ = smooth.motion(record.position)
     terms = _run_law(axis, reference, record.position, velocity)
     if np.all(np.isfinite(terms)):
-        control, *columns = (
-            smooth.motion(signal, record.period)[0] for signal in (control, *terms.T)
-        )
+        control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
         terms = np.column_stack(columns)
     limited[-settle:] = True
     # The low-pass spreads a limited sample over its neighbours.
@@ -272,7 +288,7 @@ def _scaled(
     fit = least_squares(control, columns)
     lags = min(_LAGS, len(control) // 4)
     deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
-    far = np.maximum(_EXACT_FACTOR, 3 * deviations)
+    far = np.maximum(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviations)
     return {
         name: float(value)
         for name, value, limit in zip(kept, fit.theta, far, strict=True)
@@ -286,7 +302,7 @@ def _slightly(scaled: dict[str, float]) -> str:
     values = np.array(list(scaled.values()))
     what = (
         "the control's scaling, such as the gain of a converter"
-        if np.ptp(values) < _EXACT_FACTOR
+        if np.ptp(values) < MAX_SCALE_ERROR.value
         else "the gains, the velocity filter and the period"
     )
     return (
@@ -308,12 +324,12 @@ def _constant(
     factors, fitted = _factors(
         control, np.column_stack([terms, np.ones(len(terms))]), [*names, _CONSTANT]
     )
-    if fitted is None or fitted > GOOD_RESIDUAL:
+    if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
         return None
-    if without is not None and fitted > _CLEARLY_BETTER * without:
+    if without is not None and fitted > MAX_EXPLAINED_RESIDUAL.value * without:
         return None
     constant = factors.pop(_CONSTANT)
-    near = all(abs(value - 1) < _GOOD_FACTOR for value in factors.values())
+    near = all(abs(value - 1) < MAX_FACTOR_ERROR.value for value in factors.values())
     return constant if near else None
 
 
@@ -326,7 +342,7 @@ def _best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> in
         for shift in range(-_MOST_SHIFT, _MOST_SHIFT + 1)
     }
     best = min(errors, key=lambda shift: errors[shift])
-    return best if errors[best] < _CLEARLY_BETTER * errors[0] else 0
+    return best if errors[best] < MAX_EXPLAINED_RESIDUAL.value * errors[0] else 0
 
 
 def _fault(
@@ -349,21 +365,21 @@ def _fault(
         )
     values = np.array(list(factors.values()))
     common = float(np.median(values)) if factors else 1.0
-    off = [name for name, value in factors.items() if abs(value - 1) >= _GOOD_FACTOR]
-    if fitted is None or fitted > GOOD_RESIDUAL or not off:
+    off = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR.value]
+    if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off:
         return (
             f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
             "drive's limit and the noise"
         )
-    if not np.all(np.abs(values / common - 1) < _GOOD_FACTOR):
+    if not np.all(np.abs(values / common - 1) < MAX_FACTOR_ERROR.value):
         return (
             f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
             "filter and the period"
         )
-    if abs(common + 1) < _GOOD_FACTOR:
+    if abs(common + 1) < MAX_FACTOR_ERROR.value:
         return f"{start}its sign is flipped; check the sign of the control or of the positions"
     for scale, what in _UNITS.items():
-        if abs(common / scale - 1) < _GOOD_FACTOR:
+        if abs(common / scale - 1) < MAX_FACTOR_ERROR.value:
             return f"{start}one unit stands for another, such as {what}"
     return (
         f"{start}every gain is off by one factor; check the control's unit and scaling, and "

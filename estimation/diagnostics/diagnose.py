@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord, rests_first
+from axisid.support.missing import Missing
 
 from .agreement import delta_method_check, ls_against_iv, self_test
 from .alignment import alignment_check
 from .check import Check
 from .control_law import law_check
-from .diagnosis import Case, Diagnosis, judged_method
+from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
 from .left_over import constant_check, ripple_check
@@ -34,7 +35,7 @@ class Diagnostic:
     name : str
         Of its check.
     check : callable
-        Check of a case; None where the case has nothing to check.
+        Check of a case, or why it cannot be made; None where the case has nothing to check.
     rank : int
         Its place among those that fail, the cause before what follows from it.
     grave : bool
@@ -42,41 +43,41 @@ class Diagnostic:
     """
 
     name: str
-    check: Callable[[Case], Check | None]
+    check: Callable[[Case], Check | Missing | None]
     rank: int = _LAST
     grave: bool = False
 
 
-def _control_law(case: Case) -> Check:
+def _control_law(case: Case) -> Check | Missing:
     return law_check(case.law)
 
 
-def _strength(case: Case) -> Check:
+def _strength(case: Case) -> Check | Missing:
     return case.strength
 
 
-def _against_instruments(case: Case) -> Check:
+def _against_instruments(case: Case) -> Check | Missing:
     ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
     return ls_against_iv(ls, iv, case.endogeneity, weak=case.weak)
 
 
-def _self_test(case: Case) -> Check:
+def _self_test(case: Case) -> Check | Missing:
     return self_test(case.estimates.get("idm-iv"), case.estimates.get("ddm-iv"))
 
 
 def _excitation(case: Case) -> Check:
-    return conditioning(case.judged.X)
+    return conditioning(case.preferred.X)
 
 
 def _precision(case: Case) -> Check:
-    return precision(case.judged, case.excitation)
+    return precision(case.preferred, case.excitation)
 
 
-def _bounds(case: Case) -> Check:
-    return within_bounds(case.judged, rests_first(case.data.rest))
+def _bounds(case: Case) -> Check | Missing:
+    return within_bounds(case.preferred, rests_first(case.data.rest))
 
 
-def _delta_method(case: Case) -> Check:
+def _delta_method(case: Case) -> Check | Missing:
     return delta_method_check(case.direct)
 
 
@@ -84,42 +85,41 @@ def _rests(case: Case) -> Check:
     return rest_check(case.data.rest, sticks=case.data.axis.has_direction)
 
 
-def _simulation(case: Case) -> Check:
-    return following(case.judged, case.data.rest)
+def _simulation(case: Case) -> Check | Missing:
+    return following(case.preferred, case.data.rest)
 
 
-def _independence(case: Case) -> Check:
-    return independence(case.residuals, case.judged.chosen)
+def _independence(case: Case) -> Check | Missing:
+    return independence(case.residuals, case.preferred.chosen)
 
 
-def _sign_runs(case: Case) -> Check:
-    return sign_runs(case.residuals, len(case.judged.y), case.judged.chosen)
+def _sign_runs(case: Case) -> Check | Missing:
+    return sign_runs(case.residuals, len(case.preferred.y), case.preferred.chosen)
 
 
 def _left_of_the_motion(case: Case) -> Check:
-    return left_of_the_motion(case.residuals, case.judged)
+    return left_of_the_motion(case.residuals, case.preferred)
 
 
 def _normality(case: Case) -> Check:
-    return normality(case.residuals, case.judged)
+    return normality(case.residuals, case.preferred)
 
 
-def _filter_bias(case: Case) -> Check:
-    return filter_bias(case.judged, case.data.prefilter.reversals)
+def _filter_bias(case: Case) -> Check | Missing:
+    return filter_bias(case.preferred, case.data.prefilter.reversals)
 
 
-def _alignment(case: Case) -> Check:
+def _alignment(case: Case) -> Check | Missing:
     hold = str(case.data.prefilter.hold)
-    return alignment_check(case.judged, case.alignment, hold, weak=case.weak)
+    return alignment_check(case.preferred, case.alignment, hold, weak=case.weak)
 
 
-def _fixed_values(case: Case) -> Check | None:
-    return case.fixed if case.fixed is not None and case.fixed.name == "fixed values" else None
+def _fixed_values(case: Case) -> Check | Missing | None:
+    return case.fixed if case.data.axis.base.known else None
 
 
-def _physical(case: Case) -> Check | None:
-    found = case.fixed
-    return found if found is not None and found.name == "physical parameters" else None
+def _physical(case: Case) -> Check | Missing | None:
+    return None if case.data.axis.base.known else case.fixed
 
 
 def _force(case: Case) -> Check | None:
@@ -130,12 +130,12 @@ def _limit(case: Case) -> Check | None:
     return limit_check(case.data.axis, case.data.record)
 
 
-def _constant(case: Case) -> Check:
-    return constant_check(case.judged, case.data.weights, case.law, case.data.axis.axis.drive.gain)
+def _constant(case: Case) -> Check | Missing:
+    return constant_check(case.preferred, case.data.weights, case.law)
 
 
-def _ripple(case: Case) -> Check:
-    return ripple_check(case.judged, case.data.signals, case.data.prefilter)
+def _ripple(case: Case) -> Check | Missing:
+    return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
 
 
 #: By name, in the order of the verdict.
@@ -171,9 +171,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnosis:
     """What every diagnostic finds in a result."""
     case = Case(data=data, estimates=estimates)
-    checks = (diagnostic.check(case) for diagnostic in DIAGNOSTICS.values())
+    checks = (_checked(diagnostic, case) for diagnostic in DIAGNOSTICS.values())
     return Diagnosis(
-        judged=judged_method(estimates),
+        preferred=preferred_method(estimates),
         law=case.law,
         instruments=case.instruments,
         endogeneity=case.endogeneity,
@@ -181,6 +181,12 @@ def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnos
         alignment=case.alignment,
         verdict=tuple(check for check in checks if check is not None),
     )
+
+
+def _checked(diagnostic: Diagnostic, case: Case) -> Check | None:
+    """What a verdict lists of a diagnostic."""
+    found = diagnostic.check(case)
+    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Missing) else found
 
 
 def conclusion(checks: Sequence[Check]) -> str:

@@ -31,13 +31,13 @@ class Diagnosis:
 
     Attributes
     ----------
-    judged : str
+    preferred : str
         The method that the checks of one estimate are of.
     law : LawCheck or Missing
         The control law against the record, or why it cannot be checked.
     instruments : InstrumentTests or None
-        Of `judged`; None for least squares.
-    endogeneity : Endogeneity or None
+        Of `preferred`; None for least squares.
+    endogeneity : Endogeneity or Missing
         Of idm-iv; None without it, or where instruments and regressor are too alike to test.
     excitation : tuple of Excitation
         By physical parameter.
@@ -47,10 +47,10 @@ class Diagnosis:
         All of it against thresholds.
     """
 
-    judged: str
+    preferred: str
     law: LawCheck | Missing
     instruments: InstrumentTests | None
-    endogeneity: Endogeneity | None
+    endogeneity: Endogeneity | Missing
     excitation: tuple[Excitation, ...]
     alignment: Alignment | Missing
     verdict: tuple[Check, ...]
@@ -71,9 +71,9 @@ class Case:
     estimates: Mapping[str, Estimate]
 
     @property
-    def judged(self) -> Estimate:
+    def preferred(self) -> Estimate:
         """The estimate that checks of one estimate are of."""
-        return self.estimates[judged_method(self.estimates)]
+        return self.estimates[preferred_method(self.estimates)]
 
     @property
     def direct(self) -> Estimate | None:
@@ -88,33 +88,33 @@ class Case:
     @cached_property
     def instruments(self) -> InstrumentTests | None:
         """Of the judged estimate; None for least squares."""
-        judged = self.judged
-        return None if judged.Z is None else instrument_tests(judged.X, judged.Z)
+        preferred = self.preferred
+        return None if preferred.Z is None else instrument_tests(preferred.X, preferred.Z)
 
     @cached_property
-    def strength(self) -> Check:
-        """Whether those instruments are strong."""
-        return strength_check(self.judged, self.instruments)
+    def strength(self) -> Check | Missing:
+        """Whether those instruments are strong, or why that cannot be told."""
+        return strength_check(self.preferred, self.instruments)
 
     @property
     def weak(self) -> bool:
         """Whether the instruments tell nothing."""
-        return self.strength.status == "fail"
+        return isinstance(self.strength, Check) and self.strength.status == "fail"
 
     @cached_property
-    def endogeneity(self) -> Endogeneity | None:
+    def endogeneity(self) -> Endogeneity | Missing:
         """Of idm-iv; None without it, or where it cannot be tested."""
         return endogeneity_of(self.estimates.get("idm-iv"))
 
     @cached_property
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
-        return self.judged.residual_tests
+        return self.preferred.residual_tests
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter."""
-        data, physical = self.data, self.judged.physical
+        data, physical = self.data, self.preferred.physical
         every = InverseForm(data.axis).at(physical).equations(data.signals)
         return excitation(
             data.axis,
@@ -129,25 +129,25 @@ class Case:
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, or why it cannot be measured."""
         try:
-            return alignment_of(self.data, self.judged.physical, self._instruments)
+            return alignment_of(self.data, self.preferred.physical, self._instruments)
         except (DataError, EstimationError) as error:
-            return Missing(str(error))
+            return Missing.of(error.note)
 
     @cached_property
-    def fixed(self) -> Check | None:
+    def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.judged)
+        return fixed_check(self.preferred)
 
     @property
     def _instruments(self) -> tuple[Array, Array] | None:
         """Of the inverse model; a direct model's serve another left side."""
-        judged = self.judged
-        if judged.Z is None or judged.simulated is None or judged.ddm_quantities:
+        Z, simulated = self.preferred.Z, self.preferred.simulated
+        if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None
-        return judged.Z, judged.simulated
+        return Z, simulated
 
 
-def judged_method(estimates: Mapping[str, Estimate]) -> str:
+def preferred_method(estimates: Mapping[str, Estimate]) -> str:
     """The method that is judged: by instruments where there are any, inverse model first."""
 
     def preference(method: str) -> tuple[bool, bool]:

@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import FEW_ROWS, Reach, natural_sizes
+from axisid.estimation.estimates import Reach, natural_sizes
 from axisid.estimation.regression import Equations
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_VARIANCE_INFLATION,
+    MIN_ACCELERATION_SHARE,
+    MIN_POSITION_VARIATION,
+    MIN_REPETITION_WEIGHT,
+)
+from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array
-
-_ALIKE = 10.0  # variance inflation from which a column nearly repeats others
-_PARTNER = 0.3  # of the largest weight in the repetition
-_SMALL = 0.05  # share of the force
-_SAME_PLACE = 0.1  # variation of a column that depends on the position, relative
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -67,7 +69,7 @@ class Excitation:
         """Why the record does not show the parameter, for after "because"."""
         if self.alike:
             why = f"its column nearly repeats that of {', '.join(self.alike)}"
-        elif self.rows < FEW_ROWS:
+        elif self.rows < MIN_ROWS_PER_PARAMETER.value:
             why = f"it acts in few rows (as if in {self.rows:.2g})"
         else:
             why = (
@@ -141,10 +143,14 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     left = unit[:, j] - unit[:, others] @ weights
     unexplained = float(left @ left)
     inflation = 1 / unexplained if unexplained > 0 else np.inf
-    if inflation < _ALIKE:
+    if inflation < MAX_VARIANCE_INFLATION.value:
         return inflation, [], _rows_of(left)
     most = np.abs(weights).max()
-    alike = [i for i, w in zip(others, weights, strict=True) if abs(w) > _PARTNER * most]
+    alike = [
+        i
+        for i, w in zip(others, weights, strict=True)
+        if abs(w) > MIN_REPETITION_WEIGHT.value * most
+    ]
     return inflation, alike, _rows_of(left)
 
 
@@ -169,9 +175,9 @@ def _lacking(
         facts.append(one_direction(signals))
     if need("velocity"):
         facts.append(one_speed(signals))
-    if any(needs["acceleration"][j] and shares[j] < _SMALL for j in columns):
+    if any(needs["acceleration"][j] and shares[j] < MIN_ACCELERATION_SHARE.value for j in columns):
         facts.append("the axis hardly accelerates")
     placed = [j for j in columns if needs["position"][j] and not needs["acceleration"][j]]
-    if any(np.ptp(X[:, j]) < _SAME_PLACE * np.abs(X[:, j]).max() for j in placed):
+    if any(np.ptp(X[:, j]) < MIN_POSITION_VARIATION.value * np.abs(X[:, j]).max() for j in placed):
         facts.append("the axis hardly leaves its place")
     return tuple(fact for fact in facts if fact)

@@ -13,20 +13,21 @@ from scipy.special import fdtrc, stdtr
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Covariance, factor, least_squares
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.diagnostics import (
+    CONTRADICTION_LEVEL,
+    MAX_BIAS_DISTANCE,
+    MAX_RELATIVE_DEVIATION,
+    MIN_FIRST_STAGE_F,
+    NOTICEABLE_BIAS,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .check import Check, passed
 
-#: Deviations of the instrumental estimate within which least squares agrees with it.
-COVERED = 3.0
-#: First-stage F from which instruments are not weak [StaigerStock1997]_.
-STRONG_F = 10.0
-#: Level of the endogeneity test.
-SIGNIFICANT = 0.01
-#: Share of the estimate from which a bias that is significant is worth a warning.
-NOTICED = 0.1
-_KNOWN = 0.3  # of the estimate
+NO_ENDOGENEITY = Missing("it needs idm-iv, with instruments unlike the regressor")
+
 _NOTHING = 1e-9  # of the column
 _NOTHING_LEFT = 1e-6  # of its residual
 
@@ -93,7 +94,9 @@ class Endogeneity:
     by_parameter: tuple[float, ...]
 
 
-def biased_parameters(ls: Estimate, iv: Estimate, tested: Endogeneity | None) -> tuple[str, ...]:
+def biased_parameters(
+    ls: Estimate, iv: Estimate, endogeneity: Endogeneity | Missing
+) -> tuple[str, ...]:
     """Parameters on which noise has biased least squares, as instruments tell.
 
     Either the two are more than 3 i.i.d. deviations of the instrumental estimate apart, the paper's
@@ -103,26 +106,27 @@ def biased_parameters(ls: Estimate, iv: Estimate, tested: Endogeneity | None) ->
     in the equation it rejects for a bias that nobody would notice.
     """
     apart = np.abs(ls.physical - iv.physical)
-    far = apart > COVERED * np.sqrt(np.diag(iv.covariance))
-    if tested is not None and tested.p_value < SIGNIFICANT:
-        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < _KNOWN * np.abs(iv.physical)
-        far |= known & (apart > NOTICED * np.abs(iv.physical))
+    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
+    if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
+        most = MAX_RELATIVE_DEVIATION.value / 100
+        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(iv.physical)
+        far |= known & (apart > NOTICEABLE_BIAS.value * np.abs(iv.physical))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 
-def strength_check(iv: Estimate, tests: InstrumentTests | None) -> Check:
+def strength_check(iv: Estimate, tests: InstrumentTests | None) -> Check | Missing:
     """The weakest column of the regressor of an instrumental estimate."""
     if tests is None:
-        return Check.missing("instrument strength", "no method with instruments gave an estimate")
+        return Missing("no method with instruments gave an estimate")
     names = [q.expression or q.name for q in iv.form.quantities]
     weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
     f = tests.weakest
-    strong = f >= STRONG_F
+    strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
         status=passed(strong),
         figure=f if np.isfinite(f) else None,
-        threshold=STRONG_F,
+        threshold=MIN_FIRST_STAGE_F.value,
         source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
         "other columns as in Sanderson and Windmeijer (2016)",
         meaning="the simulated loop explains every column of the regressor"
@@ -183,14 +187,16 @@ def _conditional_f(X: Array, fitted: Array, basis: Array, j: int) -> float:
     return _f(float(explained @ explained), float(unexplained @ unexplained), 1, n - k)
 
 
-def endogeneity_of(iv: Estimate | None) -> Endogeneity | None:
-    """`endogeneity` of an estimate's rows; None without one, or where it cannot be tested."""
+def endogeneity_of(iv: Estimate | None) -> Endogeneity | Missing:
+    """`endogeneity` of an estimate's rows, where it can be tested."""
     if iv is None or iv.Z is None:
-        return None
+        return NO_ENDOGENEITY
     try:
-        return endogeneity(iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.assumed, iv.neighbours)
+        return endogeneity(
+            iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.covariance_model, iv.neighbours
+        )
     except EstimationError:
-        return None
+        return NO_ENDOGENEITY
 
 
 def endogeneity(

@@ -3,27 +3,30 @@
 import numpy as np
 from scipy.special import chdtri
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.regression import ResidualTests
+from axisid.estimation.thresholds.diagnostics import (
+    LARGE_SAMPLE,
+    MAX_EXCESS_KURTOSIS,
+    MAX_JARQUE_BERA,
+)
+from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.support.missing import Missing
 
 from .check import Check, passed
 
-_SIGNIFICANT = 0.05
-_ALONE = "too few rows follow each other in time"
-_TWO_SIDED = 1.96
-_MANY = 100  # rows from which estimates are about normal whatever the residuals are
-_OUTLIERS = 6.0  # excess kurtosis from which a few rows decide all the same; Laplace's is 3
+_ALONE = Missing("too few rows follow each other in time")
 
 
-def independence(tests: ResidualTests, chosen: str) -> Check:
+def independence(tests: ResidualTests, chosen: str) -> Check | Missing:
     """Whether neighbouring residuals are alike; no matter where the HAC covariance was chosen."""
     if not tests.ljung_box_freedom:
-        return Check.missing("independent residuals", _ALONE)
-    independent = tests.ljung_box_p >= _SIGNIFICANT
-    limit = float(chdtri(tests.ljung_box_freedom, _SIGNIFICANT))
+        return _ALONE
+    independent = tests.ljung_box_p >= SIGNIFICANCE_LEVEL.value
+    limit = float(chdtri(tests.ljung_box_freedom, SIGNIFICANCE_LEVEL.value))
     return Check(
         name="independent residuals",
-        status=passed(independent, matters=chosen != "hac"),
+        status=passed(independent, matters=not COVARIANCES[chosen].allows_autocorrelation),
         figure=tests.ljung_box,
         threshold=limit,
         p_value=tests.ljung_box_p,
@@ -36,17 +39,19 @@ def independence(tests: ResidualTests, chosen: str) -> Check:
     )
 
 
-def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
+def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check | Missing:
     """Whether the residuals keep their sign longer than by chance."""
     if np.isnan(tests.runs_z):
-        return Check.missing("runs of one sign", _ALONE)
-    by_chance = tests.runs_p >= _SIGNIFICANT
+        return _ALONE
+    by_chance = tests.runs_p >= SIGNIFICANCE_LEVEL.value
     longest = len(tests.run_lengths)
     return Check(
         name="runs of one sign",
-        status=passed(by_chance, matters=tests.runs_z < 0 or chosen != "hac"),
+        status=passed(
+            by_chance, matters=tests.runs_z < 0 or not COVARIANCES[chosen].allows_autocorrelation
+        ),
         figure=tests.runs_z if abs(tests.runs_z) < float("inf") else None,
-        threshold=_TWO_SIDED,
+        threshold=MAX_CHANCE_DEVIATION.value,
         p_value=tests.runs_p,
         source="Wald-Wolfowitz runs about zero, in deviations from chance, at 5 %",
         meaning="the residuals change their sign as often as by chance"
@@ -59,7 +64,7 @@ def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check:
         if tests.runs_z < 0
         else "the residuals change their sign more often than by chance, as the edge of the "
         "decimation filter or a vibration makes them; the HAC deviations allow for it"
-        + ("" if chosen == "hac" else ", which were not chosen here"),
+        + ("" if COVARIANCES[chosen].allows_autocorrelation else ", which were not chosen here"),
     )
 
 
@@ -90,13 +95,16 @@ def left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
 def normality(tests: ResidualTests, estimate: Estimate) -> Check:
     """Whether outliers decide the estimate."""
     rows = len(estimate.y)
-    normal = tests.jarque_bera_p >= _SIGNIFICANT
+    normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(
         name="normal residuals",
-        status=passed(normal, matters=rows < _MANY or tests.excess_kurtosis > _OUTLIERS),
+        status=passed(
+            normal,
+            matters=rows < LARGE_SAMPLE.value or tests.excess_kurtosis > MAX_EXCESS_KURTOSIS.value,
+        ),
         figure=tests.jarque_bera,
-        threshold=5.991,
+        threshold=MAX_JARQUE_BERA.value,
         p_value=tests.jarque_bera_p,
         source="Jarque-Bera, chi-squared with 2 degrees of freedom at 5 %; supposes independent "
         "residuals",

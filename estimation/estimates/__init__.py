@@ -5,11 +5,9 @@ Knows nothing of verdicts and of how it is shown.
 """
 
 from .covariances import COVARIANCES as COVARIANCES
-from .estimate import CURVED as CURVED
-from .estimate import FOLLOWING as FOLLOWING
-from .estimate import STILL as STILL
 from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
+from .estimate import NotSimulated as NotSimulated
 from .estimating import estimate_by as estimate_by
 from .fit import Fit as Fit
 from .method import Method as Method
@@ -17,11 +15,11 @@ from .methods import METHODS as METHODS
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
 from .problem import Problem as Problem
-from .value import COVARIANCE_LABELS as COVARIANCE_LABELS
 from .value import Named as Named
 from .value import Value as Value
+from .value import derived_value as derived_value
 from .value import student_interval as student_interval
-from .visibility import FEW_ROWS as FEW_ROWS
 from .visibility import Reach as Reach
+from .visibility import check_identifiable as check_identifiable
 from .visibility import check_shown as check_shown
 from .visibility import natural_sizes as natural_sizes

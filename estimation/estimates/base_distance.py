@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
+from axisid.estimation.thresholds.estimates import SAME_DISTANCE, SAME_PARAMETER
 from axisid.modeling.derivation import BaseModel
 from axisid.support.arrays import Array
 
 _MOST_STEPS = 200
 _STILL = 1e-10  # deviations
-_SAME = 1e-6  # of a distance, and of a parameter
 _SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
 _STRETCHES = (1.0, 3.0, 1 / 3)
 _SHARPEST = 1e-9  # relative deviation
@@ -86,7 +87,7 @@ class Distance:
         """The nearest parameters, inside the bounds if any there are as near."""
         found = [self._descend(start) for start in self._starts()]
         least = min(each.cost for each in found)
-        near = [each for each in found if each.cost <= least + _SAME * (1 + least)] or found
+        near = [each for each in found if _is_as_near(each, least)] or found
         near += [
             Minimum(theta, near[0].cost)
             for theta in self._mirrored(near[0].theta)
@@ -99,15 +100,23 @@ class Distance:
         cost = self._residuals(theta)[0]
         least = float(cost @ cost)
         candidates = [*self._mirrored(theta)]
-        if not self.map.base.unsettled:
+        if not self.map.base.undetermined:
             ends = [self._descend(start) for start in self._starts()]
-            candidates += [e.theta for e in ends if e.cost <= least + _SAME * (1 + least)]
+            candidates += [each.theta for each in ends if _is_as_near(each, least)]
         apart: list[Array] = []
         for other in candidates:
-            told = all(not np.allclose(other, seen, rtol=1e-3) for seen in [theta, *apart])
-            if told and self._inside(other):
+            is_new = not any(self.alike(seen, other).all() for seen in [theta, *apart])
+            if is_new and self._inside(other):
                 apart.append(other)
         return apart
+
+    def alike(self, theta: Array, other: Array) -> NDArray[np.bool_]:
+        """Which parameters (p,) of two solutions are one, by their size and their deviation."""
+        slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
+        deviations = np.zeros(len(theta))
+        deviations[self.free] = np.divide(1.0, slopes, out=np.zeros(len(slopes)), where=slopes > 0)
+        size = np.maximum(np.abs(theta), np.abs(other)) + deviations
+        return np.asarray(np.abs(other - theta) <= SAME_PARAMETER.value * size)
 
     def influence(self, theta: Array, rank: int) -> Array:
         """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly."""
@@ -163,12 +172,12 @@ class Distance:
     def _starts(self) -> Iterator[Array]:
         """The nominal values first; where one is 0, other sizes; then neighbours."""
         known = np.isin(np.arange(len(self._start)), self._known)
-        bent = np.any(self.map.exponents[self.map.exponents.sum(axis=1) > 1] > 0, axis=0)
-        silent = (self._start == 0) & ~known & bent
-        sizes = _SIZES if np.any(silent) else (1.0,)
-        stretches = _STRETCHES if np.any(bent) else (1.0,)
+        nonlinear = np.any(self.map.exponents[self.map.exponents.sum(axis=1) > 1] > 0, axis=0)
+        at_zero = (self._start == 0) & ~known & nonlinear
+        sizes = _SIZES if np.any(at_zero) else (1.0,)
+        stretches = _STRETCHES if np.any(nonlinear) else (1.0,)
         for stretch, size in product(stretches, sizes):
-            filled = np.where(silent, size, self._start)
+            filled = np.where(at_zero, size, self._start)
             yield np.where(known, filled, stretch * filled)
 
     def _mirrored(self, theta: Array) -> Iterator[Array]:
@@ -191,6 +200,11 @@ def _scaled(slopes: Array) -> tuple[Array, Array]:
     sizes = np.linalg.norm(slopes, axis=0)
     sizes = np.where(sizes > 0, sizes, 1.0)
     return sizes, slopes / sizes
+
+
+def _is_as_near(found: Minimum, least: float) -> bool:
+    """Whether a minimum is the least one, but for rounding."""
+    return found.cost <= least + SAME_DISTANCE.value * (1 + least)
 
 
 def _whitening(covariance: Array, values: Array) -> Array:

@@ -1,7 +1,5 @@
 """What an estimator returns."""
 
-import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -24,20 +22,29 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import Neighbours
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
-from .value import Named, Value, student_interval
+from .value import Named, Value, derived_value, value_with_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Simulation error in percent from which the simulated loop does not follow the record.
-FOLLOWING = 50.0
-#: Part of a deviation by which no parameter may still move when the iteration ends.
-STILL = 1e-2
-#: Second-order part of a deviation, against the first, from which the delta method is not enough.
-CURVED = 0.1
+
+@dataclass(frozen=True, slots=True)
+class NotSimulated(Missing):
+    """Why no loop was simulated with an estimate.
+
+    Attributes
+    ----------
+    by_estimate : bool
+        Whether its law and its reference are there and the estimate is at fault: too stiff, no
+        inertia, diverging.
+    """
+
+    by_estimate: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,13 +100,15 @@ class Estimate(Shown):
         Which of the rows follow each other in time.
     period : float
         Of the samples, s.
+    row_period : float
+        Between rows that follow each other, s.
     times : (n,) array or None
         Of each row since the record's first sample, s, where the record has gaps; None where it is
         `rows` times `period`.
     residuals : (n,) array
         ``y - X theta``, less the known part of the model if it has one.
-    simulated : (n,) array or None
-        Left side as the simulated loop has it; None where the loop could not be simulated.
+    simulated : (n,) array or NotSimulated
+        Left side as the simulated loop has it.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``. Not a quality of an instrumental-variable estimate.
     simulation_error_percent : float or None
@@ -110,11 +119,11 @@ class Estimate(Shown):
         The start and every iterate; empty for least squares.
     covariance_names : dict of str to str
         What each covariance is, with lags and corrections, for the notes of a table.
-    remarks : tuple of str
+    remarks : tuple of Note
         What the user should know about this estimate.
-    chosen : {"hac", "robust", "iid"}
+    chosen : str
         Of `covariances`, what intervals, draws, curvatures and tests are of.
-    assumed : Covariance
+    covariance_model : Covariance
         The same as what it assumes of residuals, with its lags if it has any.
     gain_relative_sd : float
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
@@ -122,9 +131,6 @@ class Estimate(Shown):
         Of the physical parameters by the logarithm of the gain; None where it is exact.
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
-    not_simulated : str
-        Why the loop cannot be simulated with the estimate where its law and its reference are
-        there: too stiff, no inertia, diverging. Else empty.
     filter_bias : (p,) array or None
         What the prefilter alone moves the physical parameters by; None where the loop could not be
         simulated.
@@ -145,17 +151,17 @@ class Estimate(Shown):
     rows: Array
     neighbours: Neighbours
     period: float
+    row_period: float
     residuals: Array
-    simulated: Array | None
+    simulated: Array | NotSimulated
     equation_error_percent: float
     simulation_error_percent: float | None
     condition_number: float
     iterates: tuple[Iterate, ...]
     covariance_names: Mapping[str, str]
-    remarks: tuple[str, ...]
-    assumed: Covariance
+    remarks: tuple[Note, ...]
+    covariance_model: Covariance
     times: Array | None = None
-    not_simulated: str = ""
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
     gain_slopes: Array | None = None
@@ -163,10 +169,7 @@ class Estimate(Shown):
     filter_bias: Array | None = None
 
     def __repr__(self) -> str:
-        values = (
-            f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.parameters.items()
-        )
-        return f"{self.method}: {', '.join(values)}"
+        return f"{self.method}: {self.parameters.listed()}"
 
     @property
     def is_direct(self) -> bool:
@@ -250,28 +253,14 @@ class Estimate(Shown):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
-        value, slopes, bends = read.at([float(x) for x in self.physical])
-        gradient, hessian = np.array(slopes), np.array(bends)
-        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
-            raise EstimationError(
-                f"{function} is not a finite real number with finite derivatives at the estimate; "
-                f"its value is {value:g}."
-            )
-        curvature = self._bend().ratio(gradient, hessian)
-        if curvature > CURVED:
-            warnings.warn(
-                f"{function} bends within the uncertainty: the second-order part of its standard "
-                f"deviation is {curvature:.2g} of the first; draw instead: propagate()",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-        variances = {name: float(gradient @ c @ gradient) for name, c in self.covariances.items()}
-        by_gain, bias = (
-            None if moves is None else float(gradient @ moves)
-            for moves in (self.gain_slopes, self.filter_bias)
+        slopes = np.zeros(len(self.physical)) if self.gain_slopes is None else self.gain_slopes
+        return derived_value(
+            function,
+            self,
+            curvature=self._bend().ratio,
+            moved_by_gain=self.gain_relative_sd * slopes,
+            advice="draw instead: propagate()",
         )
-        return self.valued(value, str(read.unit), variances, by_gain, bias)
 
     @property
     def curvatures(self) -> Array:
@@ -280,8 +269,8 @@ class Estimate(Shown):
         Zero where the regression is in the physical parameters themselves; the delta method is
         enough up to about 0.1.
         """
-        bent, flat = self._bend(), np.zeros((len(self.physical),) * 2)
-        return np.array([bent.ratio(row, flat) for row in np.eye(len(self.physical))])
+        second, flat = self._bend(), np.zeros((len(self.physical),) * 2)
+        return np.array([second.ratio(row, flat) for row in np.eye(len(self.physical))])
 
     def propagate(
         self,
@@ -383,17 +372,5 @@ class Estimate(Shown):
         filter_bias: float | None = None,
     ) -> Value:
         """A value from its variances and its slope by the logarithm of the drive gain."""
-        # Rounding may leave a variance of nothing a little below zero.
-        sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
-        corrected = value - (filter_bias or 0.0)
-        return Value(
-            value=value,
-            unit=unit,
-            sd=sds["iid"],
-            sd_robust=sds["robust"],
-            sd_hac=sds["hac"],
-            interval=student_interval(corrected, sds[self.chosen], self.dof),
-            sd_gain=0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain),
-            filter_bias=filter_bias,
-            chosen=self.chosen,
-        )
+        sd_gain = 0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain)
+        return value_with_interval(self, value, unit, variances, sd_gain, filter_bias)

@@ -13,20 +13,22 @@ from axisid.estimation.regression import (
     delta_method,
 )
 from axisid.estimation.signals import rests_first
+from axisid.estimation.thresholds.estimates import (
+    BOUND_TOLERANCE,
+    MAX_STARTING_SPEED,
+    MIN_ROWS_PER_PARAMETER,
+    NO_RELATION,
+)
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
+from axisid.support.remedy import Note
 
 from .covariances import COVARIANCES
-from .estimate import Estimate
+from .estimate import Estimate, NotSimulated
 from .filter_bias import filter_bias, slopes_by_gain
 from .fit import Fit
 from .method import Method
 from .problem import Problem
-from .visibility import FEW_ROWS
-
-_IN_MOTION = 0.25  # of the largest speed
-_NOT_FOLLOWING = 100.0  # %
-_AT_BOUND = 1e-6
 
 
 def estimate_by(
@@ -53,11 +55,12 @@ def estimate_by(
     axis, fit = problem.axis, method.fit(problem)
     form, solution, y = fit.form, fit.solution, fit.measured.left
     physical, jacobian = form.physical(solution.theta)
-    assumed = {name: COVARIANCES[name](lags) for name in reversed(COVARIANCES)}
-    covariances = _covariances(method, fit, assumed)
+    models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
+    covariances = _covariances(method, fit, models)
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     direct = isinstance(form, DirectForm)
     bias, slopes = _bias_and_slopes(form.at(physical), problem, fit, physical)
+    remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
         form=form.at(physical),
@@ -75,18 +78,18 @@ def estimate_by(
         neighbours=problem.neighbours,
         times=_row_times(problem),
         period=problem.data[0].period,
+        row_period=problem.row_period,
         residuals=solution.residuals,
         simulated=fit.simulated,
         equation_error_percent=relative_error_percent(solution.residuals, y),
         simulation_error_percent=None
-        if fit.simulated is None
+        if isinstance(fit.simulated, NotSimulated)
         else relative_error_percent(y - fit.simulated, y),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
-        covariance_names={name: c.describe(solution) for name, c in assumed.items()},
-        not_simulated=fit.not_simulated,
-        remarks=(*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical)),
-        assumed=assumed[covariance],
+        covariance_names={name: c.describe(solution) for name, c in models.items()},
+        remarks=tuple(map(Note.of, remarks)),
+        covariance_model=models[covariance],
         chosen=covariance,
         gain_relative_sd=_gain_relative_sd(problem),
         gain_slopes=slopes[0],
@@ -95,12 +98,12 @@ def estimate_by(
     )
 
 
-def _covariances(method: Method, fit: Fit, assumed: dict[str, Covariance]) -> dict[str, Array]:
+def _covariances(method: Method, fit: Fit, models: dict[str, Covariance]) -> dict[str, Array]:
     """Of the regression's own parameters, by name; refused where the residuals are not finite."""
     y = fit.measured.left
     if not (float(y @ y) > 0 and np.all(np.isfinite(fit.solution.residuals))):
         raise _not_finite(method, fit.form)
-    return {name: covariance.matrix(fit.solution) for name, covariance in assumed.items()}
+    return {name: covariance.matrix(fit.solution) for name, covariance in models.items()}
 
 
 def _mapped(method: Method, form: Form, covariance: Array, jacobian: Array) -> Array:
@@ -147,25 +150,25 @@ def _bias_and_slopes(
     return bias, slopes
 
 
-def _remarks(problem: Problem, fit: Fit) -> list[str]:
+def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
     """What the user should know whatever the method."""
     measured, simulated = fit.measured, fit.simulated
-    every = (data.prefilter.remarks(data.period) for data in problem.data)
-    remarks = list(dict.fromkeys(remark for of_one in every for remark in of_one))
+    every = (data.sampling.filter.remarks() for data in problem.data)
+    remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
     n, k = measured.regressor.shape
-    if n < FEW_ROWS * k:
+    if n < MIN_ROWS_PER_PARAMETER.value * k:
         remarks.append(
             f"{n} rows for {k} parameters are few: standard deviations cannot be believed; "
             "record longer, or decimate less"
         )
-    if simulated is None:
+    if isinstance(simulated, NotSimulated):
         return remarks
-    if relative_error_percent(measured.left - simulated, measured.left) > _NOT_FOLLOWING:
+    if relative_error_percent(measured.left - simulated, measured.left) > NO_RELATION.value:
         remarks.append(
-            "the simulated loop does not follow the record; "
-            + (
+            Note.of(
+                "the simulated loop does not follow the record; ",
                 rests_first(problem.rest)
-                or "check the control law, the reference and the signs and units of the columns"
+                or "check the control law, the reference and the signs and units of the columns",
             )
         )
     return remarks + _begun_in_motion(problem)
@@ -176,7 +179,7 @@ def _begun_in_motion(problem: Problem) -> list[str]:
     for data in problem.data:
         speed = np.abs(data.signals.velocity)
         starts = [start for start, _ in data.record.spans]
-        if speed[starts].max() > _IN_MOTION * speed.max():
+        if speed[starts].max() > MAX_STARTING_SPEED.value * speed.max():
             what = "a segment of the record" if data.record.segments else "the record"
             return [
                 f"{what} begins in motion, the simulated loop at rest: its first transient is "
@@ -188,11 +191,14 @@ def _begun_in_motion(problem: Problem) -> list[str]:
 def _outside_bounds(axis: GeneratedAxis, physical: Array) -> list[str]:
     stopped = [
         f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
-        for p, value, bent in zip(axis.axis.parameters, physical, axis.nonlinear, strict=True)
-        if bent and min(abs(value - p.lower), abs(value - p.upper)) <= _AT_BOUND * abs(value)
+        for p, value, is_nonlinear in zip(
+            axis.axis.parameters, physical, axis.nonlinear, strict=True
+        )
+        if is_nonlinear
+        and min(abs(value - p.lower), abs(value - p.upper)) <= BOUND_TOLERANCE.value * abs(value)
     ]
     return stopped + [
-        f"{p.name} = {value:.6g} {p.unit} is outside its bounds [{p.lower:g}, {p.upper:g}]"
+        p.out_of_bounds(value)
         for p, value in zip(axis.axis.parameters, physical, strict=True)
-        if not p.lower <= value <= p.upper
+        if not p.allows(value)
     ]

@@ -66,10 +66,10 @@ def slopes_by_gain(
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
 
     Without known terms every linear parameter is proportional to the gain; a known term keeps its
-    size, so that the others take what it leaves.
+    size, so that the others take what it leaves. So does what the drive makes without its gain.
     """
     ahead, behind = (
-        _solved(form, [_scaled(data, scale) for data in problem.data], problem, instruments)
+        _solved(form, [_with_gain(data, scale) for data in problem.data], problem, instruments)
         for scale in (1 + _STEP, 1 - _STEP)
     )
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
@@ -88,12 +88,11 @@ def _noise_free(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRe
     return replace(data, record=simulated)
 
 
-def _scaled(data: FilteredRecord, scale: float) -> Signals:
+def _with_gain(data: FilteredRecord, scale: float) -> Signals:
     """The signals with another drive gain, on which a measured force does not depend."""
     signals = data.signals
-    if data.record.force is not None:
-        return signals
-    return replace(signals, force=signals.force * scale)
+    fixed = signals.force - data.force_by_gain
+    return replace(signals, force=(signals.force - fixed) * scale + fixed)
 
 
 def _solved(

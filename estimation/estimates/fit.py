@@ -4,9 +4,13 @@ from dataclasses import dataclass
 
 from axisid.estimation.regression import Equations, Factored, Form, Solution
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.remedy import Note
 
-from .estimate import FOLLOWING, Iterate
+from .estimate import Iterate, NotSimulated
+
+_NO_LOOP = NotSimulated("the method simulates no loop")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,11 +29,9 @@ class Fit:
         The start and every iterate; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
-    simulated : (n,) array or None
+    simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
-    remarks : tuple of str
-    not_simulated : str
-        Why the loop cannot be simulated with the estimate, if it is the estimate's fault.
+    remarks : tuple of str or Note
     """
 
     form: Form
@@ -38,14 +40,13 @@ class Fit:
     instruments: Factored | None = None
     iterates: tuple[Iterate, ...] = ()
     loops: tuple[Simulation, ...] = ()
-    simulated: Array | None = None
-    remarks: tuple[str, ...] = ()
-    not_simulated: str = ""
+    simulated: Array | NotSimulated = _NO_LOOP
+    remarks: tuple[str | Note, ...] = ()
 
     @property
     def follows(self) -> bool:
         """Whether the simulated loops move as the records do, so that they stand for them."""
-        if self.simulated is None:
+        if isinstance(self.simulated, NotSimulated):
             return False
         left = self.measured.left
-        return relative_error_percent(left - self.simulated, left) < FOLLOWING
+        return relative_error_percent(left - self.simulated, left) < MAX_SIMULATION_ERROR.value

@@ -21,18 +21,23 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import (
+    CONVERGED,
+    MAX_SIMULATION_ERROR_RATIO,
+    NEARLY_CONVERGED,
+)
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
+from axisid.support.remedy import Note
 
-from .estimate import STILL, Iterate
+from .estimate import Iterate
 from .fit import Fit
 from .least_squares import least_squares_point
 from .method import Method, at_point
-from .pace import NEAR, Pace
+from .pace import Pace
 from .problem import Problem, adding
 
 _MOST = 20
-_WORSE = 2.0  # simulation errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +67,7 @@ class Instruments(Method):
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`; from where least squares ends, which searches more widely."""
         form = self.form(problem.axis)
-        with adding("Instruments need it; idm-ls and ddm-ls do without."):
+        with adding(lambda: "Instruments need it; idm-ls and ddm-ls do without."):
             problem.check_loop()
         return Iteration(self.name, least_squares_point(form, problem.rows), problem).fit()
 
@@ -100,13 +105,13 @@ class Iteration:
             with self._naming():
                 measured = self._on.rows(form.at(physical) if self._iterates else form)
                 reached, Z = self._reached(measured, physical)
-                if last is not None and last.size <= STILL:
+                if last is not None and last.size <= CONVERGED.value:
                     return self._ended(last, reached)
                 last = self._step(measured, Z, physical)
                 if nearest is None or last.size < nearest.size:
                     nearest = last
                 physical = self._next(last, physical, self._pace.share)
-        if nearest is None or nearest.size > NEAR:
+        if nearest is None or nearest.size > NEARLY_CONVERGED.value:
             raise self._moving(physical)
         with self._naming():
             end = self._next(nearest, nearest.start, 1.0)
@@ -116,14 +121,16 @@ class Iteration:
     def _moving(self, physical: Array) -> EstimationError:
         rests = rests_first(self._on.rest)
         cause = (
-            f"It may be that {rests}."
+            Note.of("It may be that ", rests, ".")
             if rests
             else "Check the control law against the record, and start from better nominal values."
         )
-        return EstimationError(
+        said = Note.of(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-            f"{self._axis.describe(physical)}. {cause}"
+            f"{self._axis.describe(physical)}. ",
+            cause,
         )
+        return EstimationError(said.text, said.remedy, code="no-convergence")
 
     def _reached(self, measured: Equations, physical: Array) -> tuple[_Reached, Array]:
         """The loop simulated with the next iterate, parameters (p,), and its regressor."""
@@ -152,9 +159,9 @@ class Iteration:
     def _next(self, step: _Step, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
         if self._axis.is_linear or not isinstance(self._form, InverseForm):
-            whole = step.size <= STILL or share == 1.0
+            whole = step.size <= CONVERGED.value or share == 1.0
             return step.goal if whole else physical + share * (step.goal - physical)
-        if step.size <= STILL:
+        if step.size <= CONVERGED.value:
             return np.clip(step.goal, *search_bounds(self._axis))
         return damped_step(self._form, self._on.rows, step.instruments, physical, step.goal)
 
@@ -178,7 +185,7 @@ class Iteration:
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""
         first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
-        if not self._axis.is_linear and last > _WORSE * first:
+        if not self._axis.is_linear and last > MAX_SIMULATION_ERROR_RATIO.value * first:
             raise EstimationError(
                 f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
                 f"{self._axis.describe(self._iterates[-1].physical)}, whose loop leaves "
@@ -193,7 +200,8 @@ class Iteration:
         try:
             yield
         except EstimationError as error:
-            raise EstimationError(f"{what}: {error}") from error
+            problem = f"{what}: {error.problem}"
+            raise EstimationError(problem, error.remedy, code=error.code) from error
 
 
 def _jumping(size: float) -> str:

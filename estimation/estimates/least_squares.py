@@ -12,7 +12,9 @@ from axisid.estimation.regression import (
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.remedy import Note
 
+from .estimate import NotSimulated
 from .fit import Fit
 from .method import Method, at_point
 from .problem import Problem
@@ -33,8 +35,10 @@ class LeastSquares(Method):
                 form=form,
                 measured=measured,
                 solution=solution,
-                remarks=(f"no simulation error, since {error}",),
-                not_simulated=str(error) if isinstance(error, EstimationError) else "",
+                simulated=NotSimulated(
+                    error.problem, error.remedy, by_estimate=isinstance(error, EstimationError)
+                ),
+                remarks=(Note.of("no simulation error, since ", error.note),),
             )
         simulated: Array = right @ solution.theta + known
         return Fit(

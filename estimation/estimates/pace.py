@@ -9,13 +9,9 @@ follows from itself to the last digit.
 
 import numpy as np
 
+from axisid.estimation.thresholds.estimates import CONVERGED
 from axisid.support.arrays import Array
 
-from .estimate import STILL
-
-#: Part of a deviation by which an estimate may be away from the one that follows from it: a
-#: hundredth of the variance, where the simulated loop jumps too much for `STILL`.
-NEAR = 0.1
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
 _SWINGING = 0.5  # of the last step, backwards
 _LEAST = 0.125
@@ -34,7 +30,7 @@ class Pace:
 
         `share` is then the part of it to go.
         """
-        unit = deviation + _ROUNDING / STILL * np.abs(goal)
+        unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
         moved = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
         self._taken += 1
         if self._last is not None and self._taken > _FIRST and self._swings(moved):

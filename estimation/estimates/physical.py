@@ -15,17 +15,18 @@ import numpy as np
 from scipy.special import chdtrc
 
 from axisid.estimation.regression import delta_method
+from axisid.estimation.thresholds.estimates import (
+    MAX_EXACT_DISTANCE,
+    MIN_SENSITIVITY,
+)
 from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter
-from axisid.modeling.wording import describe_unsettled, unsettled_names
+from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array
 
 from .base_distance import BaseMap, Distance
 from .estimate import Estimate
 from .value import Value
-
-_EXACT = 1e-6  # a distance in deviations that is none
-_SINGULAR = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +42,7 @@ class Physical:
         The declared parameters that follow, by name.
     covariances : mapping of str to array
         Of these, in their order: ``iid``, ``robust`` and ``hac``.
-    unsettled : tuple of str
+    undetermined : tuple of str
         In words, which parameters do not follow and what would have to be known.
     statistic, dof, p_value : float, int, float or None
         The minimum distance, chi-squared with `dof` degrees of freedom, and how likely a larger one
@@ -54,7 +55,7 @@ class Physical:
     base: BaseModel
     parameters: Mapping[str, Value]
     covariances: Mapping[str, Array]
-    unsettled: tuple[str, ...]
+    undetermined: tuple[str, ...]
     statistic: float
     dof: int
     p_value: float | None
@@ -84,12 +85,12 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
         return None
     distance = Distance(BaseMap(base), estimate.corrected, _expected(estimate))
     found = distance.minimum()
-    lost = unsettled_names(base)
-    rank = len(distance.free) - len(base.unsettled)
+    lost = undetermined_names(base)
+    rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
     reason = _no_solution(found.cost, dof, distance, found.theta, rank)
     if reason:
-        return _none(estimate, base, (*describe_unsettled(base), reason))
+        return _none(estimate, base, (*describe_undetermined(base), reason))
     influence = distance.influence(found.theta, rank)
     names = [p.name for p in base.declared.parameters]
     kept = [j for j, name in enumerate(names) if name not in lost]
@@ -113,7 +114,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
             for i, j in enumerate(kept)
         },
         covariances=covariances,
-        unsettled=describe_unsettled(base),
+        undetermined=describe_undetermined(base),
         statistic=found.cost if dof else 0.0,
         dof=dof,
         p_value=float(chdtrc(dof, found.cost)) if dof else None,
@@ -136,7 +137,7 @@ def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Phys
         base=base,
         parameters={},
         covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
-        unsettled=reasons,
+        undetermined=reasons,
         statistic=0.0,
         dof=0,
         p_value=None,
@@ -146,12 +147,12 @@ def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Phys
 
 def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:
     """Why there are no physical parameters; empty if there are."""
-    if not np.isfinite(cost) or (dof == 0 and cost > _EXACT):
+    if not np.isfinite(cost) or (dof == 0 and cost > MAX_EXACT_DISTANCE.value):
         return (
             "no values of the physical parameters give the base parameters as they are estimated: "
             "check the equation of motion and what was fixed, or start from better nominal values"
         )
-    if distance.sharpness(theta, rank) < _SINGULAR:
+    if distance.sharpness(theta, rank) < MIN_SENSITIVITY.value:
         return (
             "at this estimate the base parameters hardly change with the physical ones, which "
             "therefore do not follow: fix others"
@@ -164,7 +165,8 @@ def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
     names = [p.name for p in distance.map.base.declared.parameters]
     remarks = []
     for other in distance.others(theta):
-        moved = [j for j in kept if not np.isclose(other[j], theta[j], rtol=1e-3, atol=0.0)]
+        alike = distance.alike(theta, other)
+        moved = [j for j in kept if not alike[j]]
         if moved:
             values = ", ".join(f"{names[j]} = {other[j]:.4g}" for j in moved)
             remarks.append(
@@ -177,7 +179,7 @@ def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
 def _outside(base: BaseModel, theta: Array, kept: list[int]) -> list[str]:
     declared: list[Parameter] = [base.declared.parameters[j] for j in kept]
     return [
-        f"{p.name} = {theta[j]:.6g} {p.unit} is outside its bounds [{p.lower:g}, {p.upper:g}]"
+        p.out_of_bounds(theta[j])
         for j, p in zip(kept, declared, strict=True)
-        if not p.lower <= theta[j] <= p.upper and p.known is None
+        if not p.allows(theta[j]) and p.known is None
     ]

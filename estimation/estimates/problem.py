@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,
     Factored,
@@ -23,11 +24,10 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Neighbours, motion_lacks
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, UsageError
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.remedy import Remedy
 
-from .visibility import Reach, check_shown
-
-_SAME = 1.01  # distances of rows that count as one
+from .visibility import Reach, check_identifiable, check_shown
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -57,17 +57,13 @@ class Problem:
     def __post_init__(self) -> None:
         if not self.data or any(data.axis is not self.axis for data in self.data):
             raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
-        apart = [data.period * data.prefilter.decimate for data in self.data]
-        if max(apart) > _SAME * min(apart):
+        apart = [data.row_period for data in self.data]
+        if not is_same_period(min(apart), max(apart)):
             raise UsageError(
                 f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
                 "resample or decimate them alike."
             )
-        if self.axis.hidden:
-            raise EstimationError(
-                f"axis {self.axis.axis.name!r} cannot be identified: "
-                f"{'; '.join(self.axis.hidden)}. Declare the combination as one parameter."
-            )
+        check_identifiable(self.axis)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is computed when it is asked for."""
@@ -80,6 +76,11 @@ class Problem:
     def neighbours(self) -> Neighbours:
         """Which of the rows follow each other in time."""
         return Neighbours.joined([data.neighbours for data in self.data])
+
+    @property
+    def row_period(self) -> float:
+        """Time between rows that follow each other, s."""
+        return self.data[0].row_period
 
     def rows(self, form: Form) -> Equations:
         """The measured rows of a form.
@@ -110,7 +111,7 @@ class Problem:
     def factored(self, form: Form, measured: Equations) -> Factored:
         """The regressor of measured rows, or an error that says what the motion lacks."""
         names = [q.expression or q.name for q in form.quantities]
-        with adding(self.lacking):
+        with adding(lambda: self.lacking):
             return factor(measured.regressor, names, neighbours=self.neighbours)
 
     def check_loop(self) -> None:
@@ -162,7 +163,7 @@ class Problem:
             for data, equations in zip(self.data, every, strict=True)
         ]
         reaches = [reach for reach in found if reach is not None]
-        with adding(self.lacking):
+        with adding(lambda: self.lacking):
             check_shown(
                 self.axis,
                 Reach.joined(reaches) if reaches else None,
@@ -175,11 +176,13 @@ class Problem:
 
 
 @contextmanager
-def adding(what: str) -> Iterator[None]:
-    """Say more in an error, if there is more to say."""
+def adding(sentence: Callable[[], str]) -> Iterator[None]:
+    """Say more in an error, if there is more to say; asked for only then."""
     try:
         yield
     except AxisidError as error:
-        if what:
-            raise type(error)(f"{error} {what}") from error
+        if what := sentence():
+            more = error.remedy and Remedy.of(error.remedy, f" {what}")
+            problem = error.problem if more else f"{error.problem} {what}"
+            raise type(error)(problem, more, code=error.code) from error
         raise

@@ -1,15 +1,24 @@
-"""An estimated number: with its unit, its deviations and its interval."""
+"""An estimated number, with unit, deviations and interval, and functions of such numbers."""
 
+import math
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
+import numpy as np
 from scipy.special import stdtrit
 
-from axisid.support.errors import UsageError
-
-_LEVEL = 0.95
-
-#: What the covariances are called in tables.
-COVARIANCE_LABELS = {"hac": "HAC", "robust": "robust", "iid": "i.i.d."}
+from axisid.codegen.artefacts import Quantity
+from axisid.estimation.thresholds.estimates import (
+    INTERVAL_LEVEL,
+    MAX_CURVATURE,
+    MIN_PRINTED_FILTER_BIAS,
+)
+from axisid.modeling.text import FunctionLike, parameter_function
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.frozen_mapping import FrozenMapping
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,10 +29,8 @@ class Value:
     ----------
     value : float
     unit : str
-    sd : float
-        For independent residuals, as in the published tables.
-    sd_robust, sd_hac : float
-        For residuals of any variance; for autocorrelated ones too.
+    deviations : mapping of str to float
+        Standard deviation under each of `COVARIANCES`.
     interval : (float, float)
         95 %, about `corrected`, from `deviation` and Student's distribution with n - k degrees of
         freedom.
@@ -32,36 +39,62 @@ class Value:
     filter_bias : float or None
         What the prefilter alone moves the value by, found on the loop that is simulated with the
         estimate. The value contains it, the interval does not. None where it was not found.
-    chosen : {"hac", "robust", "iid"}
-        The covariance that `deviation` and `interval` are of.
+    chosen : str
+        Of `COVARIANCES`: the one that `deviation` and `interval` are of.
     """
 
     value: float
     unit: str
-    sd: float
-    sd_robust: float
-    sd_hac: float
+    deviations: Mapping[str, float]
     interval: tuple[float, float]
     sd_gain: float = 0.0
     filter_bias: float | None = None
     chosen: str = "hac"
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "deviations", FrozenMapping(self.deviations))
+
     def __str__(self) -> str:
         low, high = self.interval
+        # The interval is about another number then, which it would else seem to leave to one side.
+        moved = self.shift > MIN_PRINTED_FILTER_BIAS.value
+        corrected = f" ({self.corrected:.6g} without filter bias)" * moved
         return (
-            f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}, "
+            f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}{corrected}, "
             f"95 %: {low:.6g} to {high:.6g} {self.unit}"
         )
 
     @property
     def deviation(self) -> float:
         """Standard deviation under the covariance that was chosen."""
-        return {"hac": self.sd_hac, "robust": self.sd_robust, "iid": self.sd}[self.chosen]
+        return self.deviations[self.chosen]
+
+    @property
+    def sd(self) -> float:
+        """For independent residuals, as in the published tables."""
+        return self.deviations["iid"]
+
+    @property
+    def sd_robust(self) -> float:
+        """For residuals of any variance."""
+        return self.deviations["robust"]
+
+    @property
+    def sd_hac(self) -> float:
+        """For autocorrelated residuals too."""
+        return self.deviations["hac"]
 
     @property
     def corrected(self) -> float:
         """The value less the filter's own bias, where that is known."""
         return self.value - (self.filter_bias or 0.0)
+
+    @property
+    def shift(self) -> float:
+        """Size of the filter's own bias in deviations; infinite for a bias without one."""
+        if not self.filter_bias:
+            return 0.0
+        return abs(self.filter_bias) / self.deviation if self.deviation > 0 else math.inf
 
     @property
     def relative_sd_percent(self) -> float:
@@ -80,8 +113,120 @@ class Named(dict[str, Value]):
     def __missing__(self, name: str) -> Value:
         raise UsageError(f"there is no {name!r}; choose from {', '.join(self)}.")
 
+    def listed(self) -> str:
+        """Every value with its deviation and unit, on one line."""
+        values = (f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.items())
+        return ", ".join(values)
+
+
+class Estimated(Protocol):
+    """Parameters with their covariances: what values are made of, see `Estimate`."""
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Parameters, length p."""
+
+    @property
+    def physical(self) -> Array:
+        """Their values, (p,)."""
+
+    @property
+    def covariances(self) -> Mapping[str, Array]:
+        """Of these, (p, p), by name."""
+
+    @property
+    def filter_bias(self) -> Array | None:
+        """What the prefilter alone moves them by, (p,), where it is known."""
+
+    @property
+    def chosen(self) -> str:
+        """Of `covariances`, what intervals are of."""
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom of the residuals."""
+
 
 def student_interval(centre: float, deviation: float, dof: int) -> tuple[float, float]:
     """The 95 % interval about an estimate, by Student's distribution."""
-    reach = float(stdtrit(dof, (1 + _LEVEL) / 2)) * deviation
+    reach = float(stdtrit(dof, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
     return centre - reach, centre + reach
+
+
+def value_with_interval(
+    estimate: Estimated,
+    value: float,
+    unit: str,
+    variances: Mapping[str, float],
+    sd_gain: float,
+    filter_bias: float | None,
+) -> Value:
+    """A value from its variance under each covariance."""
+    # Rounding may leave a variance of nothing a little below zero.
+    sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
+    corrected = value - (filter_bias or 0.0)
+    return Value(
+        value=value,
+        unit=unit,
+        deviations=sds,
+        interval=student_interval(corrected, sds[estimate.chosen], estimate.dof),
+        sd_gain=sd_gain,
+        filter_bias=filter_bias,
+        chosen=estimate.chosen,
+    )
+
+
+def derived_value(
+    function: FunctionLike,
+    estimate: Estimated,
+    *,
+    curvature: Callable[[Array, Array], float],
+    moved_by_gain: Array,
+    advice: str,
+) -> Value:
+    """A function of an estimate's parameters by the delta method, for a method ``derive``.
+
+    Parameters
+    ----------
+    function : str or SymPy expression
+    estimate : Estimated
+    curvature : callable
+        Takes gradient (p,) and Hessian (p, p), gives the second-order part of the deviation against
+        the first.
+    moved_by_gain : (p,) array
+        What a deviation of the drive gain moves the parameters by.
+    advice : str
+        What to do where the function bends too much.
+
+    Raises
+    ------
+    UsageError
+        The function cannot be read, or its units do not fit.
+    EstimationError
+        It has no finite value at the estimate.
+    """
+    read = parameter_function(function, {q.name: q.unit for q in estimate.quantities})
+    value, slopes, bends = read.at([float(x) for x in estimate.physical])
+    gradient, hessian = np.array(slopes), np.array(bends)
+    if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
+        raise EstimationError(
+            f"{function} is not a finite real number with finite derivatives at the estimate; "
+            f"its value is {value:g}."
+        )
+    bent = curvature(gradient, hessian)
+    if bent > MAX_CURVATURE.value:
+        warnings.warn(
+            f"{function} bends within the uncertainty: the second-order part of its standard "
+            f"deviation is about {bent:.2g} of the first; {advice}",
+            RuntimeWarning,
+            stacklevel=3,  # whoever called `derive`
+        )
+    bias = estimate.filter_bias
+    return value_with_interval(
+        estimate,
+        value,
+        str(read.unit),
+        {name: float(gradient @ c @ gradient) for name, c in estimate.covariances.items()},
+        abs(float(gradient @ moved_by_gain)),
+        None if bias is None else float(gradient @ bias),
+    )

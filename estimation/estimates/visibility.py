@@ -17,14 +17,17 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.regression import Equations
 from axisid.estimation.signals import Signals
+from axisid.estimation.thresholds.estimates import (
+    MAX_CANCELLED_FORCE,
+    MAX_TIMES_DECLARED,
+    MAX_TIMES_UNIT,
+    MIN_DISTANCE_FROM_NOISE,
+)
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.remedy import Remedy, Setting
 
-_STANDS_OUT = 3.0  # deviations
-_MORE_FORCE = 10.0  # times the largest of the record, as other terms may cancel a term
-_FAR = 1e3  # times the size that was declared
-_FARTHEST = 1e9  # times the unit's, which is a guess where nothing was declared
 _ROUNDING = float(np.finfo(float).eps)
 
 
@@ -79,6 +82,21 @@ class Reach:
         )
 
 
+def check_identifiable(axis: GeneratedAxis) -> None:
+    """Refuse an axis of which no motion tells the parameters apart.
+
+    Raises
+    ------
+    EstimationError
+        With what is not told apart.
+    """
+    if axis.unidentifiable:
+        raise EstimationError(
+            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.unidentifiable)}. "
+            "Declare the combination as one parameter."
+        )
+
+
 def check_shown(
     axis: GeneratedAxis,
     reach: Reach | None,
@@ -120,9 +138,12 @@ def check_shown(
     if unseen:
         turns = ", without the samples near reversals and rests" if without_turns else ""
         raise EstimationError(
-            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
-            "Record a motion that stays longer where the force depends on it, or "
-            f"{_without(axis, tuple(unseen))}"
+            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. ",
+            Remedy.of(
+                "Record a motion that stays longer where the force depends on it, or ",
+                _without(axis, tuple(unseen)),
+            ),
+            code="not-shown",
         )
 
 
@@ -145,10 +166,10 @@ def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> di
         if norms[j] == 0:
             found[p.name] = f"the column of {p.name} is zero in every row"
             continue
-        needed = _STANDS_OUT * noise / float(norms[j])
+        needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
         there = needed * float(reach.columns[j])
         seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
-        if there > _MORE_FORCE * reach.force:
+        if there > MAX_CANCELLED_FORCE.value * reach.force:
             unit = axis.axis.coordinate.force_unit
             found[p.name] = (
                 f"{seen}, a force of {there:.2g} {unit} where it acts most, in a record whose "
@@ -164,8 +185,8 @@ def _farthest(parameter: Parameter, natural: float) -> float:
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
-        return _FARTHEST * natural
-    return _FAR * max(declared, natural if np.isfinite(natural) else 0.0)
+        return MAX_TIMES_UNIT.value * natural
+    return MAX_TIMES_DECLARED.value * max(declared, natural if np.isfinite(natural) else 0.0)
 
 
 def _expected(parameter: Parameter, natural: float) -> str:
@@ -204,17 +225,12 @@ def _unexplained(regressor: Array, left: Array, rows: int) -> float:
     return float(np.linalg.norm(residuals)) / float(np.sqrt(rows - regressor.shape[1]))
 
 
-def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> str:
+def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> Remedy:
     """How to do without parameters, each of which may be made of declared ones."""
     made = {q.name: q.expression for q in axis.parameters if q.expression}
     plain = [name for name in names if name not in made]
-    calls = ", ".join(f'"{name}"' for name in plain)
-    options = " ".join(f"--leave-out {name}" for name in plain)
     them = "it" if len(names) == 1 else "them"
-    said = [f"leave {them} out: {options}, or leave_out(axis, {calls}) in Python"] if plain else []
-    said += [f"leave out a parameter of {made[name]}" for name in names if name in made]
-    return f"{'; '.join(said)}."
-
-
-#: Rows for each parameter below which deviations cannot be believed.
-FEW_ROWS = 10
+    settings = [Setting("leave-out", name) for name in plain]
+    said = Remedy.of(f"leave {them} out: ", *settings) if plain else None
+    others = [f"leave out a parameter of {made[name]}" for name in names if name in made]
+    return Remedy.of(said, "; " if said and others else "", "; ".join(others), ".")

@@ -1,7 +1,6 @@
 """The pipeline: from an axis and a record to estimates, method by method."""
 
 from collections.abc import Iterable, Sequence
-from typing import Literal
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.remedy import Note
 
 from .result import Identification
 
@@ -23,7 +23,7 @@ def identify(
     methods: Sequence[str] | None = None,
     *,
     lags: int | None = None,
-    covariance: Literal["hac", "robust", "iid"] = "hac",
+    covariance: str = "hac",
 ) -> Identification:
     """Identify an axis from a record.
 
@@ -39,8 +39,9 @@ def identify(
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
     lags : int, optional
         Of the autocorrelation-consistent covariance; chosen from the data by default.
-    covariance : {"hac", "robust", "iid"}
-        What intervals, draws, the delta method's check and the endogeneity test are of. All three
+    covariance : str
+        Of `COVARIANCES`, ``hac``, ``robust`` or ``iid``: what intervals, draws, the
+        delta method's check and the endogeneity test are of. All
         deviations are given whichever is chosen.
 
     Raises
@@ -49,43 +50,43 @@ def identify(
         See each; a method asked for by name raises, whatever the reason.
     """
     generated = as_generated(axis)
-    asked = (methods,) if isinstance(methods, str) else methods
-    _check_arguments(asked, record, covariance)
+    requested = (methods,) if isinstance(methods, str) else methods
+    _check_arguments(requested, record, covariance)
     given = prefilter or Prefilter.suited(record.period)
     data = FilteredRecord.bind(generated, record, given)
     problem = Problem(axis=generated, data=(data,))
     estimates: dict[str, Estimate] = {}
-    skipped: dict[str, str] = {}
-    failed: dict[str, str] = {}
-    for method in METHODS if asked is None else dict.fromkeys(asked):
+    skipped: dict[str, Note] = {}
+    failed: dict[str, Note] = {}
+    for method in METHODS if requested is None else dict.fromkeys(requested):
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
                 estimates[method] = estimate_by(problem, METHODS[method], lags, covariance)
         except (ModelError, LoopDataError) as error:
-            if asked is not None:
+            if requested is not None:
                 raise
-            skipped[method] = str(error)
+            skipped[method] = error.note
         except EstimationError as error:
-            if asked is not None or not estimates:
+            if requested is not None or not estimates:
                 raise
-            failed[method] = str(error)
+            failed[method] = error.note
     return Identification(
         data=data,
         estimates=estimates,
         skipped=skipped,
         failed=failed,
-        asked=given,
+        requested=given,
     )
 
 
-def _check_arguments(asked: Sequence[str] | None, record: object, covariance: str) -> None:
-    if asked is not None and not isinstance(asked, Iterable):
-        raise UsageError(f"the methods are {asked!r}; give a list of names.")
-    for method in asked or ():
+def _check_arguments(requested: Sequence[str] | None, record: object, covariance: str) -> None:
+    if requested is not None and not isinstance(requested, Iterable):
+        raise UsageError(f"the methods are {requested!r}; give a list of names.")
+    for method in requested or ():
         if method not in METHODS:
             raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
-    if asked is not None and not asked:
+    if requested is not None and not requested:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
     check_record(record)
     if covariance not in COVARIANCES:

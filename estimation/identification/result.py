@@ -6,11 +6,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, judged_method
+from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, preferred_method
 from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import UsageError
+from axisid.support.remedy import Note
 from axisid.support.shown import Shown, shown_by
 
 if TYPE_CHECKING:
@@ -27,20 +28,20 @@ class Identification(Shown):
         The record under the filter, with what was chosen for it.
     estimates : mapping of str to Estimate
         By method.
-    skipped : mapping of str to str
+    skipped : mapping of str to Note
         Methods that were not asked for by name and that axis or record do not allow, with the
         reason.
-    failed : mapping of str to str
+    failed : mapping of str to Note
         Methods that were not asked for by name and came to nothing, with the reason.
-    asked : Prefilter or None
+    requested : Prefilter or None
         The prefilter before what it left open was chosen for the record.
     """
 
     data: FilteredRecord
     estimates: Mapping[str, Estimate]
-    skipped: Mapping[str, str]
-    failed: Mapping[str, str]
-    asked: Prefilter | None = None
+    skipped: Mapping[str, Note]
+    failed: Mapping[str, Note]
+    requested: Prefilter | None = None
 
     @property
     def axis(self) -> GeneratedAxis:
@@ -87,9 +88,9 @@ class Identification(Shown):
         return {name: each for name, each in found.items() if each is not None}
 
     @property
-    def judged(self) -> Estimate:
+    def preferred(self) -> Estimate:
         """The estimate that is judged, by instruments where there are, inverse model first."""
-        return self.estimates[judged_method(self.estimates)]
+        return self.estimates[preferred_method(self.estimates)]
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
@@ -144,12 +145,13 @@ class Identification(Shown):
 
     def _of(self, method: str | None) -> Estimate:
         if method is None:
-            return self.judged
-        if method.lower() not in self.estimates:
+            return self.preferred
+        name = str(method).lower()
+        if name not in self.estimates:
             raise UsageError(
                 f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
             )
-        return self.estimates[method.lower()]
+        return self.estimates[name]
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

@@ -8,7 +8,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from axisid.estimation.tables import Gathered, Table, library, split_labels, told
+from axisid.estimation.tables import Table, TableBuilder, library, one_line, split_labels
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.memory import Room
 
@@ -31,7 +31,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         It is damaged, or holds Python objects (which could run code) or no vectors, or it unfolds
         to more than there is room for.
     """
-    found = Gathered(room=room)
+    found = TableBuilder(room=room)
     if not content.startswith(_ZIP):
         raise DataError(f"{file} cannot be read as a NumPy archive; write one with numpy.savez.")
     try:
@@ -45,7 +45,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         raise
     except Exception as error:
         # Damaged archives raise zip, zlib, struct and value errors alike.
-        raise DataError(f"{file} cannot be read as a NumPy archive: {told(error)}.") from error
+        raise DataError(f"{file} cannot be read as a NumPy archive: {one_line(error)}.") from error
     if not found.columns:
         raise DataError(
             f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez."
@@ -63,7 +63,7 @@ def _numbers(stream: IO[bytes]) -> int:
     return math.prod(shape) if dtype.kind in "fiub" else 0
 
 
-def _add_entry(found: Gathered, name: str, archive: Any) -> None:
+def _add_entry(found: TableBuilder, name: str, archive: Any) -> None:
     """An array, or the fields of records; objects are left alone, since they could run code."""
     try:
         array = archive[name]
@@ -98,8 +98,8 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{file} cannot be read as a Parquet file: {told(error)}.") from error
-    return arrow_columns(table, Gathered(room=room)).table(str(file))
+        raise DataError(f"{file} cannot be read as a Parquet file: {one_line(error)}.") from error
+    return arrow_columns(table, TableBuilder(room=room)).table(str(file))
 
 
 def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]:
@@ -117,11 +117,11 @@ def parquet_blocks(source: str, raw: io.RawIOBase, rows: int) -> Iterator[Table]
         with parquet.ParquetFile(buffered) as content:
             for batch in content.iter_batches(batch_size=rows):
                 table = arrow.Table.from_batches([batch]).flatten()
-                yield arrow_columns(table, Gathered(origins=origins)).table(source)
+                yield arrow_columns(table, TableBuilder(origins=origins)).table(source)
     except AxisidError:
         raise
     except (OSError, ValueError, MemoryError, arrow.ArrowException) as error:
-        raise DataError(f"{source} cannot be read as a Parquet file: {told(error)}.") from error
+        raise DataError(f"{source} cannot be read as a Parquet file: {one_line(error)}.") from error
     finally:
         buffered.detach()  # whoever opened the file has more to ask of it
 
@@ -130,7 +130,7 @@ def _pyarrow(file: Path) -> tuple[Any, Any]:
     return library("pyarrow", "parquet", file), library("pyarrow.parquet", "parquet", file)
 
 
-def arrow_columns(table: Any, found: Gathered) -> Gathered:
+def arrow_columns(table: Any, found: TableBuilder) -> TableBuilder:
     """Gather the columns of an Arrow table, times in s."""
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
@@ -156,7 +156,7 @@ def read_frame(frame: object) -> Table:
     else:
         arrays = _frame_arrays(frame)
     labels = [label for label, _ in arrays]
-    found = Gathered()
+    found = TableBuilder()
     for (name, unit), (label, values) in zip(split_labels(labels), arrays, strict=True):
         found.add(name, values, unit=unit, label=label)
     return found.table(source, missing=_index(frame))
@@ -179,7 +179,7 @@ def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
             "PyArrow, ...) or a mapping of column names to arrays."
         ) from error
     except narwhals.exceptions.NarwhalsError as error:
-        raise DataError(f"the dataframe cannot be read: {told(error)}; rename one.") from error
+        raise DataError(f"the dataframe cannot be read: {one_line(error)}; rename one.") from error
 
 
 def _flat(name: object) -> str:

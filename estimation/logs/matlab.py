@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.tables import Gathered, Table, library, told
+from axisid.estimation.tables import Table, TableBuilder, library, one_line
 from axisid.support.errors import AxisidError, DataError
 from axisid.support.memory import Room
 
@@ -63,7 +63,7 @@ def _how_to_save(objects: list[str]) -> str:
     )
 
 
-def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[Gathered, list[str], list[str]]:
+def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[str], list[str]]:
     from scipy.io import loadmat
 
     _take_elements(raw, room)
@@ -71,8 +71,8 @@ def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[Gathered, list[str], 
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
     except Exception as error:
         # The parser meets damaged files with whatever comes: zlib, memory, index and name errors.
-        raise DataError(f"{file} cannot be read as a MATLAB file: {told(error)}.") from error
-    found, objects = Gathered(room=room), []
+        raise DataError(f"{file} cannot be read as a MATLAB file: {one_line(error)}.") from error
+    found, objects = TableBuilder(room=room), []
     variables = {name: v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in variables.items():
         if type(value).__name__ == "MatlabOpaque":
@@ -136,7 +136,7 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[Gathered, list[str], list[str]]:
+def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[str], list[str]]:
     h5py = library("h5py", "h5py", file)
     try:
         with h5py.File(io.BytesIO(raw), "r") as content:
@@ -148,7 +148,9 @@ def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[Gathered, list[str],
         raise
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
-        raise DataError(f"{file} cannot be read as a MATLAB v7.3 file: {told(error)}.") from error
+        raise DataError(
+            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}."
+        ) from error
     return visit.found, visit.objects, names
 
 
@@ -157,7 +159,7 @@ class _Hdf5:
 
     def __init__(self, h5py: Any, content: Any, room: Room) -> None:
         self.h5py, self.content, self.room = h5py, content, room
-        self.found, self.objects = Gathered(room=room), list[str]()
+        self.found, self.objects = TableBuilder(room=room), list[str]()
 
     def node(self, node: Any, path: str) -> None:
         """Take a group or a data set, and what it refers to."""

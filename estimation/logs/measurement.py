@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.tables import Gathered, Table, library, numbered, told
+from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line
 from axisid.support.errors import AxisidError, DataError
 from axisid.support.memory import Room
 
@@ -41,7 +41,7 @@ def read_mdf(file: Path, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        reason = told(error)
+        reason = one_line(error)
         _let_go(error)
     if reason:
         raise DataError(f"{file} cannot be read as an MDF file: {reason}.")
@@ -65,15 +65,15 @@ def _let_go(error: BaseException) -> None:
         sys.unraisablehook = hook
 
 
-def _mdf_columns(mdf: Any, room: Room) -> Gathered:
-    found = Gathered(room=room)
+def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
+    found = TableBuilder(room=room)
     for name, group, index in _mdf_names(mdf):
         # Its samples and its times are made before they are seen.
         room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
-            found.passed_over[name] = f"what asammdf cannot read ({told(error)})"
+            found.passed_over[name] = f"what asammdf cannot read ({one_line(error)})"
             continue
         values, invalid = np.asarray(signal.samples), signal.invalidation_bits
         if invalid is not None and values.dtype.kind in "fiub":
@@ -115,7 +115,7 @@ def read_tdms(file: Path, room: Room) -> Table:
         It is damaged, too large, or npTDMS is not installed.
     """
     nptdms = library("nptdms", "tdms", file)
-    found = Gathered(room=room)
+    found = TableBuilder(room=room)
     try:
         room.take(file.stat().st_size)
         with _warnings("nptdms") as warned:
@@ -128,7 +128,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{file} cannot be read as a TDMS file: {told(error)}.") from error
+        raise DataError(f"{file} cannot be read as a TDMS file: {one_line(error)}.") from error
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
@@ -147,7 +147,7 @@ def _increment(channel: Any) -> float:
     return float(channel.properties.get("wf_increment", 0.0))
 
 
-def _add_channel(found: Gathered, channel: Any, origin: np.datetime64 | None) -> None:
+def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
     """Take a channel, with its times since the first of all waveforms began."""
     clock, note = None, ""
     if _increment(channel) > 0 and len(channel):
@@ -161,7 +161,7 @@ def _add_channel(found: Gathered, channel: Any, origin: np.datetime64 | None) ->
     try:
         values = channel[:]
     except Exception as error:
-        found.passed_over[name] = f"what npTDMS cannot read ({told(error)})"
+        found.passed_over[name] = f"what npTDMS cannot read ({one_line(error)})"
         return
     unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
     found.add(name, values, unit=unit, clock=clock)

@@ -8,7 +8,8 @@ from pathlib import Path
 from axisid.estimation.logs.text import NoTextError, read_text
 from axisid.estimation.tables import Repair, Table
 from axisid.support.errors import DataError
-from axisid.support.memory import Room, room_for
+from axisid.support.memory import IN_BLOCKS, Room, room_for
+from axisid.support.remedy import Remedy
 from axisid.support.unchanged import changed, digest_of, read_whole, stamps
 
 from .columnar import read_frame
@@ -54,8 +55,9 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
     except MemoryError as error:
         raise DataError(
-            f"{file} cannot be read: there is not enough memory for it. Read a piece of it, or "
-            "delimited text or Parquet in blocks (--stream)."
+            f"{file} cannot be read: there is not enough memory for it. ",
+            Remedy.of("Read a piece of it, or ", IN_BLOCKS, "."),
+            code="memory",
         ) from error
     return replace(table, sha256=sha256, path=os.path.abspath(file))
 
@@ -95,6 +97,6 @@ def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
         return read_text(str(file), content, drop_tail=drop_tail)
     except NoTextError as error:
         raise DataError(
-            f"{str(error).removesuffix('.')}, or give the file the ending of its format "
+            f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
             f"({formats_told()})."
         ) from error

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.tables import Gathered, Table, library, told
+from axisid.estimation.tables import Table, TableBuilder, library, one_line
+from axisid.estimation.thresholds.logs import MAX_FIRST_STAMP
 from axisid.support.errors import AxisidError, DataError
 from axisid.support.memory import Room
 
@@ -18,7 +19,6 @@ _KINDS = ("position", "velocity", "effort")
 _NANOSECOND = 1e-9
 _METADATA = "metadata.yaml"
 _HELD = 1500  # bytes that a message takes beside its own
-_LEAP = 1000  # typical steps; a clock that starts at zero has no such step after it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ def read_bag(path: Path, room: Room) -> Table:
     topics, others = _read(path, room)
     known = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
     origin = min(known, default=0)
-    found = Gathered(room=room)
+    found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name in _add_joints(found, before, messages, origin):
@@ -94,7 +94,7 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{path} cannot be read as a ROS bag: {told(error)}.") from error
+        raise DataError(f"{path} cannot be read as a ROS bag: {one_line(error)}.") from error
     return topics, others
 
 
@@ -130,13 +130,13 @@ def _stamped(stamps: list[int]) -> tuple[list[int | None], int]:
     """Times of headers; a zero is none, but for one that a clock from zero begins with."""
     later = np.sort([stamp for stamp in stamps if stamp])
     typical = float(np.median(np.diff(later))) if len(later) > 1 else 0.0
-    begins = stamps.count(0) == 1 and later[0] <= _LEAP * typical
+    begins = stamps.count(0) == 1 and later[0] <= MAX_FIRST_STAMP.value * typical
     times = [stamp if stamp or begins else None for stamp in stamps]
     return times, times.count(None)
 
 
 def _add_joints(
-    found: Gathered, before: str, messages: list[_Message], origin: int
+    found: TableBuilder, before: str, messages: list[_Message], origin: int
 ) -> Iterator[str]:
     """Take the joints of a topic, and name them."""
     joints = dict.fromkeys(name for m in messages for name in m.content.name)

@@ -12,20 +12,24 @@ import numpy as np
 from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_told
 from axisid.estimation.logs.text import cut_end_told, encoding_of
 from axisid.estimation.tables import LogClock, Provenance, Table
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import real_array
+from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.unchanged import Watched
 
+from .clocks import NO_TIME, no_time
 from .jumps import Jumps, jumps_told
 from .record import check_even, check_sample_period, check_varies
 from .roles import Chosen
-from .time_steps import LARGEST_GAP, Drift, steps_told
+from .time_steps import UNEVEN, Drift, steps_told
 
 ROWS = 100_000
 _PIECE = 1 << 20  # bytes
-_WHOLE = "A log that is to be repaired is read whole: leave --stream out."
+_AT_ONCE = Setting("stream", given=False)
+_WHOLE = Remedy.of("A log that is to be repaired is read whole: ", _AT_ONCE, ".")
 _BINS = 20_000  # of time steps, from the least that is even to the largest
 
 
@@ -66,8 +70,9 @@ class LogBlocks:
         known = format_of(self.file)
         if known.blocks is None or self.file.suffix.lower() not in known.endings:
             raise UsageError(
-                f"{self.file} cannot be read in blocks; give {streamed_told()}, or leave "
-                "--stream out."
+                f"{self.file} cannot be read in blocks; ",
+                Remedy.of(f"give {streamed_told()}, or ", _AT_ONCE, "."),
+                code="not-in-blocks",
             )
         check_regular(self.file, folder=False)
         try:
@@ -90,10 +95,11 @@ class LogBlocks:
             given=str(self.file),
             path=os.path.abspath(self.file),
             columns=first.names,
-            assumed=(*first.notes, *self._cut_end()),
+            assumed=first.notes,
+            doubts=self._cut_end(),
         )
 
-    def _cut_end(self) -> tuple[str, ...]:
+    def _cut_end(self) -> tuple[Note, ...]:
         return cut_end_told(self.file) if format_of(self.file).is_text else ()
 
 
@@ -132,7 +138,7 @@ class Extent:
     samples : int
     period : float
         s
-    notes : tuple of str
+    notes : tuple of Note
         What is assumed of its times, and of jumps in its position.
     clock : LogClock
         Whose word the period is.
@@ -140,7 +146,7 @@ class Extent:
 
     samples: int
     period: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     clock: LogClock = field(default_factory=LogClock)
 
 
@@ -198,7 +204,9 @@ class _Even:
             if bad.size:
                 raise DataError(
                     f"{self.source}: the {role} is {values[bad[0]]} in data row "
-                    f"{self.samples + bad[0] + 1}. {_WHOLE}"
+                    f"{self.samples + bad[0] + 1}. ",
+                    _WHOLE,
+                    code="empty-cells",
                 )
             least, most = self.reached.get(role, (math.inf, -math.inf))
             least = min(least, float(values.min(initial=math.inf)))
@@ -217,19 +225,22 @@ class _Even:
             self.typical = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
         before = self.last if self.samples else self.first - self.typical
         steps = np.diff(time, prepend=before)
-        even = (steps <= LARGEST_GAP * self.typical) & (steps * LARGEST_GAP >= self.typical)
+        longest = MAX_EVEN_STEP.value
+        even = (steps <= longest * self.typical) & (steps * longest >= self.typical)
         wrong = np.flatnonzero(~(even & (steps > 0)))
         if wrong.size:
             raise DataError(
                 f"{self.source}: the time step before data row {self.samples + wrong[0] + 1} is "
-                f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. {_WHOLE}"
+                f"{steps[wrong[0]]:.6g} s, {self.typical:.6g} s in the first rows. ",
+                _WHOLE,
+                code=UNEVEN,
             )
         self.last = float(time[-1])
         self.drift.add(time)
         steps = steps[1:] if not self.samples else steps
         self.least = min(self.least, float(steps.min(initial=math.inf)))
         self.most = max(self.most, float(steps.max(initial=0.0)))
-        share = (steps / self.typical - 1 / LARGEST_GAP) / (LARGEST_GAP - 1 / LARGEST_GAP)
+        share = (steps / self.typical - 1 / longest) / (longest - 1 / longest)
         bins = np.clip((_BINS * share).astype(np.int64), 0, _BINS - 1)
         self.counts += np.bincount(bins, minlength=_BINS)
         self.sums += np.bincount(bins, weights=steps, minlength=_BINS)
@@ -243,23 +254,22 @@ class _Even:
     def _check_times(self, mean: float, period: float | None) -> None:
         """Hold the steps against the median of all, which the first rows need not have."""
         middle = self._middle()
-        if self.most > LARGEST_GAP * middle or self.least * LARGEST_GAP < middle:
+        if self.most > MAX_EVEN_STEP.value * middle or self.least * MAX_EVEN_STEP.value < middle:
             raise DataError(
                 f"{self.source}: the time steps are {self.least:.6g} to {self.most:.6g} s, "
-                f"{middle:.6g} s in the middle. {_WHOLE}"
+                f"{middle:.6g} s in the middle. ",
+                _WHOLE,
+                code=UNEVEN,
             )
         check_even(self.source, middle, mean, period, _WHOLE)
         self.drift.check(self.source, mean, _WHOLE)
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
-        if self.samples < 3:
+        if self.samples < MIN_RECORD_ROWS.value:
             raise DataError(f"{self.source}: a record needs 3 rows or more, not {self.samples}.")
         if period is None and not self.timed:
-            raise DataError(
-                f"{self.source}: there is no time column; name it with --columns time=NAME, or "
-                "give --sample-period."
-            )
+            raise DataError(f"{self.source}: there is no time column; ", no_time(), code=NO_TIME)
         jumps = jumps_told(self.source, self.jumps, self.axis)
         mean = (self.last - self.first) / (self.samples - 1)
         if self.timed:
@@ -272,6 +282,6 @@ class _Even:
         return Extent(
             samples=self.samples,
             period=mean if period is None else period,
-            notes=((jumps, *notes) if jumps else notes),
+            notes=(notes if jumps is None else (jumps, *notes)),
             clock=LogClock(uncertainty=spread, counted=not self.timed, stated=period is not None),
         )

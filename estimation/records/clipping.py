@@ -13,19 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair
+from axisid.estimation.thresholds.records import (
+    HELD_VALUE_SHARE,
+    LIMIT_TOLERANCE,
+    MAX_QUANTUM_MULTIPLE,
+    MAX_QUANTUM_REMAINDER,
+    MAX_SMOOTH_STEP,
+    MIN_ABRUPT_STEP,
+    MIN_FLAT_SAMPLES,
+    MIN_MULTIPLE_SHARE,
+    MIN_RAMP_SAMPLES,
+    MIN_REST_SAMPLES,
+)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
 
 Mask = NDArray[np.bool_]
 
-_AT_LIMIT = 1e-6  # relative
-_FLAT = 3  # equal samples at an extreme
-_ABRUPT = 0.2  # of the position's largest step, into or out of a flat extreme
-_STEEP = 2.0  # quanta: a smooth peak with three samples in its top level has steps of less
-_RAMP = 4  # samples inside a ramp of which it shows that it is straight
-_REST = 20  # samples without motion
-_HELD = 0.1  # share of the values that may be kept for less long than a control is held
-_NEXT, _WHOLE, _MOST_WHOLE = 5.0, 0.15, 0.9  # multiples of a quantum, as decimals leave them
 _ROUNDING = 8 * float(np.finfo(float).eps)
 
 
@@ -56,12 +60,12 @@ def clipped(
         values = columns[role]
         found[role] = _flat_tops(values, _still(columns, role, clocks))
         if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
-            found[role] |= np.abs(values) >= axis.drive.limit * (1 - _AT_LIMIT)
+            found[role] |= np.abs(values) >= axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
     counts = {role: int(mask.sum()) for role, mask in found.items()}
-    told = ", ".join(
+    counted = ", ".join(
         f"{role} {count}{_at(columns[role], found[role])}" for role, count in counts.items()
     )
-    text = f"clipped samples masked, with the rows whose filters reach them: {told or 'none'}"
+    text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
     return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
 
 
@@ -75,11 +79,11 @@ def _flat_extremes(values: Array) -> Mask:
     """Runs of equal samples at the position's largest or smallest value with abrupt ends, (N,)."""
     signal = _Signal(values)
     mask = np.zeros(len(values), dtype=bool)
-    least = _ABRUPT * float(np.abs(np.diff(values)).max(initial=0.0))
+    least = MIN_ABRUPT_STEP.value * float(np.abs(np.diff(values)).max(initial=0.0))
     for extreme in (signal.least, signal.most):
         for start, stop in runs(values == extreme):
             abrupt = max(signal.ends(start, stop), default=0.0) >= least > 0
-            if stop - start >= _FLAT and abrupt and signal.is_steep(start, stop):
+            if stop - start >= MIN_FLAT_SAMPLES.value and abrupt and signal.is_steep(start, stop):
                 mask[start:stop] = True
     return mask
 
@@ -108,7 +112,7 @@ def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)
-        if stop - start >= _FLAT * signal.held
+        if stop - start >= MIN_FLAT_SAMPLES.value * signal.held
         and not _rests(position, start, stop)
         and signal.is_steep(start, stop)
     ]
@@ -133,7 +137,7 @@ class _Signal:
     def is_steep(self, start: int, stop: int) -> bool:
         """Whether a run begins and ends by more than a smooth signal's rounding."""
         ends = self.ends(start, stop)
-        return bool(ends) and min(ends) > _STEEP * self.quantum
+        return bool(ends) and min(ends) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
         """Whether a run is one of a commanded profile, which goes straight from value to value."""
@@ -151,15 +155,15 @@ class _Signal:
         In a few samples to one between the extremes, or along a ramp of more to any. Where in its
         first and last sample a ramp has its corners is not known.
         """
-        beyond = np.arange(end, end + way * _FLAT * self.held, way)
+        beyond = np.arange(end, end + way * MIN_FLAT_SAMPLES.value * self.held, way)
         kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
         if np.any(kept != kept[0]):
             return False
         inner = self.values[min(top, end) + 1 : max(top, end)]
-        if len(inner) < _RAMP:
+        if len(inner) < MIN_RAMP_SAMPLES.value:
             return bool(self.least < self.values[end] < self.most)
         off = inner - np.linspace(inner[0], inner[-1], len(inner))
-        return float(np.abs(off).max()) <= _STEEP * self.quantum
+        return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
 
 
 def _quantum(values: Array) -> float:
@@ -171,9 +175,9 @@ def _quantum(values: Array) -> float:
     apart = np.diff(np.unique(values))
     apart = apart[apart > finest]
     least = float(apart.min(initial=np.inf))
-    few = apart[apart < _NEXT * least] / least
-    whole = np.abs(few - np.round(few)) < _WHOLE
-    return least if np.isfinite(least) and np.mean(whole) > _MOST_WHOLE else finest
+    few = apart[apart < MAX_QUANTUM_MULTIPLE.value * least] / least
+    whole = np.abs(few - np.round(few)) < MAX_QUANTUM_REMAINDER.value
+    return least if np.isfinite(least) and np.mean(whole) > MIN_MULTIPLE_SHARE.value else finest
 
 
 def _held(values: Array) -> int:
@@ -182,11 +186,11 @@ def _held(values: Array) -> int:
     lengths = np.diff(edges)
     inner = values[edges[:-1]]
     lengths = lengths[(inner > values.min()) & (inner < values.max())]
-    return max(int(np.quantile(lengths, _HELD)), 1) if len(lengths) else 1
+    return max(int(np.quantile(lengths, HELD_VALUE_SHARE.value)), 1) if len(lengths) else 1
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
-    if position is None or stop - start < _REST:
+    if position is None or stop - start < MIN_REST_SAMPLES.value:
         return False
-    return float(np.ptp(position[start:stop])) <= _STEEP * _quantum(position)
+    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _quantum(position)

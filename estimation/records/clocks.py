@@ -6,12 +6,18 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.tables import Samples, Table
+from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .clipping import Mask
 from .repairs import Span
-from .time_steps import UNEVEN_GAP, drift_of, steps_told
+from .time_steps import drift_of, steps_told
+
+_RESAMPLE = Setting("resample", "auto")
+#: Code of an error about a log without times.
+NO_TIME = "no-time"
 
 
 def together(
@@ -25,7 +31,7 @@ def together(
     return clock, {role: s.values for role, s in samples.items()}, masked
 
 
-def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[str, ...]:
+def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
     steps = np.concatenate([np.diff(piece) for piece in pieces])
@@ -48,8 +54,9 @@ def timed(
     elif any(s.clock is None for s in columns.values()):
         if sample_period is None:
             raise DataError(
-                f"{table.source}: there is no time column among {table.listed()}; name it with "
-                f"--columns time=NAME, or give --sample-period. {table.missing}".rstrip()
+                f"{table.source}: there is no time column among {table.listed()}; ",
+                no_time(f" {table.missing}" if table.missing else ""),
+                code=NO_TIME,
             )
         columns = {
             role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -82,37 +89,46 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
         if timeless.size:
             raise DataError(
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
-                f"({timeless.size} of {len(clock)}). {_advice_on_empty(samples)}"
-                f"{_or_end(table, timeless[0], len(clock))}."
+                f"({timeless.size} of {len(clock)}). ",
+                Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
+                code="empty-cells",
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
             raise DataError(
                 f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
-                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). "
-                f"{_advice_on_empty(samples)}{_or_end(table, empty[0], len(samples.values))}."
+                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). ",
+                Remedy.of(
+                    _advice_on_empty(samples), _or_end(table, empty[0], len(samples.values)), "."
+                ),
+                code="empty-cells",
             )
 
 
-def _advice_on_empty(samples: Samples) -> str:
+def _advice_on_empty(samples: Samples) -> Remedy:
     """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
     clock = _filled(samples).clock
     steps = np.zeros(0) if clock is None else np.diff(clock)
-    if steps.size and np.any(steps > UNEVEN_GAP * np.median(steps)):
-        return (
+    if steps.size and np.any(steps > MAX_UNEVEN_STEP.value * np.median(steps)):
+        return Remedy.of(
             "More of them follow one another than can be bridged: resample what is there and cut "
-            "where it is missing (--resample auto --gaps split)"
+            "where it is missing (",
+            _RESAMPLE,
+            Setting("gaps", "split"),
+            ")",
         )
-    return (
-        "Remove such rows, or resample a column that is written less often than the others "
-        "(--resample auto)"
+    return Remedy.of(
+        "Remove such rows, or resample a column that is written less often than the others (",
+        _RESAMPLE,
+        ")",
     )
 
 
-def _or_end(table: Table, row: int, rows: int) -> str:
+def _or_end(table: Table, row: int, rows: int) -> Remedy | None:
     """More to do about a row without a number where it and all after it look cut off."""
-    ends = row >= rows - table.incomplete
-    return ", or leave the end of the log out (--tail drop)" if ends else ""
+    if row < rows - table.incomplete:
+        return None
+    return Remedy.of(", or leave the end of the log out (", Setting("tail", "drop"), ")")
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
@@ -123,22 +139,30 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
             raise _unequal(
                 table,
                 {first: len(shared), role: len(clock)},
-                "Where they are sampled at different rates, resample them (--resample auto).",
+                Remedy.of(
+                    "Where they are sampled at different rates, resample them (", _RESAMPLE, ")."
+                ),
             )
         if not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
-                f"{table.source}: {first} and {role} are sampled at different times; resample them "
-                "(--resample auto)."
+                f"{table.source}: {first} and {role} are sampled at different times; ",
+                Remedy.of("resample them (", _RESAMPLE, ")."),
+                code="different-times",
             )
 
 
-def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
+def _unequal(table: Table, lengths: Mapping[str, int], advice: Remedy | None = None) -> DataError:
     """The error of columns that differ in length, with what is wrong with the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
-    return DataError(
-        f"{table.source}: the columns differ in length: {listed}{why}. {advice}".rstrip()
-    )
+    found = f"{table.source}: the columns differ in length: {listed}{why}."
+    return DataError(f"{found} " if advice else found, advice, code="different-lengths")
+
+
+def no_time(more: str = "") -> Remedy:
+    """What to do about a log without a time column, with more to say behind it."""
+    named, counted = Setting("columns", "time=NAME"), Setting("sample-period")
+    return Remedy.of("name it with ", named, ", or give ", counted, ".", more)
 
 
 def _others(clocks: list[tuple[str, Array]]) -> Iterable[tuple[str, Array]]:

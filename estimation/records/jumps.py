@@ -5,16 +5,15 @@ import math
 import numpy as np
 
 from axisid.estimation.tables import Samples
+from axisid.estimation.thresholds.records import MAX_STEP_BESIDE_JUMP, MAX_TURN_DEVIATION, MIN_JUMP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Note, Remedy, Setting
 
-from .wrapping import Modulus, Places, long_steps
+from .wrapping import IN_DEGREES, OTHER_MODULUS, Modulus, Places, long_steps
 
-_JUMP = 0.5  # of the position's range
-_QUIET = 0.1  # of the jump: steps beside it, and in the middle of all
 _TURN = 2 * math.pi
-_NEAR = 0.05  # relative; the axis moves on during a jump
 
 
 class Jumps:
@@ -51,11 +50,11 @@ class Jumps:
         """Keep what may be a jump of the steps whose neighbours on both sides are there."""
         queue = np.concatenate([self.open, steps])
         inner, around = queue[1:-1], np.maximum(queue[:-2], queue[2:])
-        large = np.flatnonzero(inner > _JUMP * (self.most - self.least))
-        large = large[around[large] < _QUIET * inner[large]]
+        large = np.flatnonzero(inner > MIN_JUMP.value * (self.most - self.least))
+        large = large[around[large] < MAX_STEP_BESIDE_JUMP.value * inner[large]]
         rows = np.concatenate([self.rows, self.steps + large])
         sizes = np.concatenate([self.sizes, inner[large]])
-        kept = sizes > _JUMP * (self.most - self.least)
+        kept = sizes > MIN_JUMP.value * (self.most - self.least)
         self.rows, self.sizes = rows[kept], sizes[kept]
         self.steps += len(inner)
         self.open = queue[-2:].copy()
@@ -63,14 +62,15 @@ class Jumps:
     def found(self) -> tuple[Places, Array]:
         """The jumps, once all samples were taken: samples before them, and their sizes."""
         self._decide(np.zeros(1))
-        quiet = self.sizes * _QUIET > (np.median(self.middles) if self.middles else 0.0)
+        middle = np.median(self.middles) if self.middles else 0.0
+        quiet = self.sizes * MAX_STEP_BESIDE_JUMP.value > middle
         return self.rows[quiet], self.sizes[quiet]
 
 
 def left_jumps(
     source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None = None
-) -> str:
-    """What is said of jumps in a position, from one sample to the next; empty if there are none.
+) -> Note | None:
+    """What is said of jumps in a position, from one sample to the next; None if there are none.
 
     Parameters
     ----------
@@ -95,25 +95,32 @@ def left_jumps(
     return jumps_told(source, jumps, axis, modulus)
 
 
-def jumps_told(source: str, jumps: Jumps, axis: Axis | None, modulus: Modulus | None = None) -> str:
+def jumps_told(
+    source: str, jumps: Jumps, axis: Axis | None, modulus: Modulus | None = None
+) -> Note | None:
     """The same of jumps that were looked for block by block."""
     rows, sizes = jumps.found()
     if not len(rows):
-        return ""
+        return None
     size = float(np.median(sizes))
     times = f" ({len(rows)} such jumps)" if len(rows) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
     found = f"the position jumps by {size:.4g} {unit} before data row {rows[0] + 2}{times}"
     if modulus is not None:
         raise DataError(
-            f"{source}: {found}, which the modulus {modulus} does not undo; give the one it is "
-            "wrapped by, with its unit, as in --wrap 360:deg."
+            f"{source}: {found}, which the modulus {modulus} does not undo; ",
+            Remedy.of("give the one it is wrapped by, with its unit, as in ", IN_DEGREES, "."),
+            code=OTHER_MODULUS,
         )
     turns = axis is None or axis.coordinate.unit == "rad"
-    for turn, more in ((_TURN, ""), (360.0, "--columns position=NAME:deg and ")):
-        if turns and abs(size / turn - 1) < _NEAR:
+    in_degrees = Remedy.of(Setting("columns", "position=NAME:deg"), " and ")
+    for turn, more in ((_TURN, None), (360.0, in_degrees)):
+        if turns and abs(size / turn - 1) < MAX_TURN_DEVIATION.value:
             raise DataError(
-                f"{source}: {found}, as one that starts again after a turn does; it looks wrapped: "
-                f"add {more}--wrap 360:deg."
+                f"{source}: {found}, as one that starts again after a turn does; it looks "
+                "wrapped: ",
+                Remedy.of("add ", more, IN_DEGREES, "."),
+                code="wrapped",
             )
-    return f"{found}: if it starts again there, give what it is wrapped by (--wrap)"
+    given = Remedy.of("give what it is wrapped by (", Setting("wrap"), ")")
+    return Note(f"{found}: if it starts again there, ", given)

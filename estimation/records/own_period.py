@@ -2,15 +2,16 @@
 
 import numpy as np
 
+from axisid.estimation.thresholds.records import (
+    LOST_PERIOD_UNCERTAINTY,
+    MAX_UNEVEN_STEP,
+    MIN_PHASE_SUM,
+)
 from axisid.support.arrays import Array
-
-from .time_steps import UNEVEN_GAP
 
 _FIRST, _MORE, _MOST = 1024, 4, 65_536  # samples that are looked at, at once, times, at most
 _NEAR = 0.25  # of the guess: how far the rate may be from it
 _FINE = 0.25  # of a turn over all samples: the step of the rates that are tried
-_CLEAR = 3.5  # times the sum of as many random phases, the largest of a thousand such sums
-_UNKNOWN = 0.1  # relative, of a mean step where nothing tells how many samples were lost
 
 
 def own_period(clock: Array) -> tuple[float, float]:
@@ -21,14 +22,15 @@ def own_period(clock: Array) -> tuple[float, float]:
     """
     steps = np.diff(clock)
     typical = float(np.median(steps))
-    edges = np.concatenate([[0], np.flatnonzero(steps > UNEVEN_GAP * typical) + 1, [len(clock)]])
+    longest_step = MAX_UNEVEN_STEP.value * typical
+    edges = np.concatenate([[0], np.flatnonzero(steps > longest_step) + 1, [len(clock)]])
     longest = int(np.argmax(np.diff(edges)))
     piece = clock[edges[longest] : edges[longest + 1]]
     period = _in_phase(piece, typical)
     if period is not None:
         off = np.diff(piece) / period
         return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
-    return float(np.mean(steps[steps <= UNEVEN_GAP * typical])), _UNKNOWN
+    return float(np.mean(steps[steps <= longest_step])), LOST_PERIOD_UNCERTAINTY.value
 
 
 def _in_phase(time: Array, guess: float) -> float | None:
@@ -40,7 +42,7 @@ def _in_phase(time: Array, guess: float) -> float | None:
         step = _FINE / float(some[-1])
         rates = rate + step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
         sums = np.abs([np.exp(2j * np.pi * r * some).sum() for r in rates])
-        if sums.max() < _CLEAR * np.sqrt(count):
+        if sums.max() < MIN_PHASE_SUM.value * np.sqrt(count):
             return None
         rate, reach = float(rates[np.argmax(sums)]), 2 * step
         if count == len(time) or count >= _MOST:

@@ -9,8 +9,12 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.logs import read_table
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
-from axisid.modeling.declaration import Axis
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
+from axisid.modeling.declaration import Axis, check_axis
 from axisid.support.arrays import Array, runs
+from axisid.support.errors import UsageError
+from axisid.support.given import given
+from axisid.support.remedy import Note
 
 from .clipping import Mask, clipped
 from .clocks import jitter_told, timed, together
@@ -20,7 +24,7 @@ from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .roles import Chosen
 from .spikes import spikes_told
-from .time_steps import LARGEST_GAP, UNEVEN_GAP, counted_by, counted_on, open_end
+from .time_steps import counted_by, counted_on, open_end
 from .wrapping import unwrapped
 
 
@@ -59,7 +63,7 @@ def read_record(
     Returns
     -------
     Record
-        In SI; `Provenance.assumed` and `Provenance.repairs` tell how it came to be.
+        In SI; `Provenance.assumed`, `doubts` and `repairs` tell how it came to be.
 
     Raises
     ------
@@ -72,6 +76,17 @@ def read_record(
     """
     check_sample_period(sample_period)
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
+    if declared is not None:
+        check_axis(declared)
+    if columns is not None and not isinstance(columns, Mapping):
+        raise UsageError(
+            f"the columns are {given(columns)}; give names by role, such as {{'position': 'q:mm'}}."
+        )
+    if repairs is not None and not isinstance(repairs, Repairs):
+        raise UsageError(
+            f"the repairs are {given(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
+            "the like."
+        )
     repairs = repairs or Repairs()
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
     found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
@@ -89,8 +104,8 @@ def _record(
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
     samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
-    empty = _left_empty(read, samples)
-    samples, masks, made, jumps = _mended(table.source, samples, axis, repairs)
+    empty = _dropped_rows(read, samples)
+    samples, masks, made, jumps = _repaired(table.source, samples, axis, repairs)
     spiky = spikes_told(samples, axis, numbered=not empty)
     laid = (
         _as_sampled(samples, masks, sample_period, repairs)
@@ -116,7 +131,8 @@ def _record(
             given=table.source if table.path else "",
             path=table.path,
             columns=found.names,
-            assumed=(*found.notes, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
+            assumed=found.notes,
+            doubts=(*table.doubts, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
             repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
@@ -178,7 +194,7 @@ def _share(samples: dict[str, Samples], clock: Array) -> bool:
     return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
 
 
-def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
+def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
     """Rows that a resampled column lacks, for want of a number or of a time."""
     lost = {role: len(read[role].values) - len(s.values) for role, s in kept.items()}
     listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)
@@ -188,16 +204,16 @@ def _left_empty(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repa
     return [Repair(kind="empty", count=sum(lost.values()), text=text)]
 
 
-def _mended(
+def _repaired(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
-) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[str]]:
+) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[Note]]:
     """Samples unwrapped, and masks of what is clipped: the repairs that need no even time.
 
     With them goes what is said of jumps that are left.
     """
     made: list[Repair] = []
     masks: dict[str, Mask] = {}
-    gap = LARGEST_GAP if repairs.resample is None else UNEVEN_GAP
+    gap = MAX_EVEN_STEP.value if repairs.resample is None else MAX_UNEVEN_STEP.value
     modulus = repairs.modulus(axis)
     if modulus is not None:
         samples, repair = unwrapped(source, samples, modulus, gap)
@@ -207,4 +223,4 @@ def _mended(
         clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
         masks, repair = clipped({role: s.values for role, s in samples.items()}, axis, clocks)
         made.append(repair)
-    return samples, masks, made, [jumps] if jumps else []
+    return samples, masks, made, [] if jumps is None else [jumps]

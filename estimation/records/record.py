@@ -9,16 +9,28 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.estimation.tables import Provenance
+from axisid.estimation.thresholds.records import (
+    MAX_MEAN_STEP_DEVIATION,
+    MAX_STATED_PERIOD_DEVIATION,
+    MIN_RECORD_ROWS,
+)
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
+from axisid.support.remedy import Remedy
 from axisid.support.shown import Shown
 
-from .time_steps import advice_on_backward, advice_on_uneven, drift_of, odd_steps, open_end
-
-_PERIOD_TOLERANCE = 0.005  # relative difference of a given period from the time column's
-_UNEVEN = 0.02  # mean step against the median one
-_FEWEST = 3  # rows
+from .time_steps import (
+    BACKWARD,
+    RESAMPLE_EVENLY,
+    UNEVEN,
+    advice_on_backward,
+    advice_on_uneven,
+    drift_of,
+    odd_steps,
+    open_end,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -169,20 +181,22 @@ class Record(Shown):
         if len(set(lengths.values())) > 1:
             listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
             raise DataError(f"{self._name()}: the columns differ in length: {listed}.")
-        if len(self) < _FEWEST:
+        fewest = MIN_RECORD_ROWS.value
+        if len(self) < fewest:
             raise DataError(
-                f"{self._name()}: a record needs {_FEWEST} rows or more, not {len(self)}."
+                f"{self._name()}: a record needs {fewest} rows or more, not {len(self)}."
             )
 
     def _check_spans(self) -> None:
+        fewest = MIN_RECORD_ROWS.value
         joined = [0, *(row for span in self.segments for row in span), len(self)]
         whole = not self.segments or joined[::2] == joined[1::2]
-        lasting = all(stop - start >= _FEWEST for start, stop in self.segments)
+        lasting = all(stop - start >= fewest for start, stop in self.segments)
         inside = all(0 <= start < stop <= len(self) for start, stop in self.masked)
         if not (whole and lasting and inside):
             raise DataError(
                 f"{self._name()}: the segments {self.segments} and masked rows {self.masked} are "
-                f"no parts of {len(self)} rows; segments follow one another, with {_FEWEST} rows "
+                f"no parts of {len(self)} rows; segments follow one another, with {fewest} rows "
                 "or more each."
             )
 
@@ -192,8 +206,9 @@ class Record(Shown):
             row = back[0] + 2
             raise DataError(
                 f"{self._name()}: time does not increase in data row {row}: after "
-                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. "
-                f"{advice_on_backward(self.time)}"
+                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. ",
+                advice_on_backward(self.time),
+                code=BACKWARD,
             )
         inside = np.ones(len(self) - 1, dtype=bool)
         inside[[start - 1 for start, _ in self.segments[1:]]] = False
@@ -207,26 +222,30 @@ class Record(Shown):
             row = gaps[0] + 2
             raise DataError(
                 f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
-                f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
-                f"{advice_on_uneven(steps[inside], typical)}"
+                f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
+                advice_on_uneven(steps[inside], typical),
+                code=UNEVEN,
             )
         mean = float(np.mean(steps[inside]))
-        advice = "Resample the log evenly (--resample auto)."
-        check_even(self._name(), typical, mean, self.sample_period, advice)
+        check_even(self._name(), typical, mean, self.sample_period, RESAMPLE_EVENLY)
         drift = drift_of([self.time[a:b] for a, b in self.spans])
-        drift.check(self._name(), mean, advice)
+        drift.check(self._name(), mean, RESAMPLE_EVENLY)
 
 
 def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
     return kind(**parts)
 
 
-def check_even(source: str, typical: float, mean: float, period: float | None, advice: str) -> None:
+def check_even(
+    source: str, typical: float, mean: float, period: float | None, advice: Remedy
+) -> None:
     """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
-    if not abs(mean / typical - 1) < _UNEVEN:
+    if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
-            f"{mean:.6g} s in the mean. {advice}"
+            f"{mean:.6g} s in the mean. ",
+            advice,
+            code=UNEVEN,
         )
     if period is not None:
         check_stated(source, typical, period)
@@ -234,7 +253,7 @@ def check_even(source: str, typical: float, mean: float, period: float | None, a
 
 def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
     """Refuse a sampling period that was given, s, and is not the one of the time column."""
-    if not abs(stated / found - 1) < _PERIOD_TOLERANCE + uncertainty:
+    if not abs(stated / found - 1) < MAX_STATED_PERIOD_DEVIATION.value + uncertainty:
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
             f"column steps by {found:g} s. Correct one of them (time is in seconds)."
@@ -259,4 +278,4 @@ def check_varies(source: str, role: str, least: float, most: float) -> None:
 def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
-        raise UsageError(f"the record is {record!r}; read one with read_record(path, axis).")
+        raise UsageError(f"the record is {given(record)}; read one with read_record(path, axis).")

@@ -7,18 +7,16 @@ from typing import Literal
 import numpy as np
 
 from axisid.estimation.tables import Repair
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
 from .clipping import Mask
 from .role_units import modulus_si
-from .time_steps import LARGEST_GAP
 from .wrapping import Modulus
 
 Span = tuple[int, int]
-
-_FEWEST = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,12 +79,12 @@ def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:
     """
     steps = np.diff(time)
     typical = float(np.median(steps)) if len(steps) else 0.0
-    gaps = np.flatnonzero(steps > LARGEST_GAP * typical)
+    gaps = np.flatnonzero(steps > MAX_EVEN_STEP.value * typical)
     pieces = [*zip([0, *(gaps + 1)], [*(gaps + 1), len(time)], strict=True)]
     kept = np.zeros(len(time), dtype=bool)
-    lengths = [b - a for a, b in pieces if b - a >= _FEWEST]
+    lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_ROWS.value]
     for a, b in pieces:
-        kept[a:b] = b - a >= _FEWEST
+        kept[a:b] = b - a >= MIN_RECORD_ROWS.value
     lost = float(np.sum(steps[gaps]) - len(gaps) * typical)
     repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
     return kept, adjoining(lengths), repair
@@ -108,5 +106,5 @@ def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
         f"{segments} segments, each filtered and simulated by itself"
     )
     if left_out:
-        text += f"; {left_out} rows in pieces of fewer than {_FEWEST} left out"
+        text += f"; {left_out} rows in pieces of fewer than {MIN_RECORD_ROWS.value} left out"
     return Repair(kind="gaps", count=gaps, text=text)

@@ -8,16 +8,17 @@ from typing import Literal
 import numpy as np
 
 from axisid.estimation.tables import LogClock, Repair, Samples
+from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP, MIN_RESAMPLING_RATE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.remedy import Remedy, Setting
 
 from .clipping import Mask
 from .own_period import own_period
 from .record import check_stated
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import UNEVEN_GAP, advice_on_backward
+from .time_steps import BACKWARD, advice_on_backward
 
-_SAME_RATE = 0.9  # a lower rate than this share of the position's folds its noise
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
 _SPLINED = ("position", "reference")
@@ -93,10 +94,16 @@ def resample(
         period, uncertainty = stated, 0.0
     own = 1 / period
     chosen = own if rate == "auto" else rate
-    if chosen < _SAME_RATE * own:
+    if chosen < MIN_RESAMPLING_RATE.value * own:
         raise UsageError(
             f"{source}: the position is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
-            f"noise would fold. Resample at {own:.6g} Hz or more; --decimate keeps fewer rows."
+            "noise would fold. ",
+            Remedy.of(
+                f"Resample at {own:.6g} Hz or more; ",
+                Setting("decimate"),
+                " keeps fewer rows.",
+            ),
+            code="slow-resampling",
         )
     duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
     if duration * chosen > _MOST_ROWS:
@@ -112,7 +119,9 @@ def resample(
     if len(covered) > 1 and not split:
         raise DataError(
             f"{source}: time has {len(covered) - 1} gaps, the first after {covered[0][1]:.9g} s; "
-            "resampling would invent the motion there. Add --gaps split."
+            "resampling would invent the motion there. ",
+            Remedy.of("Add ", Setting("gaps", "split"), "."),
+            code="gaps",
         )
     columns = {
         role: np.concatenate([_onto(grid, piece, role, clocks[role], s) for piece, grid in kept])
@@ -151,8 +160,9 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
         row = back[0] + 1
         raise DataError(
             f"{source}: the time of the {role} does not increase in data row {row + 1}: after "
-            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. "
-            f"{advice_on_backward(clock, split=split)}"
+            f"{clock[row - 1]:.9g} s comes {clock[row]:.9g} s. ",
+            advice_on_backward(clock, split=split),
+            code=BACKWARD,
         )
     return clock
 
@@ -160,7 +170,7 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
 def _pieces(clock: Array) -> list[tuple[float, float]]:
     """First and last time of each piece of a clock without gaps."""
     steps = np.diff(clock)
-    gaps = np.flatnonzero(steps > UNEVEN_GAP * np.median(steps))
+    gaps = np.flatnonzero(steps > MAX_UNEVEN_STEP.value * np.median(steps))
     return [
         (float(clock[a]), float(clock[b]))
         for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)
@@ -207,10 +217,10 @@ def _told(
     samples: Mapping[str, Samples], clocks: Mapping[str, Array], time: Array, rate: float
 ) -> Repair:
     splined = [role for role in samples if role in _SPLINED]
-    straight = [role for role in samples if role not in _SPLINED]
+    by_lines = [role for role in samples if role not in _SPLINED]
     how = f"{', '.join(splined)} by cubic splines"
-    if straight:
-        how += f", {', '.join(straight)} by straight lines"
+    if by_lines:
+        how += f", {', '.join(by_lines)} by straight lines"
     rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}
     taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
     text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"

@@ -10,6 +10,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Unit, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.remedy import Remedy, Setting
 
 
 def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:
@@ -24,7 +25,7 @@ def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:
 
 
 def to_si(
-    role: str, values: Array, unit: str, axis: Axis | None, *, asked: bool, source: str
+    role: str, values: Array, unit: str, axis: Axis | None, *, requested: bool, source: str
 ) -> tuple[Array, str]:
     """Convert a column to SI, and say what was done; empty where nothing was.
 
@@ -37,7 +38,7 @@ def to_si(
         As the file or the user writes it.
     axis : Axis or None
         Its coordinate and drive say what a role measures.
-    asked : bool
+    requested : bool
         Whether the user gave the unit, for the error.
     source : str
         File name.
@@ -47,23 +48,30 @@ def to_si(
     UsageError, DataError
         The unit is unknown, or measures something else than the role does.
     """
-    wrong = UsageError if asked else DataError
+    wrong = UsageError if requested else DataError
     wanted = expected_units(role, axis)
     found = known_unit(unit)
+    named = Setting("columns", f"{role}=NAME:UNIT")
     if found is None:
         counts = "encoder counts: scale them first. Else " if unit.lower() in COUNTS else ""
         raise wrong(
-            f"{source}: the {role} has the unit {unit!r}, which is not known; {counts}give the "
-            f"unit that it is in with --columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, "
-            f"...), or {role}=NAME:{(wanted or ('V',))[0]} where it is SI."
+            f"{source}: the {role} has the unit {unit!r}, which is not known; {counts}",
+            Remedy.of(
+                "give the unit that it is in with ",
+                named,
+                " (mm, deg, rev, ms, mA, Ncm, ...), or "
+                f"NAME:{(wanted or ('V',))[0]} where it is SI.",
+            ),
+            code="unknown-unit",
         )
     factor, coherent = found
     if wanted and not any(_measures(coherent, unit_) for unit_ in wanted):
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
         raise wrong(
             f"{source}: the {role} has the unit {unit!r}, but the {role}{of_axis} is measured in "
-            f"{' or '.join(wanted)}. Check the column, or give its unit with --columns "
-            f"{role}=NAME:UNIT."
+            f"{' or '.join(wanted)}. ",
+            Remedy.of("Check the column, or give its unit with ", named, "."),
+            code="other-unit",
         )
     if factor == 1.0:
         return values, ""
@@ -83,10 +91,10 @@ def taken_as_si(roles: Mapping[str, str], axis: Axis | None) -> str:
     for role, name in roles.items():
         wanted = expected_units(role, axis)
         unit = " or ".join(wanted) if wanted else "as the drive has it"
-        unknown = LABEL_WITH_UNIT.fullmatch(name)
-        passed = unknown[4] if unknown is not None else None
-        told = passed and not passed.isdecimal()
-        named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if told else ""))
+        label = LABEL_WITH_UNIT.fullmatch(name)
+        passed = label[4] if label is not None else None
+        unknown = passed and not passed.isdecimal()
+        named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if unknown else ""))
     return f"no unit given, so SI: {', '.join(named)}"
 
 
@@ -110,5 +118,7 @@ def modulus_si(text: str, axis: Axis | None) -> float:
         )
     if not unit:
         return value
-    array, _ = to_si("position", np.array([value]), unit, axis, asked=True, source="the modulus")
+    array, _ = to_si(
+        "position", np.array([value]), unit, axis, requested=True, source="the modulus"
+    )
     return float(array[0])

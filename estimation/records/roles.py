@@ -5,15 +5,16 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
+from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError
+from axisid.support.remedy import Remedy, Setting
 
 from .role_units import taken_as_si, to_si
 
 _NEEDED = ("position",)
 _CLOCKS = "the file's own clocks are taken"
 _COMPARED = 1000  # columns that a name is compared with
-_NEARLY = 0.8  # how alike names are of which one may be meant for the other
 
 
 class Chosen:
@@ -24,13 +25,18 @@ class Chosen:
     """
 
     def __init__(
-        self, table: Table, axis: Axis | None, asked: dict[str, str], *, has_period: bool = False
+        self,
+        table: Table,
+        axis: Axis | None,
+        requested: dict[str, str],
+        *,
+        has_period: bool = False,
     ) -> None:
         self.names: dict[str, str] = {}
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
-        silent: dict[str, str] = {}
-        chosen, without = _choose(table, axis, asked, has_period=has_period)
+        without_unit: dict[str, str] = {}
+        chosen, without = _choose(table, axis, requested, has_period=has_period)
         for role, (name, unit, by_user) in chosen.items():
             column = table.columns[name]
             samples = column.read()
@@ -38,26 +44,31 @@ class Chosen:
             values, note = samples.values, ""
             if written:
                 values, note = to_si(
-                    role, values, written, axis, asked=by_user and bool(unit), source=table.source
+                    role,
+                    values,
+                    written,
+                    axis,
+                    requested=by_user and bool(unit),
+                    source=table.source,
                 )
             else:
-                silent[role] = name
+                without_unit[role] = name
             self.names[role] = name
             self.samples[role] = replace(samples, values=values)
             notes += [said for said in (column.note, note) if said and said not in notes]
-        if said := self._own_clocks(asked):
+        if said := self._own_clocks(requested):
             notes.append(said)
-            silent.pop("time", None)
-        taken = taken_as_si(silent, axis)
+            without_unit.pop("time", None)
+        taken = taken_as_si(without_unit, axis)
         self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
 
-    def _own_clocks(self, asked: Mapping[str, str]) -> str:
+    def _own_clocks(self, requested: Mapping[str, str]) -> str:
         """Leave out a time column that no user named and that is of another group than the others.
 
         Where the file has clocks of its own they serve. What is said of it; empty where it stays.
         """
         others = {role: s for role, s in self.samples.items() if role != "time"}
-        if "time" in asked or "time" not in self.samples or not _has_clocks(others.values()):
+        if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
             return ""
         rows, needed = len(self.samples["time"].values), len(others["position"].values)
         if rows == needed:
@@ -73,10 +84,10 @@ def _has_clocks(columns: Iterable[Samples]) -> bool:
 
 
 def _choose(
-    table: Table, axis: Axis | None, asked: dict[str, str], *, has_period: bool
+    table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
     """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
-    for role in asked:
+    for role in requested:
         if role not in ROLES:
             raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
     declared = dict(axis.columns) if axis is not None else {}
@@ -84,26 +95,27 @@ def _choose(
     missing: dict[str, str] = {}
     unfit: dict[str, str] = {}
     for role in ROLES:
-        wanted = asked.get(role) or declared.get(role) or role
+        wanted = requested.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
         if name is None and ":" in wanted:
             head, _, unit = wanted.rpartition(":")
             name = table.find(head.strip())
             wanted = head if name is None else wanted
         if name is not None:
-            chosen[role] = (name, unit.strip(), role in asked)
+            chosen[role] = (name, unit.strip(), role in requested)
         elif holds := table.holds(wanted):
             unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
-        elif role in asked or role in declared or role in _NEEDED:
+        elif role in requested or role in declared or role in _NEEDED:
             missing[role] = wanted
     if unfit:
         raise DataError(
-            f"{table.source}: {', '.join(unfit.values())}; give one of real numbers, or of time "
-            f"stamps, with {_to_name(unfit)}."
+            f"{table.source}: {', '.join(unfit.values())}; ",
+            Remedy.of("give one of real numbers, or of time stamps, with ", _to_name(unfit), "."),
+            code="no-numbers",
         )
     without = _without(table, missing, chosen, has_period=has_period)
-    if any(role in asked or role not in without for role in missing):
-        raise DataError(_lacking(table, chosen, missing, declared=bool(declared)))
+    if any(role in requested or role not in without for role in missing):
+        raise _lacking(table, chosen, missing, declared=bool(declared))
     _check_apart(table, chosen)
     return chosen, tuple(without.values())
 
@@ -147,8 +159,8 @@ def _lacking(
     missing: dict[str, str],
     *,
     declared: bool,
-) -> str:
-    """What is said of all columns that are not found, with those that may be meant.
+) -> DataError:
+    """The error of all columns that are not found, with those that may be meant.
 
     Where the axis has not `declared` its columns, those of the other roles count as missing too.
     """
@@ -165,24 +177,29 @@ def _lacking(
         hint = f" Did you mean {' or '.join(map(repr, close))}?"
     named = [*missing, *others]
     columns = "column" if len(named) == 1 else "columns"
-    advice = table.missing or f"Name the {columns} with {_to_name(named)}."
-    if "time" in missing and _timed(table, chosen):
-        advice += " The columns have clocks of their own: leave the time out, and these serve."
-    return (
-        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} {advice}"
+    advice = Remedy.of(f"Name the {columns} with ", _to_name(named), ".")
+    own = (
+        " The columns have clocks of their own: leave the time out, and these serve."
+        if "time" in missing and _timed(table, chosen)
+        else ""
+    )
+    return DataError(
+        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} ",
+        Remedy.of(table.missing or advice, own),
+        code="no-column",
     )
 
 
-def _to_name(roles: Iterable[str]) -> str:
-    """The option that names columns."""
-    return "--columns " + ",".join(f"{role}=NAME" for role in roles)
+def _to_name(roles: Iterable[str]) -> Setting:
+    """What names columns."""
+    return Setting("columns", ",".join(f"{role}=NAME" for role in roles))
 
 
 def _near(table: Table, wanted: str) -> list[str]:
     """Columns whose names are nearly the one that is wanted."""
     names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
     plain = wanted.casefold()
-    close = get_close_matches(plain, names, n=2, cutoff=_NEARLY)
+    close = get_close_matches(plain, names, n=2, cutoff=MIN_NAME_SIMILARITY.value)
     close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
     return [names[name] for name in close]
 
@@ -194,6 +211,8 @@ def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None
         if name in roles:
             raise DataError(
                 f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
-                f"{role}; name another for one of them, with --columns {role}=NAME."
+                f"{role}; ",
+                Remedy.of("name another for one of them, with ", _to_name([role]), "."),
+                code="column-twice",
             )
         roles[name] = role

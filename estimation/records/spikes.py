@@ -9,23 +9,26 @@ from collections.abc import Mapping
 import numpy as np
 
 from axisid.estimation.tables import Samples
+from axisid.estimation.thresholds.records import (
+    MAX_STEP_ACROSS_SPIKE,
+    MAX_STEP_BESIDE_SPIKE,
+    MIN_SPIKE,
+    MIN_SPIKE_SHARE,
+    MIN_SPIKE_TIP,
+    SELDOM_EXCEEDED,
+)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
+from axisid.support.remedy import Note, Remedy, Setting
 
 _REACH = 3  # samples to each side that a spike's median is of; it is shorter than that
 _BEYOND = 2  # samples beyond them, over which the signal is to be quiet
-_LARGE = 10.0  # times a bend that is seldom exceeded
-_SELDOM = 0.995  # share of the bends
-_TIP = 0.25  # of a spike: the least bend at its tip
-_LEAST = 1e-3  # of the range: where hardly anything moves nothing else is a measure
-_QUIET = 0.2  # of the spike: the steps beyond it
-_SAME = 0.5  # of the spike: the difference of the two sides
 _SHOWN = 3
 
 
 def spikes_told(
     samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool = True
-) -> list[str]:
+) -> list[Note]:
     """What is said of spikes in the measured columns of a log.
 
     Parameters
@@ -42,7 +45,7 @@ def spikes_told(
         "control": "" if axis is None else axis.drive.unit,
         "force": "" if axis is None else axis.coordinate.force_unit,
     }
-    told = []
+    sentences = []
     for role, unit in units.items():
         found = spikes(samples[role].values) if role in samples else []
         if not found:
@@ -55,11 +58,14 @@ def spikes_told(
             for row, size in found[:_SHOWN]
         ]
         more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
-        told.append(
-            f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is no "
-            "motion, empty such cells and add --resample auto"
+        sentences.append(
+            Note(
+                f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is "
+                "no motion, ",
+                Remedy.of("empty such cells and add ", Setting("resample", "auto")),
+            )
         )
-    return told
+    return sentences
 
 
 def spikes(values: Array) -> list[tuple[int, float]]:
@@ -68,9 +74,12 @@ def spikes(values: Array) -> list[tuple[int, float]]:
     if len(values) < 10 * around:
         return []
     bends = np.abs(np.diff(values, 2))
-    least = max(_LARGE * float(np.quantile(bends, _SELDOM)), _LEAST * float(np.ptp(values)))
+    least = max(
+        MIN_SPIKE.value * float(np.quantile(bends, SELDOM_EXCEEDED.value)),
+        MIN_SPIKE_SHARE.value * float(np.ptp(values)),
+    )
     # A spike bends at its tip by as much as it is large, or nearly.
-    tips = np.flatnonzero(bends > _TIP * least) + 1
+    tips = np.flatnonzero(bends > MIN_SPIKE_TIP.value * least) + 1
     rows = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
     rows = rows[(rows >= _REACH) & (rows < len(values) - _REACH)]
     windows = np.lib.stride_tricks.sliding_window_view(values, around)
@@ -94,4 +103,7 @@ def _is_quiet(values: Array, row: int, size: float) -> bool:
     steps = np.concatenate([np.diff(before), np.diff(after)])
     slope = float(steps.mean())
     across = float(after[0] - before[-1]) - 2 * _REACH * slope
-    return float(np.abs(steps - slope).max()) <= _QUIET * size and abs(across) <= _SAME * size
+    return (
+        float(np.abs(steps - slope).max()) <= MAX_STEP_BESIDE_SPIKE.value * size
+        and abs(across) <= MAX_STEP_ACROSS_SPIKE.value * size
+    )

@@ -8,13 +8,12 @@ log's own; a log that is slower or faster than the loop is to be confirmed by th
 from dataclasses import dataclass, replace
 
 from axisid.estimation.tables import LogClock
+from axisid.estimation.thresholds.records import SAME_PERIOD
 from axisid.modeling.declaration import ControlLaw
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .record import Record
 
-#: Relative difference up to which two sampling periods are the same one: ten times what crystals
-#: differ by.
-SAME_PERIOD = 5e-4
 _MOST_THINNED = 1000
 
 
@@ -26,17 +25,17 @@ class OtherPeriod:
     ----------
     confirmed : bool
         The user said so beside the log's own times.
-    text : str
+    note : Note
         What is said of it, and what to do.
     """
 
     confirmed: bool
-    text: str
+    note: Note
 
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
     """Whether two sampling periods are the same; `uncertainty` is relative, of either."""
-    return abs(one / other - 1) <= SAME_PERIOD + uncertainty
+    return abs(one / other - 1) <= SAME_PERIOD.value + uncertainty
 
 
 def clock_of(record: Record) -> LogClock:
@@ -72,18 +71,21 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
     found += f"{law.period:.6g} s"
     if own.stated and not own.counted:
         said = f"{found}, as the period that was given confirms; the two cannot be compared"
-        return OtherPeriod(confirmed=True, text=said)
+        return OtherPeriod(confirmed=True, note=Note(said))
     if own.counted:
-        advice = (
-            "check --sample-period, which nothing else confirms, against the drive's period; where "
-            "the log is no record of every period, give its time column"
+        advice = Remedy.of(
+            "check ",
+            Setting("sample-period"),
+            ", which nothing else confirms, against the drive's period; where the log is no record "
+            "of every period, give its time column",
         )
-        return OtherPeriod(confirmed=False, text=f"{found}: {advice}")
-    return OtherPeriod(
-        confirmed=False,
-        text=f"{found}: check the time column and its unit, or declare the drive's period"
-        f"{_thinned(logged / law.period)}, confirm that by --sample-period {logged:.6g}",
+        return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
+    advice = Remedy.of(
+        "check the time column and its unit, or declare the drive's period"
+        f"{_thinned(logged / law.period)}, confirm that by ",
+        Setting("sample-period", f"{logged:.6g}"),
     )
+    return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
 
 
 def _thinned(ratio: float) -> str:

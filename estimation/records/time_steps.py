@@ -5,36 +5,45 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.thresholds.records import (
+    MAX_EVEN_STEP,
+    MAX_MEAN_STEP_DEVIATION,
+    MAX_ODD_STEP_SHARE,
+    MAX_PERIOD_DRIFT,
+    MAX_STEP_SPREAD,
+    MAX_UNEVEN_STEP,
+    RESTARTED_CLOCK_STEP,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Note, Remedy, Setting
 
-#: A longer step is a gap, in sampling periods.
-LARGEST_GAP = 1.5
-#: The same in median steps where time may be uneven: that is bridged, missing time is not.
-UNEVEN_GAP = 3.0
+#: Code of an error about time steps that are not one sampling period.
+UNEVEN = "uneven-time"
+#: Code of an error about times that do not increase.
+BACKWARD = "backward-time"
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 WINDOW = 100
-_RARE = 0.01  # share of the steps that may be gaps; more are jitter
-_UNEVEN = 0.02  # mean step against the median one, and of any window against that of all
-_DRIFTS = 0.005  # range of the mean steps of windows
-_EVEN = 0.02  # range of the steps, in periods, below which nothing is said
-_ON = 4.0  # periods after which a clock that was set back is counted on: more than any gap needs
 _SHOWN = 3
+_EVENLY = Setting("resample", "auto")
+_SPLIT = Setting("gaps", "split")
+#: What to do about a sampling period that drifts.
+RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
 
 Places = NDArray[np.int64]
 
 
 def odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
     """Which steps are not about the typical one."""
-    return (steps > LARGEST_GAP * typical) | (steps * LARGEST_GAP < typical)
+    return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
 
 
 def is_rare(count: int, steps: int) -> bool:
     """Whether so many steps of all may be faults of single samples, and no jitter."""
-    return count <= max(_RARE * steps, 1)
+    return count <= max(MAX_ODD_STEP_SHARE.value * steps, 1)
 
 
-def advice_on_uneven(steps: Array, typical: float) -> str:
+def advice_on_uneven(steps: Array, typical: float) -> Remedy:
     """What to do about steps of which some are odd.
 
     Parameters
@@ -45,36 +54,42 @@ def advice_on_uneven(steps: Array, typical: float) -> str:
         Their median, s.
     """
     odd = steps[odd_steps(steps, typical)]
-    lost = bool(np.any(odd > UNEVEN_GAP * typical))
+    lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
     if not is_rare(len(odd), len(steps)):
-        how = "--resample auto --gaps split" if lost else "--resample auto"
-        cut = ", cut where samples are missing" if lost else ""
-        return f"That is jitter, no gaps: resample the log evenly{cut} ({how})."
+        said = "That is jitter, no gaps: resample the log evenly"
+        if lost:
+            return Remedy.of(said, ", cut where samples are missing (", _EVENLY, _SPLIT, ").")
+        return Remedy.of(said, " (", _EVENLY, ").")
+    cut = Remedy.of("Cut the log there (", _SPLIT, ")")
     if lost or np.any(odd < typical):
-        return "Cut the log there (--gaps split)."
-    return "Cut the log there (--gaps split) or resample it evenly (--resample auto)."
+        return Remedy.of(cut, ".")
+    return Remedy.of(cut, " or resample it evenly (", _EVENLY, ").")
 
 
-def advice_on_backward(time: Array, *, split: bool = False) -> str:
+def advice_on_backward(time: Array, *, split: bool = False) -> Remedy:
     """What to do about times, (N,), that do not increase; `split` where that was asked for."""
     steps = np.diff(time)
     back = int(np.sum(steps <= 0))
     if is_coarse(time):
-        return (
-            "The stamps are too coarse: export them with more digits, or give --sample-period to "
-            f"count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean)."
+        return Remedy.of(
+            "The stamps are too coarse: export them with more digits, or give ",
+            Setting("sample-period"),
+            f" to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean).",
         )
     in_order = np.diff(np.sort(time))
     if np.all(in_order > 0) and not np.any(odd_steps(in_order, float(np.median(in_order)))):
-        return "Sort the rows by their time."
+        return Remedy.of("Sort the rows by their time.")
     if not is_rare(back, len(steps)):
-        return "Sort the rows and remove repeated ones."
+        return Remedy.of("Sort the rows and remove repeated ones.")
     if split:
-        return "The columns have clocks of their own: cut the file there, and read one piece."
+        return Remedy.of(
+            "The columns have clocks of their own: cut the file there, and read one piece."
+        )
     twice = " Remove rows that are repeated." if np.any(steps == 0) else ""
-    return (
-        "Where the clock was set back or another log was joined on, cut the log there (--gaps "
-        f"split).{twice}"
+    return Remedy.of(
+        "Where the clock was set back or another log was joined on, cut the log there (",
+        _SPLIT,
+        f").{twice}",
     )
 
 
@@ -118,12 +133,12 @@ def counted_on(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
     known = time[rows]
     steps = np.diff(known)
     typical = float(np.median(steps)) if len(steps) else 0.0
-    back = steps <= 0 if uneven else steps * LARGEST_GAP < typical
+    back = steps <= 0 if uneven else steps * MAX_EVEN_STEP.value < typical
     places = np.flatnonzero(back)
     if not places.size or not typical > 0 or not is_rare(len(places), len(steps)):
         return time, 0, ""
     shifts = np.zeros(len(time))
-    shifts[rows[places + 1]] = _ON * typical - steps[places]
+    shifts[rows[places + 1]] = RESTARTED_CLOCK_STEP.value * typical - steps[places]
     shown = [
         f"before data row {rows[k + 1] + 1}, from {known[k]:.9g} s to {known[k + 1]:.9g} s"
         for k in places[:_SHOWN]
@@ -165,19 +180,23 @@ class Drift:
         """The segment ends."""
         self._last, self._seen = None, 0
 
-    def check(self, source: str, mean: float, advice: str) -> None:
+    def check(self, source: str, mean: float, advice: Remedy) -> None:
         """Refuse a period, s, that is not that of every part of the log."""
-        if self.most > mean * (1 + _UNEVEN) or self.least < mean * (1 - _UNEVEN):
-            raise DataError(f"{source}: {self._found()}, which cannot be taken as even. {advice}")
+        apart = MAX_MEAN_STEP_DEVIATION.value
+        if self.most > mean * (1 + apart) or self.least < mean * (1 - apart):
+            raise DataError(
+                f"{source}: {self._found()}, which cannot be taken as even. ", advice, code=UNEVEN
+            )
 
-    def told(self, mean: float, spread: float) -> str:
-        """What is said of a period that drifts a little; empty where it does not.
+    def remark(self, mean: float, spread: float) -> Note | None:
+        """What is said of a period that drifts a little; None where it does not.
 
         Jitter moves the ends of a window by a part of the `spread` of the steps, s.
         """
-        if self.most - self.least <= _DRIFTS * mean + spread / WINDOW:
-            return ""
-        return f"{self._found()} and is taken as even: resample the log evenly (--resample auto)"
+        if self.most - self.least <= MAX_PERIOD_DRIFT.value * mean + spread / WINDOW:
+            return None
+        evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
+        return Note(f"{self._found()} and is taken as even: ", evenly)
 
     def _found(self) -> str:
         return (
@@ -186,14 +205,14 @@ class Drift:
         )
 
 
-def steps_told(least: float, most: float, mean: float, drift: Drift) -> tuple[str, ...]:
+def steps_told(least: float, most: float, mean: float, drift: Drift) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
-    if said := drift.told(mean, most - least):
+    if said := drift.remark(mean, most - least):
         return (said,)
-    if most - least <= _EVEN * abs(mean):
+    if most - least <= MAX_STEP_SPREAD.value * abs(mean):
         return ()
     steps = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
-    return (f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each",)
+    return (Note(f"time steps of {steps} taken as even, {1e3 * mean:.6g} ms each"),)
 
 
 def drift_of(pieces: Sequence[Array]) -> Drift:

@@ -7,17 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair, Samples
+from axisid.estimation.thresholds.records import MAX_SEAM_BEND, MAX_WRAPPED_SPAN, MIN_SEAM_BEND
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy, Setting
 
 Places = NDArray[np.int64]
 #: First row, the one after the last, and by how many moduli.
 _Move = tuple[int, int, int]
 
-_TURNED = 1.001  # a wrapped position stays within one modulus, but for noise
-_BENT = 5.0  # of the largest bend elsewhere: more than the seam of a right modulus leaves
+#: A modulus of a turn.
+IN_DEGREES = Setting("wrap", "360:deg")
+#: Code of an error about a position that is not wrapped by the modulus that was given.
+OTHER_MODULUS = "other-modulus"
 _SHOWN = 3  # pieces that are listed
-_SURELY = 1e-4  # of the modulus, below which a bend is rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +61,8 @@ def undone(values: Array, modulus: float) -> tuple[Array, Places]:
     (N,) array, (n,) array of int
     """
     turns = np.round(np.diff(values) / modulus)
-    straight = values - modulus * np.concatenate([[0.0], np.cumsum(turns)])
-    return straight, np.flatnonzero(turns)
+    unwrapped = values - modulus * np.concatenate([[0.0], np.cumsum(turns)])
+    return unwrapped, np.flatnonzero(turns)
 
 
 def unwrapped(
@@ -92,26 +95,27 @@ def unwrapped(
         if role not in samples:
             continue
         values, counts[role] = samples[role].values, 0
-        if float(np.ptp(values)) <= _TURNED * modulus.si:
-            straight, places = undone(values, modulus.si)
+        if float(np.ptp(values)) <= MAX_WRAPPED_SPAN.value * modulus.si:
+            unwrapped, places = undone(values, modulus.si)
             if role == "position":  # a reference may well step across its seam
-                _check_seams(source, straight, places, long_steps(samples[role], gap), modulus)
-            repaired[role], counts[role] = replace(samples[role], values=straight), len(places)
+                _check_seams(source, unwrapped, places, long_steps(samples[role], gap), modulus)
+            repaired[role], counts[role] = replace(samples[role], values=unwrapped), len(places)
         elif role == "position":
             raise DataError(
                 f"{source}: the position spans {modulus.written(np.ptp(values))}, more than the "
-                f"modulus {modulus}, so it is not wrapped by it; give the modulus with "
-                "its unit, or leave --wrap out."
+                f"modulus {modulus}, so it is not wrapped by it; ",
+                Remedy.of("give the modulus with its unit, or ", Setting("wrap", given=False), "."),
+                code=OTHER_MODULUS,
             )
     moves: list[_Move] = []
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
     if "reference" in samples and any(counts.values()):
-        own_turn = float(np.ptp(samples["reference"].values)) > _TURNED * modulus.si
+        own_turn = float(np.ptp(samples["reference"].values)) > MAX_WRAPPED_SPAN.value * modulus.si
         repaired["reference"], moves = _beside(repaired, modulus.si, gap, own_turn=own_turn)
-    told = ", ".join(f"{role} {count}" for role, count in counts.items())
-    text = f"jumps by the modulus {modulus} undone: {told}"
+    counted = ", ".join(f"{role} {count}" for role, count in counts.items())
+    text = f"jumps by the modulus {modulus} undone: {counted}"
     if not any(counts.values()):
-        text = f"no jumps by the modulus {modulus} found: {told}"
+        text = f"no jumps by the modulus {modulus} found: {counted}"
     if gaps := len(long_steps(samples["position"], gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
@@ -164,13 +168,13 @@ def _moves_told(moves: list[_Move]) -> str:
 
 
 def _check_seams(
-    source: str, straight: Array, places: Places, gaps: Places, modulus: Modulus
+    source: str, unwrapped: Array, places: Places, gaps: Places, modulus: Modulus
 ) -> None:
     """Refuse a modulus that leaves a jump where it undid one.
 
     There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
     """
-    steps = np.diff(straight)
+    steps = np.diff(unwrapped)
     smooth = np.ones(len(steps), dtype=bool)
     smooth[places] = smooth[gaps] = False
     steady = np.where(smooth, steps, np.nan)
@@ -184,9 +188,12 @@ def _check_seams(
     if not len(seams) or not len(elsewhere):
         return
     left = float(np.median(np.abs(bends[seams])))
-    if left > max(_BENT * float(elsewhere.max()), _SURELY * modulus.si):
+    if left > max(MAX_SEAM_BEND.value * float(elsewhere.max()), MIN_SEAM_BEND.value * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
-            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus that it "
-            "is wrapped by, with its unit, as in --wrap 360:deg."
+            f"{modulus} was taken out, as before data row {seams[0] + 2}; ",
+            Remedy.of(
+                "give the modulus that it is wrapped by, with its unit, as in ", IN_DEGREES, "."
+            ),
+            code=OTHER_MODULUS,
         )

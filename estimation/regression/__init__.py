@@ -25,6 +25,7 @@ from .linear import condition_number as condition_number
 from .linear import factor as factor
 from .linear import instrumental_variables as instrumental_variables
 from .linear import least_squares as least_squares
+from .linear import weighted_least_squares as weighted_least_squares
 from .propagation import Bend as Bend
 from .propagation import Drawn as Drawn
 from .propagation import bend as bend

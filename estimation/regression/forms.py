@@ -15,6 +15,7 @@ from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,13 +155,12 @@ class DirectForm(Form):
     left: ClassVar[str] = "acceleration"
 
     def __post_init__(self) -> None:
-        if self.axis.ddm_refusal:
-            raise ModelError(self.axis.ddm_refusal)
+        _ddm_parameters(self.axis)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """``theta_ddm``."""
-        return self.axis.ddm_parameters
+        return _ddm_parameters(self.axis)
 
     def equations(self, signals: Signals) -> Equations:
         """Acceleration by the direct regressor."""
@@ -175,3 +175,10 @@ class DirectForm(Form):
     def regressed(self, physical: Array) -> Array:
         """Through the generated map."""
         return self.axis.mapped("ddm_from_physical", physical)[0]
+
+
+def _ddm_parameters(axis: GeneratedAxis) -> tuple[Quantity, ...]:
+    found = axis.ddm_parameters
+    if isinstance(found, Missing):
+        raise ModelError(found.reason, found.remedy)
+    return found

@@ -1,4 +1,4 @@
-"""The two linear solutions: least squares and instrumental variables.
+"""The linear solutions: least squares, with weights or without, and instrumental variables.
 
 Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither the units
 nor the square of the condition number enter. Least squares runs in the widest floats of the
@@ -7,16 +7,15 @@ digits.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import MIN_SINGULAR_VALUE_RATIO
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
-
-_SMALLEST_RATIO = 1e-11
 
 Wide = NDArray[np.longdouble]
 
@@ -59,9 +58,11 @@ class Solution:
     residuals : (n,) array
         ``y - X theta``.
     inverse_factor : (k, k) array
-        G with ``G G' = (W'W)^-1``, W the regressor (LS) or the instruments (IV).
+        G with ``G G' = A'A`` for the influence A; of instruments Z ``(Z'Z)^-1``, which is the same
+        where they are the regressor's part that is free of noise.
     influence : (n, k) array
-        A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS) or ``Z (X'Z)^-1`` (IV).
+        A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS), ``W X (X'WX)^-1`` with weights W,
+        or ``Z (X'Z)^-1`` (IV).
     neighbours : Neighbours
         Which of the rows follow each other in time.
     """
@@ -112,10 +113,10 @@ def factor(
             f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
             "over the positions and speeds of the record, and their units."
         )
-    silent = [name for name, size in zip(names, scale, strict=True) if size == 0]
-    if silent:
+    zero = [name for name, size in zip(names, scale, strict=True) if size == 0]
+    if zero:
         raise EstimationError(
-            f"{what} cannot show {', '.join(silent)}: the regressor's column is zero in every row. "
+            f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
             "Record a motion that excites it, or leave the parameter out."
         )
     q, r = _orthonormal(columns.astype(np.longdouble) / scale)
@@ -190,6 +191,22 @@ def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
     )
 
 
+def weighted_least_squares(y: Array, X: Factored, weights: Array) -> Solution:
+    """``(X'WX)^-1 X'Wy`` for weights on the diagonal of W, y and weights of shape (n,).
+
+    The weights are chosen, not known of the residuals: deviations for independent residuals of
+    equal variance do not depend on their unit.
+
+    Raises
+    ------
+    EstimationError
+        The rows that have weight do not tell the parameters apart.
+    """
+    solution = instrumental_variables(y, X, factor(weights[:, None] * X.columns, X.names))
+    _, triangle = _orthonormal(solution.influence.astype(np.longdouble))
+    return replace(solution, inverse_factor=triangle.T.astype(float))
+
+
 def condition_number(X: Array) -> float:
     """Largest over smallest singular value, of the columns as they are."""
     return float(np.linalg.cond(X))
@@ -200,7 +217,8 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     _, sizes, right = np.linalg.svd(matrix)
     # Unit columns have a largest singular value of 1 or more, unless instruments miss them all.
     # Filtering leaves rounding of up to 1e-12 in columns that are dependent.
-    if sizes[-1] > max(sizes[0], 1.0) * max(rows * np.finfo(float).eps, _SMALLEST_RATIO):
+    least = max(rows * np.finfo(float).eps, MIN_SINGULAR_VALUE_RATIO.value)
+    if sizes[-1] > max(sizes[0], 1.0) * least:
         return
     direction = right[-1] / scale
     direction = direction / direction[np.argmax(np.abs(direction))]

@@ -85,8 +85,8 @@ class Bend:
             Of the function by the physical parameters.
         """
         first = float(np.linalg.norm(gradient @ self.slopes))
-        bent = self.slopes.T @ hessian @ self.slopes + np.tensordot(gradient, self.bends, axes=1)
-        second = float(np.linalg.norm(bent)) / np.sqrt(2)
+        curved = self.slopes.T @ hessian @ self.slopes + np.tensordot(gradient, self.bends, axes=1)
+        second = float(np.linalg.norm(curved)) / np.sqrt(2)
         if second == 0:
             return 0.0
         return float("inf") if first == 0 else second / first

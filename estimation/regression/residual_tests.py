@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import Index, Neighbours
+from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array
 
 _QUANTILES = 99
-_SIGNIFICANT = 0.05
 _NO_VARIANCE = 1e-9  # of a number of changes of the sign
 
 
@@ -125,11 +125,11 @@ def residual_tests(
         runs_z=z,
         runs_p=float(2 * ndtr(-abs(z))),
         autocorrelation=sums,
-        bound=1.96 / float(np.sqrt(n)),
+        bound=MAX_CHANCE_DEVIATION.value / float(np.sqrt(n)),
         cross_correlation=crossed,
         cross_deviations=deviations,
         cross_z=largest,
-        cross_limit=float(-ndtri(_SIGNIFICANT / 2 / crossed.size)),
+        cross_limit=float(-ndtri(SIGNIFICANCE_LEVEL.value / 2 / crossed.size)),
         cross_p=min(1.0, 2 * crossed.size * float(ndtr(-largest))),
         normal_quantiles=np.asarray(ndtri(share), dtype=float),
         residual_quantiles=np.asarray(np.quantile(standardised, share), dtype=float),

@@ -15,6 +15,7 @@ from axisid.estimation.simulation import (
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy, Setting
 
 from .forms import Equations, Form
 
@@ -39,7 +40,9 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     if record.reference is None:
         raise LoopDataError(
             f"{record.provenance.source} has no reference column, from which the closed loop "
-            "is simulated; name it with --columns reference=NAME."
+            "is simulated; ",
+            Remedy.of("name it with ", Setting("columns", "reference=NAME"), "."),
+            code="no-reference",
         )
     if not is_sampled_by(record, law):
         raise LoopDataError(

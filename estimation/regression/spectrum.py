@@ -3,21 +3,24 @@
 import numpy as np
 
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import MIN_SEGMENT_ROWS, MIN_SEGMENTED_SHARE
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 
 _SEGMENT = 256  # rows
-_HELD = 0.5  # of the rows, that are in stretches of a segment or more
 
 
-def power_density(values: Array, rate: float, neighbours: Neighbours) -> tuple[Array, Array]:
-    """Frequencies in Hz and the power density of values at each, (f,), but for the mean.
+def power_density(
+    values: Array, rate: float, neighbours: Neighbours
+) -> tuple[Array, Array] | Missing:
+    """Frequencies in Hz and the power density of values at each, (f,) or (f, k), but for the mean.
 
     Where rows are missing, segments are at most as long as the stretches that hold half of the
     rows; what is in shorter stretches is left out.
 
     Parameters
     ----------
-    values : (n,) array
+    values : (n,) or (n, k) array
     rate : float
         Rows that follow each other in a second.
     neighbours : Neighbours
@@ -26,13 +29,15 @@ def power_density(values: Array, rate: float, neighbours: Neighbours) -> tuple[A
     from scipy.signal import welch
 
     lengths = np.sort(neighbours.lengths)[::-1]
-    enough = int(np.searchsorted(np.cumsum(lengths), _HELD * len(values)))
+    enough = int(np.searchsorted(np.cumsum(lengths), MIN_SEGMENTED_SHARE.value * len(values)))
     segment = min(_SEGMENT, int(lengths[enough]))
+    if segment < (least := MIN_SEGMENT_ROWS.value):
+        return Missing(f"half of the rows follow each other in less than {least} at a time")
     powers, weights = [], []
     for piece in neighbours.split(values):
         if len(piece) < segment:
             continue
-        frequencies, power = welch(piece, rate, nperseg=segment)
+        frequencies, power = welch(piece, rate, nperseg=segment, axis=0)
         powers.append(power)
         overlap = segment // 2
         weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged

@@ -16,6 +16,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.remedy import Note
 
 from .forms import Equations, InverseForm
 from .linear import Factored, factor, least_squares
@@ -46,11 +47,13 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     search = _Projected(form, rows)
     starts = sorted(search.starts(), key=search.error)
     if not np.isfinite(search.error(starts[0])):
-        raise EstimationError(
+        said = Note.of(
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
-            "and bounds of the right size, where the equation of motion has a value. At the first, "
-            f"{search.reason(starts[0])}"
+            "and bounds of the right size, where the equation of motion has a value. At the "
+            "first, ",
+            search.reason(starts[0]),
         )
+        raise EstimationError(said.text, said.remedy)
     found = [
         minimise(
             search.residuals,
@@ -68,10 +71,10 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
 
 def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
     """Lower and upper bounds (p,) of what is searched for; linear parameters have none."""
-    bent, declared = np.array(axis.nonlinear), axis.axis.parameters
+    nonlinear, declared = np.array(axis.nonlinear), axis.axis.parameters
     return (
-        np.where(bent, [p.lower for p in declared], -np.inf),
-        np.where(bent, [p.upper for p in declared], np.inf),
+        np.where(nonlinear, [p.lower for p in declared], -np.inf),
+        np.where(nonlinear, [p.upper for p in declared], np.inf),
     )
 
 
@@ -130,9 +133,15 @@ class _Projected:
         self._form, self._rows = form, rows
         axis = form.axis
         self._bent = np.array(axis.nonlinear)
-        declared = [p for p, bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if bent]
+        declared = [
+            p
+            for p, nonlinear in zip(axis.axis.parameters, axis.nonlinear, strict=True)
+            if nonlinear
+        ]
         self.names = tuple(p.name for p in declared)
-        self._linear = [n for n, bent in zip(axis.names, axis.nonlinear, strict=True) if not bent]
+        self._linear = [
+            n for n, nonlinear in zip(axis.names, axis.nonlinear, strict=True) if not nonlinear
+        ]
         low, high = search_bounds(axis)
         self.bounds = (low[self._bent], high[self._bent])
         self._nominal = np.array([p.nominal for p in declared])
@@ -153,7 +162,7 @@ class _Projected:
             self._nominal
         ]
 
-    def solved(self, bent: Array) -> tuple[Array, Array]:
+    def solved(self, nonlinear: Array) -> tuple[Array, Array]:
         """All parameters (p,) for given nonlinear ones, and the residuals (n,).
 
         Raises
@@ -162,40 +171,40 @@ class _Projected:
             The columns are not of full rank, or the model has no value there.
         """
         physical = self._form.axis.nominal.copy()
-        physical[self._bent] = bent
+        physical[self._bent] = nonlinear
         equations = self._rows(self._form.at(physical))
         # The columns of the linear parameters, and what they leave, do not depend on their values.
-        known = equations.known + equations.regressor[:, self._bent] @ bent
+        known = equations.known + equations.regressor[:, self._bent] @ nonlinear
         columns = factor(equations.regressor[:, ~self._bent], self._linear)
         solution = least_squares(equations.left - known, columns)
         physical[~self._bent] = solution.theta
         if not np.all(np.isfinite(solution.residuals)):
-            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, bent, strict=True))
+            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, nonlinear, strict=True))
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
-    def residuals(self, bent: Array) -> Array:
+    def residuals(self, nonlinear: Array) -> Array:
         """Of the best linear parameters; large where there are none."""
         try:
-            return self.solved(bent)[1]
+            return self.solved(nonlinear)[1]
         except EstimationError:
             return np.full_like(self._left, 1e3 * float(np.abs(self._left).max()))
 
-    def error(self, bent: Array) -> float:
+    def error(self, nonlinear: Array) -> float:
         """Sum of squares; infinite where there is no estimate."""
         try:
-            residuals = self.solved(bent)[1]
+            residuals = self.solved(nonlinear)[1]
         except EstimationError:
             return np.inf
         return float(residuals @ residuals)
 
-    def reason(self, bent: Array) -> str:
+    def reason(self, nonlinear: Array) -> Note:
         """Why there is no estimate."""
         try:
-            self.solved(bent)
+            self.solved(nonlinear)
         except EstimationError as error:
-            return str(error)
-        return "the residuals are not finite."
+            return error.note
+        return Note("the residuals are not finite.")
 
     @property
     def _left(self) -> Array:

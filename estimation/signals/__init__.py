@@ -7,7 +7,6 @@ Knows nothing of methods.
 from .filtered_record import FilteredRecord as FilteredRecord
 from .filtered_record import check_filter as check_filter
 from .filtered_record import chosen_hold as chosen_hold
-from .motion import MOST_REST as MOST_REST
 from .motion import motion_lacks as motion_lacks
 from .motion import one_direction as one_direction
 from .motion import one_speed as one_speed
@@ -16,15 +15,14 @@ from .neighbours import Index as Index
 from .neighbours import Neighbours as Neighbours
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation
-from .reversals import REST as REST
 from .reversals import near_turns as near_turns
 from .reversals import rest_below as rest_below
-from .sampling import LIGHT as LIGHT
+from .sampled_filter import SampledFilter as SampledFilter
 from .sampling import Sampling as Sampling
+from .signals import Motion as Motion
 from .signals import Signals as Signals
+from .signals import beside_force as beside_force
 from .signals import drive_force as drive_force
-from .signals import filtered_signals as filtered_signals
 from .signals import force_of as force_of
-from .without_turns import LEAST_LEFT as LEAST_LEFT
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence

@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.remedy import Remedy, Setting
 
 from .motion import resting
 from .neighbours import Neighbours
-from .prefilter import Prefilter, Span
+from .prefilter import Prefilter
+from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Signals, beside_force, drive_force
-from .without_turns import LEAST_LEFT, Information
+from .signals import Motion, Signals, beside_force, force_of
+from .without_turns import Information
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
-_SAME = 0.02  # relative, of such a factor
-
-Motion = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -88,6 +88,11 @@ class FilteredRecord:
         """Sampling period, s."""
         return self.record.period
 
+    @property
+    def row_period(self) -> float:
+        """Time between rows that follow each other, s."""
+        return self.period * self.prefilter.decimate
+
     @cached_property
     def sampling(self) -> Sampling:
         """Which samples count, and which rows they make."""
@@ -106,9 +111,32 @@ class FilteredRecord:
         return self.sampling.motion(self.record.position)
 
     @cached_property
+    def force(self) -> Array:
+        """Sample by sample, (N,): measured, or what the drive makes of the control."""
+        record = self.record
+        return force_of(
+            self.axis,
+            record.provenance.source,
+            self.motion,
+            force=record.force,
+            control=record.control,
+        )
+
+    @cached_property
     def signals(self) -> Signals:
         """Filtered motion beside the force, aligned as the prefilter says."""
-        return self._beside(drive_force(self.axis, self.record))
+        return self._beside(self.force)
+
+    @cached_property
+    def force_by_gain(self) -> Array:
+        """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
+        if self.record.force is not None or self.record.control is None:
+            return np.zeros(len(self))
+        if self.axis.axis.drive.is_gain:
+            return self.signals.force
+        position, velocity, _ = self.motion
+        slope = self.axis.force_by_gain(self.record.control, position, velocity)
+        return self._beside(slope).force
 
     @property
     def weights(self) -> Array:
@@ -133,10 +161,7 @@ class FilteredRecord:
     @property
     def used(self) -> NDArray[np.bool_]:
         """`kept` without what is excluded, (N,)."""
-        used = self.kept.copy()
-        for start, stop in self.excluded:
-            used[start:stop] = False
-        return used
+        return self.kept & ~self.sampling.is_excluded
 
     @cached_property
     def rest(self) -> float:
@@ -150,13 +175,12 @@ class FilteredRecord:
     @property
     def shows_too_little(self) -> bool:
         """Whether a parameter is hardly shown without the samples near reversals and rests."""
-        near = np.zeros(len(self), dtype=bool)
-        for start, stop in self.excluded:
-            near[start:stop] = True
         found = Information(self.axis)
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
-        found.add(signals, self.kept, near, float(np.abs(signals.velocity).max()))
-        return found.remaining < LEAST_LEFT
+        found.add(
+            signals, self.kept, self.sampling.is_excluded, float(np.abs(signals.velocity).max())
+        )
+        return found.remaining < MIN_INFORMATION_LEFT.value
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
@@ -191,27 +215,36 @@ def check_filter(
     DataError
         The time is in another unit than the control law's period.
     UsageError, DataError
-        As `Prefilter.check` does.
+        As `SampledFilter.check` does.
     """
     try:
-        prefilter.check(samples, period, what)
+        SampledFilter(prefilter, period).check(samples, what)
     except AxisidError as error:
         law = axis.axis.control
         ratio = 1.0 if law is None or law.continuous else period / law.period
         apart = max(ratio, 1 / ratio)
-        if law is None or not any(abs(apart / unit - 1) < _SAME for unit in _UNITS_APART):
+        off = min(abs(apart / unit - 1) for unit in _UNITS_APART)
+        if law is None or not off < UNIT_FACTOR_TOLERANCE.value:
             raise
         raise DataError(
             f"{source} is sampled every {_duration(period)}, the control law of axis "
-            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? Give it "
-            f"with --columns time=NAME:UNIT. (As it stands, {error})"
+            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? ",
+            Remedy.of(
+                "Give it with ",
+                Setting("columns", "time=NAME:UNIT"),
+                f". (As it stands, {error.problem}",
+                error.remedy,
+                ")",
+            ),
+            code="time-unit",
         ) from error
 
 
 def _duration(seconds: float) -> str:
     """In the unit that needs fewest zeros."""
     units = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
-    size, unit = next((u for u in units if seconds >= u[0] * (1 - _SAME)), units[-1])
+    least = 1 - UNIT_FACTOR_TOLERANCE.value
+    size, unit = next((u for u in units if seconds >= u[0] * least), units[-1])
     return f"{seconds / size:.4g} {unit}"
 
 

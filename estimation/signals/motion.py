@@ -5,18 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.thresholds.signals import (
+    MAX_REST_SHARE,
+    MAX_REST_SPEED,
+    MAX_STEADY_ACCELERATION,
+    MIN_MOVING_SPEED,
+    MIN_REVERSED_SHARE,
+    MIN_SPEED_SPREAD,
+    MIN_STEADY_SAMPLES,
+    REST_SPEED,
+)
 from axisid.support.arrays import runs
+from axisid.support.remedy import Note, Remedy, Setting
 
-from .prefilter import Span
-from .reversals import REST
+from .sampled_filter import Span
 from .signals import Signals
-
-_FEWEST = 16  # samples at steady speed
-_MOVING = 0.05  # of the largest speed
-_STILL = 0.01  # of the largest speed, which noise may make of a rest
-_REVERSED = 0.01  # of the samples in motion
-_ONE_SPEED = 0.1  # spread of the cruising speed, relative
-_STEADY = 0.1  # of the largest acceleration
 
 
 def motion_lacks(signals: Signals) -> tuple[str, ...]:
@@ -40,12 +43,12 @@ def resting(signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_]) ->
     still, fastest = np.zeros(len(used), dtype=bool), float(np.abs(signals.velocity).max())
     for first, last in spans:
         speed = signals.velocity[first:last]
-        for start, stop in runs(np.abs(speed) < _MOVING * fastest):
+        for start, stop in runs(np.abs(speed) < MIN_MOVING_SPEED.value * fastest):
             # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.
             within = slice(start + (stop - start) // 4, stop - (stop - start) // 4)
             drift = abs(float(np.mean(speed[within])))
-            stays = float(np.mean(np.abs(speed[within]))) < _STILL * fastest
-            still[first + start : first + stop] = stays and drift < REST * fastest
+            stays = float(np.mean(np.abs(speed[within]))) < MAX_REST_SPEED.value * fastest
+            still[first + start : first + stop] = stays and drift < REST_SPEED.value * fastest
     return float(np.mean(still[used])) if used.any() else 0.0
 
 
@@ -53,35 +56,37 @@ def one_direction(signals: Signals) -> str:
     """That the velocity has one sign, in words; empty if it has both."""
     moving = signals.velocity[_in_motion(signals)]
     forward = float(np.mean(moving > 0)) if len(moving) else 0.0
-    if _REVERSED <= forward <= 1 - _REVERSED:
+    if MIN_REVERSED_SHARE.value <= forward <= 1 - MIN_REVERSED_SHARE.value:
         return ""
     return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes its sign"
 
 
 def one_speed(signals: Signals) -> str:
     """One cruising speed; accelerating through others in between does not tell them apart well."""
-    steady = np.abs(signals.acceleration) < _STEADY * np.abs(signals.acceleration).max()
+    acceleration = np.abs(signals.acceleration)
+    steady = acceleration < MAX_STEADY_ACCELERATION.value * acceleration.max()
     speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
-    if len(speeds) < _FEWEST:
+    if len(speeds) < MIN_STEADY_SAMPLES.value:
         return ""
     low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
-    return "there is one speed only" if high - low < _ONE_SPEED * middle else ""
+    return "there is one speed only" if high - low < MIN_SPEED_SPREAD.value * middle else ""
 
 
 def _in_motion(signals: Signals) -> NDArray[np.bool_]:
     speed = np.abs(signals.velocity)
-    return np.asarray(speed > _MOVING * speed.max())
+    return np.asarray(speed > MIN_MOVING_SPEED.value * speed.max())
 
 
-MOST_REST = 0.1  # of the samples that the fit has
-
-
-def rests_first(rest: float) -> str:
-    """What to say of a fit that is mostly of an axis at rest; empty for another."""
-    if rest <= MOST_REST:
-        return ""
-    return (
+def rests_first(rest: float) -> Note | None:
+    """What to say of a fit that is mostly of an axis at rest; None for another."""
+    if rest <= MAX_REST_SHARE.value:
+        return None
+    return Note(
         f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
-        "friction takes any force and no model gives it: leave the rests out (--reversals "
-        "leave-out, at a higher cut-off if too little is left) before anything else is checked"
+        "friction takes any force and no model gives it: ",
+        Remedy.of(
+            "leave the rests out (",
+            Setting("reversals", "leave-out"),
+            ", at a higher cut-off if too little is left) before anything else is checked",
+        ),
     )

@@ -82,6 +82,19 @@ class Neighbours:
         """Values, (n,) or (n, k), in stretches of rows that follow each other."""
         return list(np.split(values, self.breaks))
 
+    def with_zeros(self, values: Array) -> Array:
+        """Values, (n,), at their places, and zeros where rows are missing.
+
+        Pieces that were joined are as far apart as the longest stretch is long: nothing is known of
+        the time between them.
+        """
+        steps = np.diff(self.places)
+        steps = np.where(steps < _APART, steps, self.lengths.max(initial=0) + 1)
+        places = np.concatenate([[0], np.cumsum(steps)])
+        filled = np.zeros(int(places[-1]) + 1)
+        filled[places] = values
+        return filled
+
     def pairs(self, lag: int, first: int = 0) -> tuple[Index, Index]:
         """Rows that are a lag after others, and those others.
 

@@ -5,15 +5,14 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.thresholds.signals import REST_SPEED
 from axisid.support.arrays import Array
-
-#: Of the largest speed, below which an axis rests.
-REST = 1e-3
 
 
 def rest_below(velocities: Iterable[Array]) -> float:
     """Speed below which an axis rests, from the stretches of its filtered velocity."""
-    return REST * max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
+    fastest = max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
+    return REST_SPEED.value * fastest
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:

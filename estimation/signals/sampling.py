@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.support.arrays import Array, runs
+from axisid.estimation.thresholds.signals import MIN_ROW_WEIGHT
+from axisid.support.arrays import Array, covered, runs
 
 from .neighbours import Neighbours
-from .prefilter import Prefilter, Span
+from .prefilter import Prefilter
 from .reversals import near_turns, rest_below
-
-LIGHT = 0.1  # weight below which a row is left out
+from .sampled_filter import SampledFilter, Span
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +44,11 @@ class Sampling:
     excluded: tuple[Span, ...] = ()
 
     @property
+    def filter(self) -> SampledFilter:
+        """What the prefilter does to a stretch."""
+        return SampledFilter(self.prefilter, self.period)
+
+    @property
     def excluded_samples(self) -> int:
         """How many samples have no weight, near reversals and rests."""
         return sum(stop - start for start, stop in self.excluded)
@@ -58,7 +63,7 @@ class Sampling:
         """The segments that are long enough; of a record without gaps, the record."""
         if not self.segments:
             return ((0, self.samples),)
-        needed = self.prefilter.needed(self.period)
+        needed = self.filter.needed
         return tuple(span for span in self.segments if span[1] - span[0] >= needed)
 
     def motion(self, position: Array) -> tuple[Array, Array, Array]:
@@ -66,7 +71,7 @@ class Sampling:
         q = np.array(position, dtype=float)
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
         for start, stop in self.spans:
-            piece = self.prefilter.motion(position[start:stop], self.period)
+            piece = self.filter.motion(position[start:stop])
             q[start:stop], dq[start:stop], ddq[start:stop] = piece
         return q, dq, ddq
 
@@ -86,15 +91,18 @@ class Sampling:
         return self.reduce(np.ones(self.samples))
 
     @cached_property
+    def is_excluded(self) -> NDArray[np.bool_]:
+        """Which samples are excluded, (N,)."""
+        return covered(self.excluded, self.samples)
+
+    @cached_property
     def kept(self) -> NDArray[np.bool_]:
         """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
-        start, end = self.prefilter.dropped(self.period)
+        start, end = self.filter.dropped
         kept = np.zeros(self.samples, dtype=bool)
         for first, last in self.spans:
             kept[first + start : last - end] = True
-        for first, last in self.masked:
-            kept[first:last] = False
-        return kept
+        return kept & ~covered(self.masked, self.samples)
 
     @cached_property
     def neighbours(self) -> Neighbours:
@@ -112,7 +120,7 @@ class Sampling:
     def turns(self, velocity: Array) -> tuple[Span, ...]:
         """Samples near which a filtered velocity, (N,), changes its sign or rests, by segment."""
         rest = rest_below(velocity[a:b] for a, b in self.spans)
-        reach = self.prefilter.turn_reach(self.period)
+        reach = self.filter.turn_reach
         return tuple(
             stretch
             for a, b in self.spans
@@ -122,21 +130,20 @@ class Sampling:
     def _reduced(self, signals: Array) -> Array:
         """`reduce` with the rows that are masked or have no weight among them."""
         weighted = np.array(signals, dtype=float)
-        for start, stop in self.excluded:
-            weighted[start:stop] = 0.0
-        pieces = [self.prefilter.reduce(weighted[a:b], self.period) for a, b in self.spans]
+        weighted[self.is_excluded] = 0.0
+        pieces = [self.filter.reduce(weighted[a:b]) for a, b in self.spans]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     @cached_property
     def _all_rows(self) -> Array:
-        pieces = [a + self.prefilter.rows(b - a, self.period) for a, b in self.spans]
+        pieces = [a + self.filter.rows(b - a) for a, b in self.spans]
         return np.concatenate(pieces)
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
         clean = np.ones(len(self._all_rows), dtype=bool)
-        reach = self.prefilter.memory(self.period) * self.prefilter.decimate
+        reach = self.filter.memory * self.prefilter.decimate
         for start, stop in self.masked:
             first, last = np.searchsorted(self._all_rows, (start - reach, stop + reach))
             clean[first:last] = False
@@ -149,4 +156,4 @@ class Sampling:
             return None
         if not self.excluded:
             return self._clean
-        return self._clean & (self._reduced(np.ones(self.samples)) > LIGHT)
+        return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy, Setting
 
-from .prefilter import Prefilter
+#: Position, velocity and acceleration, each (N,), SI.
+Motion = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,34 +29,37 @@ class Signals:
     direction: Array
 
 
-def drive_force(axis: GeneratedAxis, record: Record) -> Array:
-    """Force of the record, (N,): measured, or the drive's gain times the control."""
-    return force_of(axis, record.provenance.source, record.force, record.control)
+def drive_force(axis: GeneratedAxis, control: Array, position: Array, velocity: Array) -> Array:
+    """Force that the drive makes of a control, (N,), by the motion beside it."""
+    return axis.rows("drive_force", control, position, velocity)[0][:, 0]
 
 
-def force_of(axis: GeneratedAxis, source: str, force: Array | None, control: Array | None) -> Array:
-    """The force column of a log if there is one, else the drive's gain times the control, (N,)."""
+def force_of(
+    axis: GeneratedAxis, source: str, motion: Motion, *, force: Array | None, control: Array | None
+) -> Array:
+    """The force column of a log if there is one, else what the drive makes of the control, (N,)."""
     if force is not None:
         return force
     if control is None:
         raise DataError(
-            f"{source} has neither a force nor a control column; name one with --columns "
-            "force=NAME or control=NAME."
+            f"{source} has neither a force nor a control column; ",
+            Remedy.of(
+                "name one with ",
+                Setting("columns", "force=NAME"),
+                " or ",
+                Setting("columns", "control=NAME"),
+                ".",
+            ),
+            code="no-force",
         )
-    return axis.axis.drive.gain * control
-
-
-def filtered_signals(
-    prefilter: Prefilter, position: Array, force: Array, period: float, starts: Sequence[int]
-) -> Signals:
-    """Filtered motion beside the force, both (N,); the segments begin at `starts`."""
-    return beside_force(prefilter.motion(position, period), force, starts, hold=prefilter.hold)
+    position, velocity, _ = motion
+    return drive_force(axis, control, position, velocity)
 
 
 def beside_force(
-    motion: tuple[Array, Array, Array], force: Array, starts: Sequence[int], *, hold: str | None
+    motion: Motion, force: Array, starts: Sequence[int], *, hold: str | None
 ) -> Signals:
-    """A filtered motion beside the force as the hold pairs them; see `filtered_signals`."""
+    """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""
     q, velocity, acceleration = motion
     if hold == "zoh":
         before = np.concatenate([force[:1], force[:-1]])

@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.thresholds.signals import MIN_MOVING_SPEED
 from axisid.support.arrays import Array
 
 from .signals import Signals
 
-#: Part of a parameter's information from which samples near reversals are left out unless told
-#: otherwise; its deviation is then 4.5 times as large.
-LEAST_LEFT = 0.05
 _SIGNALS = ("position", "velocity", "acceleration", "direction")  # as the regressor takes them
-_MOVING = 0.05  # of the largest speed
 _SMALLEST = 1e-100  # whose square is exact
 _ALIKE = 1e-12  # of a column, in which it is not told from others
 
@@ -52,7 +49,7 @@ class Information:
         motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
         about = () if self._axis.is_linear else (self._axis.nominal,)
         columns, _ = self._axis.rows("idm_regressor", *motion, *about)
-        moving = columns[kept & (np.abs(signals.velocity) > _MOVING * fastest)]
+        moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
         left = columns[kept & ~near]
         self._moving += moving.T @ moving
         self._left += left.T @ left
@@ -64,10 +61,10 @@ class Information:
         if not np.all(np.isfinite(both)):
             return 1.0  # whatever is done, the regression will say what is wrong
         size = np.sqrt(np.diag(both))
-        told = self._smooth & (np.diag(self._moving) > 0)
+        seen = self._smooth & (np.diag(self._moving) > 0)
         scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
         before, after = (_information(each / scale) for each in (self._moving, self._left))
-        return float(np.min(after[told] / before[told], initial=1.0))
+        return float(np.min(after[seen] / before[seen], initial=1.0))
 
 
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:

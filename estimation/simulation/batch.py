@@ -19,7 +19,7 @@ from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
     VISITED,
-    beyond_bounds,
+    bounds_refusal,
     check_loop,
     check_period,
     failure,
@@ -234,11 +234,11 @@ class _Batch:
         given, refused = (self.axis, self.parameters, self.start), {}
         has_mass, held = has_inertia(*given), holds(*given)
         for lane, theta in enumerate(self.parameters):
-            beyond = beyond_bounds(self.axis, theta)
+            refusal = bounds_refusal(self.axis, theta)
             if not has_mass[lane]:
                 refused[lane] = no_inertia(self.axis, theta, float(self.start[lane]))
-            elif beyond or not held[lane]:
-                refused[lane] = beyond or pushes(self.axis, theta)
+            elif refusal or not held[lane]:
+                refused[lane] = refusal or pushes(self.axis, theta)
         return refused
 
     def _refuse(

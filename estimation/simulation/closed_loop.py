@@ -25,7 +25,7 @@ from axisid.support.real_numbers import is_real, real_array
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
-    beyond_bounds,
+    bounds_refusal,
     check_loop,
     check_period,
     failure,
@@ -138,7 +138,7 @@ def simulate(
     """
     axis = as_generated(axis)
     loop = _loop(axis, parameters, reference, period, start, position_noise, resolution, substeps)
-    if refusal := beyond_bounds(axis, loop.parameters):
+    if refusal := bounds_refusal(axis, loop.parameters):
         raise UsageError(refusal)
     check_period(axis, period)
     if not holds(axis, loop.parameters[None, :], np.array([loop.start])).all():

@@ -10,9 +10,9 @@ import math
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.thresholds.simulation import RUNAWAY_RATIO
 from axisid.support.arrays import Array
 
-_RUNAWAY = 100.0
 _OFF = 1e-6  # of the reference from the position, for the loop's stiffness
 
 
@@ -26,7 +26,7 @@ def allowed_distance(span: float, away: float) -> float:
     away : float
         From the start to the first reference.
     """
-    return _RUNAWAY * max(float(span), float(away)) or math.inf
+    return RUNAWAY_RATIO.value * max(float(span), float(away)) or math.inf
 
 
 def widened_distance(
@@ -47,7 +47,7 @@ def widened_distance(
     resolution : float
     """
     measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    return np.asarray(_RUNAWAY * np.maximum(_sag(axis, parameters, start), measured))
+    return np.asarray(RUNAWAY_RATIO.value * np.maximum(_sag(axis, parameters, start), measured))
 
 
 def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
@@ -56,15 +56,16 @@ def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:
     Infinite where the control does not answer to the distance from the reference.
     """
     controls = np.array([_controls(axis, float(q)) for q in start]).T
-    held, stiffness = controls[0], np.abs(controls[1] - controls[0]) / _OFF
-    gain = axis.axis.drive.gain
+    drive = axis.functions["drive_force"]
+    forces = drive.call([controls, np.vstack([start, start]), 0.0])[0].full()
+    stiffness = np.abs(forces[1] - forces[0]) / _OFF
     dynamics = axis.functions["direct_dynamics"]
     loaded, free, pushed = (
         dynamics.call([start[None, :], 0.0, tau, 0.0, parameters.T])[0].full()[0]
-        for tau in (gain * held[None, :], 0.0, 1.0)
+        for tau in (forces[0][None, :], 0.0, 1.0)
     )
     with np.errstate(all="ignore"):
-        sag = np.abs(loaded / ((pushed - free) * gain * stiffness))
+        sag = np.abs(loaded / ((pushed - free) * stiffness))
     return np.where(np.isfinite(sag), sag, np.where(loaded == 0, 0.0, np.inf))
 
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import PASSED, RESOLVED, STATUSES
+from axisid.estimation.records import is_same_period
+from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
@@ -16,10 +18,7 @@ from axisid.support.real_numbers import is_real, is_whole
 _PROBE = 1e-6  # of position and velocity, for the plant's rates
 _PROBED = 0.01  # at most, of the way on which the acceleration varies
 _SLACK = 1e-6
-_TOO_STIFF = 16  # times the most steps; their rate times step is then near 1
-_TOO_SHORT = 2  # the same for a wave of the position; Simpson's rule then errs by 2e-5 of it
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
-_SAME_PERIOD = 5e-4
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
@@ -75,7 +74,7 @@ def check_period(axis: GeneratedAxis, period: float) -> None:
         The periods differ by more than 0.05 %.
     """
     law = axis.axis.control
-    if law is None or law.continuous or abs(period / law.period - 1) <= _SAME_PERIOD:
+    if law is None or law.continuous or is_same_period(period, law.period):
         return
     raise UsageError(
         f"the period is {period:g} s, but the control law of axis {axis.axis.name!r} is evaluated "
@@ -83,10 +82,10 @@ def check_period(axis: GeneratedAxis, period: float) -> None:
     )
 
 
-def beyond_bounds(axis: GeneratedAxis, parameters: Array) -> str:
+def bounds_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     """What to say of parameters, (p,), beyond their declared bounds; empty if none is."""
     for p, value in zip(axis.axis.parameters, parameters, strict=True):
-        if p.lower <= value <= p.upper:
+        if p.allows(value):
             continue
         side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
         return (
@@ -151,8 +150,8 @@ def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
             f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
             "parameters."
         )
-    if told := _no_force(axis, parameters, position):
-        return told
+    if refusal := _no_force(axis, parameters, position):
+        return refusal
     return (
         f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
         "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
@@ -301,7 +300,9 @@ def _steps(axis: GeneratedAxis, rates: Array, passing: Array, period: float) -> 
     wanted = np.maximum(by_rate, by_wave)
     # A little slack, so that rounding does not decide for round numbers.
     powers = np.ceil(np.log2(np.clip(wanted * (1 - _SLACK), 1, MOST_SUBSTEPS)))
-    beyond = (by_rate > _TOO_STIFF * MOST_SUBSTEPS) | (by_wave > _TOO_SHORT * MOST_SUBSTEPS)
+    beyond = (by_rate > MAX_STIFFNESS_RATIO.value * MOST_SUBSTEPS) | (
+        by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
+    )
     return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
 
 

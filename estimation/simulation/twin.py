@@ -11,6 +11,7 @@ from axisid.modeling.declaration import Axis, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_real
 
 from .closed_loop import simulate
@@ -63,6 +64,8 @@ def twin_record(
 
     Raises
     ------
+    UsageError
+        The seed is no whole number.
     ModelError
         The axis has no experiment or no control law.
     """
@@ -86,6 +89,8 @@ def twin_record(
     truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
+    if not isinstance(chosen, (int, np.integer)) or chosen < 0:
+        raise UsageError(f"the seed is {given(chosen)}; give a whole number of 0 or more.")
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     loop = simulate(generated, np.array(truth), reference, law.period, position_noise=noise)
     return Record(

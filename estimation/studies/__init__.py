@@ -4,7 +4,6 @@ In: axes, records, cut-offs, blocks. Out: `Sweep`, `Comparison`, `Validation`, `
 Knows nothing of how it is shown.
 """
 
-from .candidate import LEVEL as LEVEL
 from .candidate import Candidate as Candidate
 from .candidate import ParameterCheck as ParameterCheck
 from .comparison import Comparison as Comparison

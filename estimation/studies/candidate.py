@@ -11,12 +11,11 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.support.missing import Missing
+from axisid.support.remedy import Note
 
 from .held_out import Block, HeldOut, Rows, held_out_equation, held_out_simulation, regression_rows
-
-#: Of the tests of parameters and of nested models.
-LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,8 +78,8 @@ class Candidate:
         Held-out error of the equation.
     simulation : HeldOut or None
         Held-out error of the simulated loop.
-    reason : str
-        Why there is no `simulation`; else empty.
+    reason : Note or None
+        Why there is no `simulation`.
     checks : tuple of ParameterCheck
     """
 
@@ -90,7 +89,7 @@ class Candidate:
     criteria: Criteria
     equation: HeldOut
     simulation: HeldOut | None
-    reason: str
+    reason: Note | None
     checks: tuple[ParameterCheck, ...]
 
     @property
@@ -125,7 +124,7 @@ def candidate(
     signal = float(np.linalg.norm(estimate.y))
     equation, thetas = held_out_equation(rows, blocks, signal)
     simulation = held_out_simulation(data, estimate, blocks, thetas)
-    reason = simulation.reason if isinstance(simulation, Missing) else ""
+    reason = simulation.note if isinstance(simulation, Missing) else None
     return Candidate(
         name=name,
         axis=data.axis,
@@ -188,7 +187,8 @@ class _Checks:
             name=name,
             p_value=p_value,
             without_percent=error,
-            informed=p_value < LEVEL and (error is None or error > self.equation.error_percent),
+            informed=p_value < SIGNIFICANCE_LEVEL.value
+            and (error is None or error > self.equation.error_percent),
         )
 
     def _untested(self, name: str, poorer: Rows, lost: Sequence[str]) -> ParameterCheck:
@@ -223,7 +223,7 @@ class _Checks:
         equations = InverseForm(self.data.axis, physical).equations(self.data.signals)
         known, regressor = equations.reduced_right(self.data)
         moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
-        silent = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
-        for i in reversed(silent):
+        unused = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
+        for i in reversed(unused):
             moved = moved.without(i)
         return moved

@@ -15,10 +15,14 @@ from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.thresholds.estimates import NO_RELATION
+from axisid.estimation.thresholds.studies import EQUAL_ERROR, MAX_TIED_ERROR
 from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import written
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
-from axisid.support.progress import Progress, each
+from axisid.support.progress import Progress, with_progress
+from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.shown import Shown
 
 from .candidate import Candidate, candidate
@@ -26,9 +30,6 @@ from .held_out import contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
 _METHODS = ("idm-ls", "idm-iv")
-_USELESS = 100.0  # %
-_NO_MATTER = 1.01  # times the least error; more precise blocks do not make it worth a parameter
-_AS_GOOD = 1.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +44,7 @@ class Comparison(Shown):
         ``idm-ls`` or ``idm-iv``.
     candidates : tuple of Candidate
         In the order that they were given.
-    failures : mapping of str to str
+    failures : mapping of str to Note
         Candidates that this record does not identify, with the reason.
     tests : tuple of NestedTest
         Each model against the next richer ones that contain it.
@@ -65,7 +66,7 @@ class Comparison(Shown):
     data: FilteredRecord
     method: str
     candidates: tuple[Candidate, ...]
-    failures: Mapping[str, str]
+    failures: Mapping[str, Note]
     tests: tuple[NestedTest, ...]
     same: tuple[tuple[str, str], ...]
     blocks: int
@@ -128,17 +129,19 @@ def compare(
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
     data = FilteredRecord.bind(first, record, prefilter or Prefilter.suited(record.period))
     fits, failures = _fits(named, record, data.prefilter, method, progress)
-    gap = data.prefilter.memory(record.period)
+    gap = data.sampling.filter.memory
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
     blocks = contiguous_blocks(len(estimates[0].y), gap, most)
     candidates = []
     with np.errstate(all="ignore"):
-        for name, result in each(fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"):
+        for name, result in with_progress(
+            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
+        ):
             try:
                 found = candidate(name, result.data, result[method], blocks)
             except EstimationError as error:
-                failures[name] = f"with a tenth of the rows held out, {error}"
+                failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
             else:
                 candidates.append(found)
         if not candidates:
@@ -167,33 +170,39 @@ def _fits(
     prefilter: Prefilter,
     method: str,
     progress: Progress | None,
-) -> tuple[dict[str, Identification], dict[str, str]]:
+) -> tuple[dict[str, Identification], dict[str, Note]]:
     """Results by candidate, and why there is none."""
-    fits, failures = {}, {}
-    for name, axis in each(named.items(), progress, lambda item: f"estimate of {item[0]}"):
+    fits: dict[str, Identification] = {}
+    failures: dict[str, Note] = {}
+    for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
             fits[name] = identify(axis, record, prefilter, [method])
         except (EstimationError, ModelError) as error:
-            failures[name] = str(error)
+            failures[name] = error.note
     if not fits:
         raise _none_left(failures)
     return fits, failures
 
 
-def _none_left(failures: Mapping[str, str]) -> EstimationError:
-    reasons = "; ".join(dict.fromkeys(failures.values()))
-    return EstimationError(f"none of the candidates is identified: {reasons}")
+def _none_left(failures: Mapping[str, Note]) -> EstimationError:
+    said = Note.of("none of the candidates is identified: ", Note.joined("; ", failures.values()))
+    return EstimationError(said.text, said.remedy, code="none-identified")
 
 
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
     """Generated axes by name, each of them once."""
+    if isinstance(axes, (Axis, GeneratedAxis)):
+        axes = (axes,)
     given = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
     if len(given) < 2:
         raise UsageError(
-            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; give two "
-            "axes or more, or a friction ladder (--ladder) of one."
+            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; ",
+            Remedy.of(
+                "give two axes or more, or a friction ladder (", Setting("ladder"), ") of one."
+            ),
+            code="too-few-candidates",
         )
     named: dict[str, GeneratedAxis] = {}
     for name, axis in given:
@@ -229,9 +238,13 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
 
 
 def _drive(axis: Axis) -> str:
-    drive, force = axis.drive, axis.coordinate.force_unit
+    """The drive by all that may tell it from another."""
+    drive, q = axis.drive, axis.coordinate
+    force = drive.gain_text(q) if drive.is_gain else drive.force_text(q)
     limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
-    return f"{drive.gain:g} {force}/{drive.unit}{limit}"
+    known = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
+    profile = "" if drive.profile == 1 else f", over the profile {written(drive.profile, q)}"
+    return f"{force}{limit}{known}{profile}"
 
 
 def _recommend(
@@ -242,7 +255,7 @@ def _recommend(
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
     names = tuple(c.name for c in tied)
-    if not best.equation.error_percent < _USELESS:
+    if not best.equation.error_percent < NO_RELATION.value:
         return None, names, _useless(best)
     if len(candidates) == 1:
         return chosen.name, names, "the only candidate that this record identifies"
@@ -257,10 +270,10 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
     The second condition is for an excess that lies in one block: its standard error is as large.
     """
     error, least = candidate.equation.error_percent, best.equation.error_percent
-    if error <= _NO_MATTER * least:
+    if error <= EQUAL_ERROR.value * least:
         return True
     excess, deviation = candidate.equation.excess(best.equation)
-    return excess <= deviation and error <= _AS_GOOD * least
+    return excess <= deviation and error <= MAX_TIED_ERROR.value * least
 
 
 def _useless(best: Candidate) -> str:

@@ -25,12 +25,12 @@ from axisid.estimation.regression import (
     simulated_right,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours
+from axisid.estimation.thresholds.studies import MIN_TRAINING_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
 
 _BLOCKS = 10
-_FEW_ROWS = 5  # of training, for each parameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +110,9 @@ def regression_rows(estimate: Estimate) -> Rows:
 
 def nonlinear_names(axis: GeneratedAxis) -> tuple[str, ...]:
     """Parameters of an axis that enter nonlinearly."""
-    return tuple(name for name, bent in zip(axis.names, axis.nonlinear, strict=True) if bent)
+    return tuple(
+        name for name, is_nonlinear in zip(axis.names, axis.nonlinear, strict=True) if is_nonlinear
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +142,7 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]
     """
     edges = np.linspace(0, rows, _BLOCKS + 1).round().astype(int)
     left = rows - int(np.diff(edges).max()) - 2 * gap
-    if left < _FEW_ROWS * parameters:
+    if left < MIN_TRAINING_ROWS_PER_PARAMETER.value * parameters:
         raise DataError(
             f"the record leaves {rows} rows; with a block of a tenth held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
@@ -226,5 +228,5 @@ def held_out_simulation(
             error = (estimate.y - regressor @ theta - known)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
-        return Missing(str(failure))
+        return Missing.of(failure.note)
     return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(estimate.y)))

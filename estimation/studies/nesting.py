@@ -16,11 +16,10 @@ import numpy as np
 from scipy.special import fdtrc
 
 from axisid.estimation.regression import Covariance, Hac, Solution
+from axisid.estimation.thresholds.studies import MAX_NESTING_REMAINDER
 from axisid.support.arrays import Array
 
 from .held_out import Rows
-
-_SPANNED = 1e-8  # of a column's norm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,9 +123,9 @@ def embedding(small: Rows, large: Rows) -> Embedding | None:
     wanted = np.column_stack([small.regressor, offset])
     shares = basis.T @ wanted
     missed = np.linalg.norm(wanted - basis @ shares, axis=0)
-    allowed = _SPANNED * np.linalg.norm(wanted, axis=0)
+    allowed = MAX_NESTING_REMAINDER.value * np.linalg.norm(wanted, axis=0)
     # The difference of the known parts is rounding where they are the same.
-    allowed[-1] = max(allowed[-1], _SPANNED * float(np.linalg.norm(large.left)))
+    allowed[-1] = max(allowed[-1], MAX_NESTING_REMAINDER.value * float(np.linalg.norm(large.left)))
     if np.any(missed > allowed):
         return None
     weights = np.linalg.solve(triangle, shares) / size[:, None]

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import beyond_bounds, is_outside
+from axisid.estimation.diagnostics import bounds_note
 from axisid.estimation.estimates import Named, Value, student_interval
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array
+from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
 
@@ -36,10 +37,10 @@ class StreamedEstimate(Shown):
         ``100 ||y - X theta|| / ||y||``
     condition_number : float
         Of the regressor.
-    silenced : int
+    excluded_samples : int
         Samples near reversals that were left out.
-    time_base : str
-        What speaks against the log's sampling period; empty where nothing does.
+    time_base : Note or None
+        What speaks against the log's sampling period.
     """
 
     axis: GeneratedAxis
@@ -53,8 +54,8 @@ class StreamedEstimate(Shown):
     lags: int
     equation_error_percent: float
     condition_number: float
-    silenced: int
-    time_base: str = ""
+    excluded_samples: int
+    time_base: Note | None = None
 
     @property
     def parameters(self) -> Named:
@@ -65,9 +66,7 @@ class StreamedEstimate(Shown):
             Value(
                 value=float(self.physical[i]),
                 unit=q.unit,
-                sd=float(sds["iid"][i]),
-                sd_robust=float(sds["robust"][i]),
-                sd_hac=float(sds["hac"][i]),
+                deviations={name: float(sd[i]) for name, sd in sds.items()},
                 interval=student_interval(float(self.physical[i]), float(sds["hac"][i]), dof),
             )
             for i, q in enumerate(self.axis.parameters)
@@ -75,14 +74,11 @@ class StreamedEstimate(Shown):
         return Named(zip(self.axis.names, values, strict=True))
 
     @property
-    def beyond_bounds(self) -> str:
-        """Which parameters are outside their declared bounds; empty for none."""
+    def beyond_bounds(self) -> Note | None:
+        """Which parameters are outside their declared bounds; None for none."""
         declared = zip(self.axis.axis.parameters, self.physical, strict=True)
-        outside = {p: float(v) for p, v in declared if is_outside(p, float(v))}
-        return beyond_bounds(outside) if outside else ""
+        outside = {p: float(v) for p, v in declared if not p.is_inside(float(v))}
+        return bounds_note(outside) if outside else None
 
     def __repr__(self) -> str:
-        values = (
-            f"{n} = {v.value:.6g} +- {v.sd_hac:.2g} {v.unit}" for n, v in self.parameters.items()
-        )
-        return f"idm-ls in blocks: {', '.join(values)}"
+        return f"idm-ls in blocks: {self.parameters.listed()}"

@@ -10,12 +10,13 @@ in a further pass, the products of neighbouring scores.
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import Reach, check_shown
+from axisid.estimation.estimates import Reach, check_identifiable, check_shown
 from axisid.estimation.records import Extent, extent, other_period
 from axisid.estimation.regression import (
     Equations,
@@ -30,24 +31,25 @@ from axisid.estimation.regression import (
     most_lags,
 )
 from axisid.estimation.signals import (
-    LEAST_LEFT,
-    LIGHT,
-    REST,
     Information,
     Neighbours,
     Prefilter,
+    SampledFilter,
     Signals,
+    beside_force,
     check_filter,
     chosen_hold,
-    filtered_signals,
     force_of,
     near_turns,
     rest_below,
 )
 from axisid.estimation.tables import Provenance
+from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_ROW_WEIGHT, REST_SPEED
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.given import given
+from axisid.support.remedy import Remedy, Setting
 
 from .streamed_estimate import StreamedEstimate
 
@@ -87,16 +89,18 @@ def identify_stream(
         As `identify` does; a log that needs repairs, and an axis that is not linear, are refused.
     """
     generated = as_generated(axis)
+    if isinstance(blocks, (str, PathLike)):
+        raise UsageError(f"the blocks are {given(blocks)}; give LogBlocks(path, axis).")
     _check_axis(generated)
-    told = provenance or Provenance()
-    found = extent(told.source, blocks, sample_period, generated.axis)
+    origin = provenance or Provenance()
+    found = extent(origin.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
     chosen = chosen or Prefilter.suited(found.period)
-    rows = _LogRows(generated, blocks, chosen, found, told.source)
+    rows = _LogRows(generated, blocks, chosen, found, origin.source)
     triangle, size, left = _factored(rows)
-    if chosen.reversals is None and rows.information.remaining < LEAST_LEFT:
+    if chosen.reversals is None and rows.information.remaining < MIN_INFORMATION_LEFT.value:
         kept = replace(chosen, reversals="keep")
-        rows = _LogRows(generated, blocks, kept, found, told.source)
+        rows = _LogRows(generated, blocks, kept, found, origin.source)
         triangle, size, left = _factored(rows)
     names = [q.expression or q.name for q in generated.parameters]
     if size <= len(names) or not left:
@@ -110,11 +114,11 @@ def identify_stream(
         triangle[:, :-1],
         triangle[:, -1],
         rows=size,
-        source=told.source,
+        source=origin.source,
         without_turns=rows.rest is not None,
     )
     with np.errstate(all="ignore"):
-        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, told.source))
+        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, origin.source))
     robust, hac, lags = _hac(rows, solution, size)
     apart = other_period(generated.axis.control, found.period, found.clock)
     squares = float(solution.residuals @ solution.residuals)
@@ -122,7 +126,7 @@ def identify_stream(
     return StreamedEstimate(
         axis=generated,
         prefilter=rows.prefilter,
-        provenance=replace(told, assumed=told.assumed + found.notes),
+        provenance=replace(origin, doubts=origin.doubts + found.notes),
         samples=found.samples,
         period=found.period,
         rows=size,
@@ -131,21 +135,19 @@ def identify_stream(
         lags=lags,
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
-        silenced=rows.silenced,
-        time_base=apart.text if apart is not None and not apart.confirmed else "",
+        excluded_samples=rows.excluded_samples,
+        time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
-    if axis.hidden:
-        raise EstimationError(
-            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.hidden)}. Declare "
-            "the combination as one parameter."
-        )
+    check_identifiable(axis)
     if not axis.is_linear:
         raise UsageError(
             f"axis {axis.axis.name!r} is not linear in its parameters, which a log read in blocks "
-            "cannot serve; leave --stream out."
+            "cannot serve; ",
+            Remedy.of(Setting("stream", given=False), "."),
+            code="not-in-blocks",
         )
 
 
@@ -192,8 +194,9 @@ class _LogRows:
             hold=hold,
             reversals="leave-out" if left_out else "keep",
         )
-        self.margins = self.prefilter.settling(self.period, _FORGOTTEN)
-        self.turns = self.prefilter.turn_reach(self.period) if left_out else 0
+        self.filter = SampledFilter(self.prefilter, self.period)
+        self.margins = self.filter.settling(_FORGOTTEN)
+        self.turns = self.filter.turn_reach if left_out else 0
         self.rest = rest_below(self._velocities()) if left_out else None
         self._begin()
 
@@ -205,7 +208,7 @@ class _LogRows:
 
     def _begin(self) -> None:
         """Before a pass: what it finds beside the rows."""
-        self.silenced = 0  # samples near reversals
+        self.excluded_samples = 0  # samples near reversals
         self.information = Information(self.axis)
         self._reaches: list[Reach] = []
 
@@ -216,54 +219,61 @@ class _LogRows:
 
     def _velocities(self) -> Iterator[Array]:
         """Filtered velocity, stretch by stretch."""
-        for position, _, begin, start, stop in self._pieces():
-            yield self.prefilter.motion(position, self.period)[1][start - begin : stop - begin]
+        for columns, begin, start, stop in self._pieces():
+            velocity = self.filter.motion(columns["position"])[1]
+            yield velocity[start - begin : stop - begin]
 
-    def _pieces(self) -> Iterator[tuple[Array, Array, int, int, int]]:
-        """Position and force from `begin` on, whose samples from `start` to `stop` are due."""
+    def _pieces(self) -> Iterator[tuple[Mapping[str, Array], int, int, int]]:
+        """Columns by role from `begin` on, whose samples from `start` to `stop` are due."""
         around = sum(self.margins) + self.turns + 2  # two more for the central differences
-        position, force = np.empty(0), np.empty(0)
+        columns: dict[str, Array] = {}
         begin = done = 0  # sample numbers: first one at hand, first one whose row is not made
         for block in self.blocks:
-            position = np.concatenate([position, block["position"]])
-            due = force_of(self.axis, self.source, block.get("force"), block.get("control"))
-            force = np.concatenate([force, due])
-            end = begin + len(position)
+            columns = {
+                role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
+                for role in ("position", "force", "control")
+                if role in block
+            }
+            end = begin + len(columns["position"])
             stop = self.samples if end == self.samples else max(end - around, done)
             if stop > done:
-                yield position, force, begin, done, stop
+                yield columns, begin, done, stop
                 done = stop
                 spent = max(done - around - begin, 0)
-                position, force, begin = position[spent:], force[spent:], begin + spent
+                columns = {role: values[spent:] for role, values in columns.items()}
+                begin += spent
 
     def _between(
-        self, position: Array, force: Array, begin: int, start: int, stop: int
+        self, columns: Mapping[str, Array], begin: int, start: int, stop: int
     ) -> Iterator[_Rows]:
         """Rows whose samples are from `start` to before `stop`; the arrays start at `begin`."""
-        f, period = self.prefilter, self.period
-        cut, end = f.cut_before(period)
+        f, settings = self.filter, self.prefilter
+        cut, end = f.cut
         motion, smoothing = self.margins
-        rows = f.rows_between(self.samples, period, start, stop)
-        signals = filtered_signals(f, position, force, period, [0])
+        rows = f.rows_between(self.samples, start, stop)
+        filtered = f.motion(columns["position"])
+        recorded = {role: columns.get(role) for role in ("force", "control")}
+        force = force_of(self.axis, self.source, filtered, **recorded)
+        signals = beside_force(filtered, force, [0], hold=settings.hold)
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
-        weights = np.ones(len(position))
+        weights = np.ones(len(force))
         both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
-        near = np.zeros(len(position), dtype=bool)
+        near = np.zeros(len(force), dtype=bool)
         if self.rest is not None:
             near = near_turns(signals.velocity, self.turns, self.rest)
             both[near] = 0.0
-            self.silenced += int(near[start - begin : stop - begin].sum())
+            self.excluded_samples += int(near[start - begin : stop - begin].sum())
         self._look(signals, equations, near, begin, start, stop)
-        for first, last in f.silent_ends(self.samples, period):
+        for first, last in f.weightless_ends(self.samples):
             both[max(first - begin, 0) : max(last - begin, 0)] = 0.0
         if not rows.size:
             return
         both = both[low - begin : high - begin]
-        weighted = (both if f.decimate == 1 else f.smoothed(both))[rows - low]
-        heavy = weighted[:, -1] > LIGHT
+        weighted = (both if settings.decimate == 1 else f.smoothed(both))[rows - low]
+        heavy = weighted[:, -1] > MIN_ROW_WEIGHT.value
         kept = weighted[heavy, :-1]
         if not np.all(np.isfinite(kept)):
             raise EstimationError(
@@ -272,7 +282,7 @@ class _LogRows:
         yield _Rows(
             both=np.column_stack([kept[:, :-2], kept[:, -2] - kept[:, -1]]),
             left=kept[:, -2],
-            places=rows[heavy] // f.decimate,
+            places=rows[heavy] // settings.decimate,
         )
 
     def _look(
@@ -285,14 +295,14 @@ class _LogRows:
         stop: int,
     ) -> None:
         """Take note of the samples from `start` to before `stop` that are not dropped."""
-        low, high = self.prefilter.dropped(self.period)
+        low, high = self.filter.dropped
         kept = np.zeros(len(near), dtype=bool)
         first, last = max(start, low), min(stop, self.samples - high)
         kept[first - begin : max(last, first) - begin] = True
         found = Reach.of(signals, equations, kept)
         self._reaches += [] if found is None else [found]
         if self.rest is not None:
-            self.information.add(signals, kept, near, self.rest / REST)
+            self.information.add(signals, kept, near, self.rest / REST_SPEED.value)
 
 
 def _factored(rows: _LogRows) -> tuple[Array, int, float]:

@@ -13,20 +13,26 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics import (
-    STRONG_F,
+    Check,
+    LawCheck,
     biased_parameters,
+    check_law,
     endogeneity_of,
     filter_bias,
     instrument_tests,
 )
-from axisid.estimation.estimates import FEW_ROWS, Estimate
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
+from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
+from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.progress import Progress, each
+from axisid.support.missing import Missing
+from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
@@ -42,20 +48,23 @@ class Sweep(Shown):
     ----------
     results : tuple of Identification
         One for each cut-off that gave any estimate.
-    failures : dict of float to str
+    failures : dict of float to Note
         Cut-offs that gave none, Hz, with the reason.
     recommended : float
         Cut-off, Hz.
     reason : str
         Why that one, in one sentence.
+    law : LawCheck or Missing
+        The declared control law against the record, whatever the cut-off.
     """
 
     results: tuple[Identification, ...]
-    failures: Mapping[float, str]
+    failures: Mapping[float, Note]
     recommended: float
     reason: str
+    law: LawCheck | Missing
 
-    def beside(self, result: Identification) -> "Sweep":
+    def with_result(self, result: Identification) -> "Sweep":
         """The sweep with a result of the same record among its own, by the sweep's methods."""
         methods = {method for swept in self.results for method in swept.estimates}
         own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
@@ -113,19 +122,27 @@ def sweep(
         raise UsageError(f"the cut-offs are {cutoffs!r}; give positive numbers, in Hz.")
     if not len(cutoffs):
         raise UsageError("no cut-off is given; give one or more, in Hz.")
-    results, failures = [], {}
-    for cutoff in each(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
+    results: list[Identification] = []
+    failures: dict[float, Note] = {}
+    for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
         try:
             result = identify(generated, record, chosen, methods)
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(replace(result, data=replace(result.data)))
         except (EstimationError, DataError) as error:
-            failures[cutoff] = str(error)
+            failures[cutoff] = error.note
     if not results:
-        raise EstimationError(f"no cut-off gave an estimate: {'; '.join(failures.values())}")
+        said = Note.of("no cut-off gave an estimate: ", Note.joined("; ", failures.values()))
+        raise EstimationError(said.text, said.remedy, code="none-identified")
     recommended, reason = _recommend(results)
-    return Sweep(results=tuple(results), failures=failures, recommended=recommended, reason=reason)
+    return Sweep(
+        results=tuple(results),
+        failures=failures,
+        recommended=recommended,
+        reason=reason,
+        law=check_law(generated, record),
+    )
 
 
 def default_cutoffs(
@@ -163,9 +180,9 @@ def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
         if all("idm-iv" not in result.estimates for result in results):
             return lowest, "the lowest, since there are no instruments to compare with"
         return lowest, "the lowest, since least squares and instruments agree nowhere"
-    straight = [result for result in agreeing if filter_bias(result["idm-iv"]).status == "pass"]
-    best = min(straight or agreeing, key=_vagueness)
-    if not straight:
+    unbiased = [result for result in agreeing if _is_unbiased(result["idm-iv"])]
+    best = min(unbiased or agreeing, key=_vagueness)
+    if not unbiased:
         return best.prefilter.cutoff, (
             "where the deviations are smallest among the cut-offs at which least squares and "
             "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
@@ -182,12 +199,18 @@ def _agrees(result: Identification) -> bool:
     if ls is None or iv is None:
         return False
     if (
-        len(iv.y) < FEW_ROWS * len(iv.theta)
+        len(iv.y) < MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
         or iv.Z is None
-        or instrument_tests(iv.X, iv.Z).weakest < STRONG_F
+        or instrument_tests(iv.X, iv.Z).weakest < MIN_FIRST_STAGE_F.value
     ):
         return False
     return not biased_parameters(ls, iv, endogeneity_of(iv))
+
+
+def _is_unbiased(iv: Estimate) -> bool:
+    """Whether the prefilter moves no parameter by more than its deviation."""
+    check = filter_bias(iv)
+    return isinstance(check, Check) and check.status == "pass"
 
 
 def _vagueness(result: Identification) -> float:

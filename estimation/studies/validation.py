@@ -19,11 +19,12 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
+from axisid.estimation.thresholds.studies import MAX_VALIDATION_ERROR, MAX_VALIDATION_ERROR_RATIO
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.given import given
+from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.shown import Shown
-
-_TWICE, _SMALL = 2.0, 10.0  # times, percent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,8 +46,8 @@ class MethodValidation:
     tracking_error_percent : float or None
         The same in percent of the recorded tracking error, reference less position: how much of
         what the loop leaves the estimate does not explain.
-    reason : str
-        Why there are no simulated figures; empty where there are.
+    reason : Note or None
+        Why there are no simulated figures.
     """
 
     method: str
@@ -55,13 +56,13 @@ class MethodValidation:
     simulation_error_percent: float | None
     position_error_rms: float | None
     tracking_error_percent: float | None
-    reason: str
+    reason: Note | None
 
     @property
     def holds(self) -> bool:
         """Whether the error is of the size that it has on the estimate's own record."""
-        most = max(_TWICE * self.own_equation_error_percent, _SMALL)
-        return self.equation_error_percent <= most
+        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
+        return self.equation_error_percent <= max(times * self.own_equation_error_percent, most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -77,21 +78,21 @@ class Validation(Shown):
         In the order of the result's estimates; the object iterates over them.
     same_record : bool
         Whether it is the record that the estimates were made from.
-    time_base : str
-        What speaks against the record's sampling period; empty where nothing does.
+    time_base : Note or None
+        What speaks against the record's sampling period.
     """
 
     record: Record
     unit: str
     methods: tuple[MethodValidation, ...]
     same_record: bool = False
-    time_base: str = ""
+    time_base: Note | None = None
 
     def __iter__(self) -> Iterator[MethodValidation]:
         return iter(self.methods)
 
     def __getitem__(self, method: str) -> MethodValidation:
-        found = next((each for each in self.methods if each.method == method.lower()), None)
+        found = next((each for each in self.methods if each.method == str(method).lower()), None)
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
             raise UsageError(f"the validation has no {method!r}; choose from {methods}.")
@@ -113,29 +114,33 @@ class Validation(Shown):
         }
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What is missing and why, and which estimates do not hold."""
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
-        notes = [f"no simulation: {reason}" for reason in reasons]
+        notes = [Note.of("no simulation: ", reason) for reason in reasons]
         if self.time_base:
-            notes.append(f"believe nothing before this is mended: {self.time_base}")
+            notes.append(Note.of("believe nothing before this is mended: ", self.time_base))
+        return (*notes, Note(self._whether_it_holds()))
+
+    def _whether_it_holds(self) -> str:
+        """Which estimates do not, in words."""
         if self.same_record:
-            notes.append(
+            return (
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
             )
-        elif not (lost := [v.method for v in self if not v.holds]):
-            notes.append(
-                f"the estimates hold: no equation error is both beyond {_SMALL:g} % and beyond "
-                f"{_TWICE:g} times the one on their own record"
+        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
+        lost = [v.method for v in self if not v.holds]
+        if not lost:
+            return (
+                f"the estimates hold: no equation error is both beyond {most:g} % and beyond "
+                f"{times:g} times the one on their own record"
             )
-        else:
-            notes.append(
-                f"{', '.join(lost)}: does not hold on this record (more than {_SMALL:g} % and than "
-                f"{_TWICE:g} times the error on its own); check that it is the same axis, its units"
-                " and its signs"
-            )
-        return tuple(notes)
+        return (
+            f"{', '.join(lost)}: does not hold on this record (more than {most:g} % and than "
+            f"{times:g} times the error on its own); check that it is the same axis, its units"
+            " and its signs"
+        )
 
 
 class FrozenEstimate(Protocol):
@@ -174,7 +179,7 @@ class FrozenResult(Protocol):
         """The axis that was identified."""
 
     @property
-    def asked(self) -> Prefilter | None:
+    def requested(self) -> Prefilter | None:
         """The prefilter before what it left open was chosen for the record, if that is known."""
 
     @property
@@ -205,10 +210,14 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     UsageError, DataError
         The record does not suit the prefilter or has no force.
     """
+    if not hasattr(result, "estimates"):
+        raise UsageError(
+            f"the result is {given(result)}; give what identify gave, or load_result(path)."
+        )
     check_record(record)
     with np.errstate(all="ignore"):
-        asked = result.asked or result.prefilter  # what was left open suits each record
-        rescaled = asked.at_period(result.record.period, record.period)
+        requested = result.requested or result.prefilter  # what was left open suits each record
+        rescaled = requested.at_period(result.record.period, record.period)
         data = FilteredRecord.bind(result.axis, record, rescaled)
         methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
     own, other = result.record.provenance.sha256, record.provenance.sha256
@@ -218,7 +227,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
         same_record=record is result.record or (bool(own) and own == other),
-        time_base=apart.text if apart is not None and not apart.confirmed else "",
+        time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
 
 
@@ -230,7 +239,11 @@ def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidat
     if not len(rows.left):
         raise DataError(
             f"{record.provenance.source}: no row is left of it, since all its motion is near "
-            "reversals or masked; record longer strokes, or identify with --reversals keep."
+            "reversals or masked; ",
+            Remedy.of(
+                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
+            ),
+            code="no-row",
         )
     equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)
     if not math.isfinite(equation):
@@ -250,7 +263,7 @@ def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidat
             simulation_error_percent=None,
             position_error_rms=None,
             tracking_error_percent=None,
-            reason=str(error),
+            reason=error.note,
         )
     off, tracking = _positions(data, loops, reference)
     return MethodValidation(
@@ -262,7 +275,7 @@ def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidat
         ),
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
-        reason="",
+        reason=None,
     )
 
 

@@ -10,11 +10,11 @@ from .provenance import Repair as Repair
 from .table import Column as Column
 from .table import Samples as Samples
 from .table import Table as Table
-from .table import at_hand as at_hand
 from .table import library as library
+from .table import loaded_column as loaded_column
 from .table import numbered as numbered
-from .table import told as told
-from .table_builder import Gathered as Gathered
+from .table import one_line as one_line
+from .table_builder import TableBuilder as TableBuilder
 from .unit_labels import COUNTS as COUNTS
 from .unit_labels import LABEL_WITH_UNIT as LABEL_WITH_UNIT
 from .unit_labels import is_unit as is_unit

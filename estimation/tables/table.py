@@ -8,6 +8,7 @@ from types import ModuleType
 
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Note
 
 from .provenance import Repair
 
@@ -64,6 +65,8 @@ class Table:
     columns : mapping of str to Column
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
+    doubts : tuple of Note
+        What may be wrong with its rows, and was taken as it is.
     repairs : tuple of Repair
         What was done to the file on request, before its columns were read.
     sha256 : str
@@ -83,6 +86,7 @@ class Table:
     source: str
     columns: Mapping[str, Column]
     notes: tuple[str, ...] = ()
+    doubts: tuple[Note, ...] = ()
     repairs: tuple[Repair, ...] = ()
     sha256: str = ""
     path: str = ""
@@ -120,7 +124,7 @@ def _ending(name: str, names: Iterable[str]) -> list[str]:
     return [own for own in names if own.endswith(f".{name}")]
 
 
-def at_hand(
+def loaded_column(
     values: Array, *, unit: str = "", label: str = "", clock: Array | None = None, note: str = ""
 ) -> Column:
     """A column whose values are already in memory."""
@@ -159,8 +163,8 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
         ) from error
 
 
-def told(error: Exception) -> str:
-    """What another library says of a file, as the end of a sentence."""
+def one_line(error: Exception) -> str:
+    """A third-party error message on one line, shortened."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for what it claims to hold"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))

@@ -8,14 +8,14 @@ import numpy as np
 from axisid.support.arrays import Array
 from axisid.support.memory import Room
 
-from .table import Column, Table, at_hand
+from .table import Column, Table, loaded_column
 
 _LISTED = 8
 _FEWEST = 2  # values of a column
 
 
 @dataclass(slots=True)
-class Gathered:
+class TableBuilder:
     """The columns of a file while it is read, and what in it is none.
 
     Attributes
@@ -62,7 +62,7 @@ class Gathered:
         if self.room is not None:
             self.room.take(8 * array.size)
         numbers = array.astype(np.float64)
-        self.columns[name] = at_hand(numbers, unit=unit, label=label, clock=clock, note=note)
+        self.columns[name] = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
 
     def add_array(self, name: str, values: object) -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.

@@ -6,6 +6,7 @@ Knows nothing of the models that are derived from it.
 
 from .axis import ROLES as ROLES
 from .axis import Axis as Axis
+from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
 from .control import LAWS as LAWS
 from .control import ControlLaw as ControlLaw
@@ -15,6 +16,7 @@ from .control import cascade_pd_averaged as cascade_pd_averaged
 from .control import cascade_pd_difference as cascade_pd_difference
 from .control import gain as gain
 from .control import velocity_variants as velocity_variants
+from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import Drive as Drive
 from .elements import asymmetric_coulomb as asymmetric_coulomb
 from .elements import asymmetric_viscous as asymmetric_viscous

@@ -19,8 +19,9 @@ from axisid.modeling.quantities import (
     number,
     with_numbers,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.given import given
 
 from .control import ControlLaw
 from .drive import Drive
@@ -207,6 +208,12 @@ class Axis:
             check_profile(self.drive.profile, self.coordinate, self.parameters)
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}") from error
+
+
+def check_axis(axis: object) -> None:
+    """Refuse what is no declared axis, such as its name."""
+    if not isinstance(axis, Axis):
+        raise UsageError(f"the axis is {given(axis)}; give an Axis, such as load_axis('emps').")
 
 
 def equation_of_motion(axis: Axis) -> Formula:

@@ -1,17 +1,33 @@
 """The drive: what turns a control signal into force."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.quantities import expression, number, parse_unit
+from axisid.modeling.quantities import (
+    CONTROL,
+    FORCE,
+    Coordinate,
+    expression,
+    number,
+    parse_unit,
+    rounded,
+    written,
+)
 from axisid.support.errors import ModelError
+
+#: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
+DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
     """A drive: ``tau = gain * control``, the control clipped at `limit`.
+
+    A drive of another force is a class of its own with another `force` and `inverse`, and with a
+    `force_by_gain` of its own where its gain is another symbol than `DRIVE_GAIN`.
 
     Attributes
     ----------
@@ -58,3 +74,41 @@ class Drive:
         object.__setattr__(self, "profile", expression(self.profile, "the drive's profile"))
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
+
+    @property
+    def force(self) -> sympy.Expr:
+        """Force by the control, `CONTROL`, and by the constants of the drive."""
+        return DRIVE_GAIN * CONTROL
+
+    @property
+    def force_by_gain(self) -> sympy.Expr:
+        """Slope of `force` by the logarithm of the gain, by the same symbols."""
+        return DRIVE_GAIN * self.force.diff(DRIVE_GAIN)
+
+    @property
+    def is_gain(self) -> bool:
+        """Whether the force is the gain times the control, and nothing else."""
+        return bool(self.force == DRIVE_GAIN * CONTROL)
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        """Control by the force, `FORCE`, whatever the limit, and by the constants of the drive."""
+        return FORCE / DRIVE_GAIN
+
+    @property
+    def constants(self) -> Mapping[sympy.Symbol, float]:
+        """Value of each symbol in `force` and `inverse` that is no signal."""
+        return {DRIVE_GAIN: self.gain}
+
+    def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
+        """The gain with its unit: ``35.15 N/V``."""
+        over = self.unit if self.unit.isalpha() else f"({self.unit})"
+        return f"{self.gain:.{digits}g} {coordinate.force_unit}/{over}"
+
+    def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
+        """What the force is: ``35.15 N/V times the control``, else a formula and its constants."""
+        if self.is_gain:
+            return f"{self.gain_text(coordinate, digits)} times the control"
+        constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())
+        formula = written(rounded(self.force), coordinate)
+        return f"{formula} in {coordinate.force_unit}, the control in {self.unit}{constants}"

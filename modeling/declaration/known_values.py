@@ -7,7 +7,7 @@ from dataclasses import replace
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import UsageError
 
-from .axis import Axis
+from .axis import Axis, check_axis
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FIXED = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
@@ -32,8 +32,7 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
     ModelError
         A value is outside its parameter's bounds, or a deviation is negative.
     """
-    if not isinstance(axis, Axis):
-        raise UsageError(f"the axis is {axis!r}; give an Axis, such as load_axis('emps').")
+    check_axis(axis)
     declared = [p.name for p in axis.parameters]
     for name, value in values.items():
         if name not in declared:

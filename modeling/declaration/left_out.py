@@ -7,8 +7,9 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number
 from axisid.support.errors import UsageError
+from axisid.support.remedy import Remedy, Setting
 
-from .axis import Axis
+from .axis import Axis, check_axis
 from .known_values import known_text
 
 
@@ -34,8 +35,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     ModelError
         Without them the axis has no inertia.
     """
-    if not isinstance(axis, Axis):
-        raise UsageError(f"the axis is {axis!r}; give an Axis, such as load_axis('emps').")
+    check_axis(axis)
     declared = {p.name: p for p in axis.parameters}
     for name in (*names, *values):
         if name not in declared:
@@ -93,8 +93,9 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     if parameter.nominal:
         return parameter.nominal
     raise UsageError(
-        f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; declare one, "
-        f"or fix it: --fix {parameter.name}=VALUE, fix(axis, {parameter.name}=VALUE) in Python."
+        f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; ",
+        Remedy.of("declare one, or fix it: ", Setting("fix", f"{parameter.name}=VALUE"), "."),
+        code="no-nominal",
     )
 
 

@@ -41,10 +41,10 @@ class BaseModel:
         (k, p).
     weights : tuple of tuple of float
         (b, k).
-    hidden : tuple of dict
+    unidentifiable : tuple of dict
         Null space of the map's Jacobian at a generic point: changes of the declared parameters
         that no motion shows.
-    unsettled : tuple of dict
+    undetermined : tuple of dict
         What is left of it where the declared parameters that are known are held.
     """
 
@@ -53,8 +53,8 @@ class BaseModel:
     expressions: tuple[sympy.Expr, ...]
     exponents: tuple[Exponents, ...]
     weights: tuple[tuple[float, ...], ...]
-    hidden: tuple[Direction, ...]
-    unsettled: tuple[Direction, ...]
+    unidentifiable: tuple[Direction, ...]
+    undetermined: tuple[Direction, ...]
 
     @property
     def changed(self) -> bool:
@@ -123,19 +123,19 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
         expressions=expressions,
         exponents=found.monomials,
         weights=tuple(tuple(map(float, row)) for row in table),
-        hidden=() if same else null_space(table, found.monomials, axis.parameters),
-        unsettled=() if same else null_space(table, found.monomials, axis.parameters, known),
+        unidentifiable=() if same else null_space(table, found.monomials, axis.parameters),
+        undetermined=() if same else null_space(table, found.monomials, axis.parameters, known),
     )
     if same:
         return base
     leads = [found.monomials[pivots[i]] for i in places]
-    return replace(base, axis=_reduced(base, leads, found.bent))
+    return replace(base, axis=_reduced(base, leads, found.nonlinear))
 
 
 def _check_effects(monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]) -> None:
-    silent = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in monomials)]
-    if silent:
-        raise ModelError(f"{', '.join(silent)} has no effect: its terms cancel. Remove it.")
+    cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in monomials)]
+    if cancelled:
+        raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")
 
 
 def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
@@ -159,7 +159,9 @@ def _expression(
     )
 
 
-def _reduced(base: BaseModel, leads: Sequence[Exponents], bent: AbstractSet[sympy.Symbol]) -> Axis:
+def _reduced(
+    base: BaseModel, leads: Sequence[Exponents], nonlinear: AbstractSet[sympy.Symbol]
+) -> Axis:
     """The axis declared in its base parameters; `leads` are their monomials of weight 1."""
     axis = base.declared
     declared = {p.symbol: p for p in axis.parameters}
@@ -168,12 +170,12 @@ def _reduced(base: BaseModel, leads: Sequence[Exponents], bent: AbstractSet[symp
         declared[value] if value in declared else _combined(base, i, leads[i], taken)
         for i, value in enumerate(base.expressions)
     )
-    straight = [s for s in declared if s not in bent]
-    places = [j for j, s in enumerate(declared) if s not in bent]
-    coefficients = Coefficients(axis.force, straight)
+    linear = [s for s in declared if s not in nonlinear]
+    places = [j for j, s in enumerate(declared) if s not in nonlinear]
+    coefficients = Coefficients(axis.force, linear)
     terms = [coefficients.rest]
     for p, lead in zip(parameters, leads, strict=True):
-        if p.symbol not in bent:
+        if p.symbol not in nonlinear:
             terms.append(p * coefficients[tuple(lead[j] for j in places)])
     truth = axis.experiment and replace(axis.experiment, truth=_truth(base, parameters))
     return replace(axis, parameters=parameters, force=sympy.Add(*terms), experiment=truth)

@@ -46,14 +46,14 @@ class Terms:
         Distinct, with exponents by parameter; the parameters themselves first, in their order.
     weights : tuple of list of Fraction
         One row for each function of the motion, scaled at will, one column for each monomial.
-    bent : frozenset of sympy.Symbol
+    nonlinear : frozenset of sympy.Symbol
         Parameters that enter other than by whole powers; they count as motion, and each has a row
         and a column of its own.
     """
 
     monomials: tuple[Exponents, ...]
     weights: tuple[Row, ...]
-    bent: frozenset[sympy.Symbol]
+    nonlinear: frozenset[sympy.Symbol]
 
 
 def force_terms(
@@ -95,28 +95,28 @@ def column_terms(
 
 def _terms(parts: Iterable[Sum], algebra: Algebra, parameters: Sequence[sympy.Symbol]) -> Terms:
     total, unknown = _added(parts), set(parameters)
-    bent = {
+    nonlinear = {
         s
         for product in total
         for place, power in product
         if not (algebra.factor(place).kind == "symbol" and power.denominator == 1 and power > 0)
         for s in algebra.factor(place).symbols & unknown
     }
-    straight = {p: j for j, p in enumerate(parameters) if p not in bent}
+    linear = {p: j for j, p in enumerate(parameters) if p not in nonlinear}
     table: dict[Product, dict[Exponents, list[_Weight]]] = {}
     for product, weight in total.items():
-        motion, exponents, power = _split(product, algebra, straight, len(parameters))
+        motion, exponents, power = _split(product, algebra, linear, len(parameters))
         if any(exponents):
             row = table.setdefault(motion, {})
             row.setdefault(exponents, []).append((weight, power))
     rows = [_weights(row) for row in table.values()]
     for j, p in enumerate(parameters):
-        if p in bent:
+        if p in nonlinear:
             rows.append({tuple(int(i == j) for i in range(len(parameters))): Fraction(1)})
     found = {exponents for row in rows for exponents in row}
     monomials = tuple(sorted(found, key=_order))
     weights = tuple([row.get(e, Fraction(0)) for e in monomials] for row in rows)
-    return Terms(monomials=monomials, weights=weights, bent=frozenset(bent))
+    return Terms(monomials=monomials, weights=weights, nonlinear=frozenset(nonlinear))
 
 
 def _added(parts: Iterable[Sum]) -> Sum:
@@ -134,15 +134,15 @@ def _added(parts: Iterable[Sum]) -> Sum:
 
 
 def _split(
-    product: Product, algebra: Algebra, straight: Mapping[sympy.Symbol, int], size: int
+    product: Product, algebra: Algebra, linear: Mapping[sympy.Symbol, int], size: int
 ) -> tuple[Product, Exponents, Number]:
     """The motion in a product, the exponents of the parameters in it, and the power of e."""
     exponents, motion = [0] * size, []
     euler: Number = 0
     for place, power in product:
         factor = algebra.factor(place)
-        if factor.kind == "symbol" and factor.content in straight:
-            exponents[straight[factor.content]] = int(power)
+        if factor.kind == "symbol" and factor.content in linear:
+            exponents[linear[factor.content]] = int(power)
         elif factor == EULER:
             euler = power
         else:

@@ -13,6 +13,7 @@ import sympy
 from axisid.modeling.algebra import intercept, vanishes, without
 from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate
 from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
 from .inverse import Regressor
 
@@ -82,7 +83,7 @@ def direct_regressor(
     parameters: tuple[sympy.Symbol, ...],
     inertia: sympy.Expr,
     acceleration: sympy.Symbol,
-) -> DirectRegressor | str:
+) -> DirectRegressor | Missing:
     """Derive the direct model's regressor, or say why there is none.
 
     References
@@ -92,9 +93,9 @@ def direct_regressor(
     moving = inertia.free_symbols - set(parameters)
     if idm.nonlinear:
         names = ", ".join(map(str, idm.nonlinear))
-        return f"its friction or load is not linear in {names}; use idm-ls or idm-iv"
+        return Missing(f"its friction or load is not linear in {names}; use idm-ls or idm-iv")
     if moving:
-        return (
+        return Missing(
             f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "
             "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
         )

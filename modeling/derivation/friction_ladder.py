@@ -150,7 +150,7 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
     amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
     terms = (amount * factor for amount, (_, factor) in zip(amounts, law, strict=True))
     both = _terms(axis, sympy.Add(*friction, *terms), (*symbols, *amounts))
-    if both.bent or any(sum(exponents) > 1 for exponents in both.monomials):
+    if both.nonlinear or any(sum(exponents) > 1 for exponents in both.monomials):
         return False
     own = [any(exponents[: len(symbols)]) for exponents in both.monomials]
     sides = [[j for j, mine in enumerate(own) if mine is side] for side in (True, False)]

@@ -59,21 +59,21 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     Equations (3) and (4) of [Brunot2015]_; [GolubPereyra1973]_ for partially linear models.
     """
     columns = tuple(slope(force, p, "the force") for p in parameters)
-    bent = tuple(
+    nonlinear = tuple(
         p for p, column in zip(parameters, columns, strict=True) if without(column, {p}) is None
     )
-    straight = frozenset(parameters) - set(bent)
+    linear = frozenset(parameters) - set(nonlinear)
     row = tuple(
-        without(column, straight) if p in straight else _finite_at_rest(column)
+        without(column, linear) if p in linear else _finite_at_rest(column)
         for p, column in zip(parameters, columns, strict=True)
     )
-    slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in straight}
+    slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
     known = None if None in row else intercept(force, slopes)
     if known is None:
         raise _not_linear(sympy.expand_mul(force), parameters)
-    bends = (p * column for p, column in zip(parameters, row, strict=True) if p in bent)
+    bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
     return Regressor(
-        columns=row, known=sympy.Add(known, *(-bend for bend in bends)), nonlinear=bent
+        columns=row, known=sympy.Add(known, *(-bend for bend in bends)), nonlinear=nonlinear
     )
 
 

@@ -5,15 +5,16 @@ from dataclasses import dataclass
 import sympy
 
 from axisid.modeling.algebra import vanishes
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import parse_unit, with_numbers
 from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
 from .base_model import BaseModel, base_model
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
 from .friction_direction import with_direction
 from .inverse import Regressor, inverse_regressor
-from .null_space import Direction, hidden_directions
+from .null_space import Direction, unidentifiable_directions
 from .parameter_map import ParameterMap, parameter_map
 
 
@@ -35,13 +36,11 @@ class AxisModel:
         Direct dynamics.
     idm : Regressor
         Of the inverse model; one column per parameter.
-    ddm : DirectRegressor or None
-        Of the direct model; None where the acceleration is linear in no finite parameter set.
-    ddm_refusal : str
-        Why `ddm` is None, else empty.
-    parameter_map : ParameterMap or None
-        Between ``theta_ddm`` and the parameters.
-    hidden : tuple of dict
+    ddm : DirectRegressor or Missing
+        Of the direct model; missing where the acceleration is linear in no finite parameter set.
+    parameter_map : ParameterMap or Missing
+        Between ``theta_ddm`` and the parameters; missing with `ddm`.
+    unidentifiable : tuple of dict
         Changes of the parameters of a partially linear axis that no motion shows; for a linear one
         `base` has them.
     """
@@ -52,10 +51,9 @@ class AxisModel:
     inertia: sympy.Expr
     acceleration: sympy.Expr
     idm: Regressor
-    ddm: DirectRegressor | None
-    ddm_refusal: str
-    parameter_map: ParameterMap | None
-    hidden: tuple[Direction, ...]
+    ddm: DirectRegressor | Missing
+    parameter_map: ParameterMap | Missing
+    unidentifiable: tuple[Direction, ...]
 
 
 def derive(axis: Axis) -> AxisModel:
@@ -65,10 +63,13 @@ def derive(axis: Axis) -> AxisModel:
 
     Raises
     ------
+    UsageError
+        It is no axis.
     ModelError
         The equation of motion is not linear in the parameters or the acceleration, or jumps with
         the velocity in a way that is not friction.
     """
+    check_axis(axis)
     try:
         return _derived(axis)
     except ModelError as error:
@@ -91,8 +92,8 @@ def _derived(declared: Axis) -> AxisModel:
     inertia = inertia_of(force, q)
     idm = inverse_regressor(force, symbols)
     ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
-    refusal = f"axis {axis.name!r} has no direct regressor: {ddm}" if isinstance(ddm, str) else ""
-    direct = None if isinstance(ddm, str) else ddm
+    if isinstance(ddm, Missing):
+        ddm = Missing(f"axis {axis.name!r} has no direct regressor: {ddm}")
     return AxisModel(
         base=base,
         axis=axis,
@@ -100,10 +101,9 @@ def _derived(declared: Axis) -> AxisModel:
         inertia=inertia,
         acceleration=direct_dynamics(balance, profile, q),
         idm=idm,
-        ddm=direct,
-        ddm_refusal=refusal,
-        parameter_map=None if direct is None else _map(axis, direct),
-        hidden=hidden_directions(idm, axis.parameters, q),
+        ddm=ddm,
+        parameter_map=ddm if isinstance(ddm, Missing) else _map(axis, ddm),
+        unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
     )
 
 

@@ -119,7 +119,7 @@ def _null_space_of_numbers(
     )
 
 
-def hidden_directions(
+def unidentifiable_directions(
     regressor: Regressor, parameters: Sequence[Parameter], coordinate: Coordinate
 ) -> tuple[Direction, ...]:
     """Null space, over all motions, of the regressor of a partially linear axis.

@@ -31,7 +31,7 @@ class ParameterMap:
     inverse_jacobian : sympy.Matrix, (p, m), or None
     rank : int
         Of the forward Jacobian at a generic point.
-    hidden : tuple of dict
+    unidentifiable : tuple of dict
         Directions in parameter space that leave ``theta_ddm`` unchanged, by parameter.
     units : tuple of Unit
         Of ``theta_ddm``.
@@ -44,7 +44,7 @@ class ParameterMap:
     inverse: sympy.ImmutableMatrix | None
     inverse_jacobian: sympy.ImmutableMatrix | None
     rank: int
-    hidden: tuple[dict[sympy.Symbol, sympy.Expr], ...]
+    unidentifiable: tuple[dict[sympy.Symbol, sympy.Expr], ...]
     units: tuple[Unit, ...]
 
 
@@ -72,8 +72,8 @@ def parameter_map(
         forward = sympy.Matrix([1 / ddm.inertia, *(p / ddm.inertia for p in ddm.quotients)])
     symbols = tuple(sympy.Symbol(f"theta{i + 1}", real=True) for i in range(len(forward)))
     jacobian = forward.jacobian(parameters).applyfunc(sympy.together)
-    hidden = _hidden(ddm, parameters)
-    inverse = None if hidden else _inverse(ddm, parameters, symbols)
+    unidentifiable = _unidentifiable(ddm, parameters)
+    inverse = None if unidentifiable else _inverse(ddm, parameters, symbols)
     return ParameterMap(
         parameters=parameters,
         symbols=symbols,
@@ -81,15 +81,15 @@ def parameter_map(
         forward_jacobian=jacobian.as_immutable(),
         inverse=inverse,
         inverse_jacobian=None if inverse is None else inverse.jacobian(symbols).as_immutable(),
-        rank=len(parameters) - len(hidden),
-        hidden=hidden,
+        rank=len(parameters) - len(unidentifiable),
+        unidentifiable=unidentifiable,
         units=tuple(units.values())
         if ddm.pivot is None
         else (inverse_inertia_unit, *(units[p] * inverse_inertia_unit for p in ddm.quotients)),
     )
 
 
-def _hidden(
+def _unidentifiable(
     ddm: DirectRegressor, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[dict[sympy.Symbol, sympy.Expr], ...]:
     """Parameters of the inertia without a quotient trade against the pivot alone."""

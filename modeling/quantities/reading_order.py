@@ -13,6 +13,7 @@ from sympy.printing.str import StrPrinter
 from .constants import KnownSymbol
 from .kinks import renamed
 from .symbols import (
+    CONTROL,
     DIRECTION,
     FORCE,
     MEASURED_POSITION,
@@ -77,7 +78,15 @@ class Readable:
 _RANKS = {
     name: rank
     for rank, name in enumerate(
-        (FORCE.name, REFERENCE.name, "acceleration", "velocity", DIRECTION.name, "position")
+        (
+            FORCE.name,
+            CONTROL.name,
+            REFERENCE.name,
+            "acceleration",
+            "velocity",
+            DIRECTION.name,
+            "position",
+        )
     )
 }
 
@@ -95,7 +104,7 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
         q.velocity: "velocity",
         DIRECTION: DIRECTION.name,
         q.symbol: "position",
-        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)},
+        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL)},
     }
     order = list(motion)
     stand_ins: dict[sympy.Expr, sympy.Symbol] = {}

@@ -20,6 +20,8 @@ from .units import Unit, parse_unit
 
 #: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
 FORCE = sympy.Symbol("tau", real=True)
+#: What the drive is given, in its own unit.
+CONTROL = sympy.Symbol("control", real=True)
 #: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
 DIRECTION = sympy.Symbol("direction", real=True)
 
@@ -156,7 +158,7 @@ class Parameter(Symbolic):
         for bound in ("lower", "upper"):
             value = number(getattr(self, bound), f"the {bound} bound {what}", finite=False)
             object.__setattr__(self, bound, value)
-        if not self.lower <= self.nominal <= self.upper:
+        if not self.allows(self.nominal):
             raise ModelError(
                 f"parameter {self.name!r}: nominal value {self.nominal!r} is outside its bounds "
                 f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
@@ -175,7 +177,7 @@ class Parameter(Symbolic):
             return
         value = number(self.known, f"the known value {what}")
         object.__setattr__(self, "known", value)
-        if not self.lower <= value <= self.upper:
+        if not self.allows(value):
             raise ModelError(
                 f"parameter {self.name!r}: its known value {self.known!r} is outside its bounds "
                 f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
@@ -190,6 +192,19 @@ class Parameter(Symbolic):
     def is_bounded(self) -> bool:
         """Whether it has a bound at all."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
+
+    def allows(self, value: float) -> bool:
+        """Whether a value is within the bounds, or at one."""
+        return self.lower <= value <= self.upper
+
+    def is_inside(self, value: float) -> bool:
+        """Whether a value is within the bounds and at neither, as one that was found should be."""
+        return self.lower < value < self.upper
+
+    def out_of_bounds(self, value: float) -> str:
+        """What to say of a value that is not inside."""
+        where = "at a bound of" if self.allows(value) else "outside its bounds"
+        return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
 
 
 def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:

@@ -27,20 +27,17 @@ class TextError(UsageError):
     """
 
     def __init__(self, reason: str, text: str, offset: int) -> None:
-        super().__init__(reason, text, offset)
-        self.reason = reason
-        offset = min(max(offset, 0), len(text))
-        before = text[:offset].split("\n")
+        place = min(max(offset, 0), len(text))
+        before = text[:place].split("\n")
         line, column = len(before), len(before[-1])
         whole = text.split("\n")[line - 1]
         self.where = (f"line {line}, " if "\n" in text.strip() else "") + f"column {column + 1}"
         start = max(0, column - _SHOWN // 2)
         shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
         self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
-
-    def __str__(self) -> str:
-        shown = self.pointer.partition("\n")[0].strip()
-        return f"{shown!r} cannot be read at {self.where}: {self.reason}"
+        super().__init__(f"{shown.strip()!r} cannot be read at {self.where}: {reason}")
+        self.args = (reason, text, offset)  # for pickle
+        self.reason = reason
 
 
 def nearest(name: str, known: Collection[str]) -> str:

@@ -134,9 +134,9 @@ def _axis(root: Table) -> Axis | None:
     axis = root.attempt("", lambda: declare(**fields, **energies, **parts))
     if axis is None and parts["control"] is not None:
         # A name that the control law shares hides what is wrong with the equation of motion.
-        told = root.mistakes.pop()
+        mistake = root.mistakes.pop()
         root.attempt("", lambda: declare(**fields, **energies, drive=parts["drive"]))
-        root.mistakes += [told] if told not in root.mistakes else []
+        root.mistakes += [mistake] if mistake not in root.mistakes else []
     return axis
 
 

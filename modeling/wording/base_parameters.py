@@ -13,9 +13,9 @@ from .identifiability import describe_direction
 _MOST_DIRECTIONS = 4
 
 
-def unsettled_names(base: BaseModel) -> tuple[str, ...]:
+def undetermined_names(base: BaseModel) -> tuple[str, ...]:
     """Declared parameters that neither a record nor what is known of them gives."""
-    open_ = {s for direction in base.unsettled for s in direction}
+    open_ = {s for direction in base.undetermined for s in direction}
     return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
 
 
@@ -24,22 +24,22 @@ def describe_hidden(base: BaseModel) -> tuple[str, ...]:
     return tuple(
         f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: no "
         f"motion shows a change of {_directions(directions)}"
-        for names, directions in _groups(base, base.hidden)
+        for names, directions in _groups(base, base.unidentifiable)
     )
 
 
-def describe_unsettled(base: BaseModel) -> tuple[str, ...]:
+def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
     """What would have to be known so that the rest follows; one sentence for each group."""
     return tuple(
         f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: the "
         f"rest follows if {_missing(base, names, directions)} known"
-        for names, directions in _groups(base, base.unsettled)
+        for names, directions in _groups(base, base.undetermined)
     )
 
 
 def describe_settled(base: BaseModel) -> str:
     """Which declared parameters follow, and from what; empty if none is declared otherwise."""
-    lost = unsettled_names(base)
+    lost = undetermined_names(base)
     found = [p.name for p in base.declared.parameters if p.name not in lost]
     if not found:
         return ""

@@ -6,6 +6,7 @@ import sympy
 
 from axisid.modeling.derivation import AxisModel, BaseModel, DirectRegressor, ParameterMap
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
+from axisid.support.missing import Missing
 
 from .base_parameters import describe_hidden
 from .identifiability import describe_direction
@@ -24,8 +25,8 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
     q = model.axis.coordinate
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
-    if model.ddm is None or model.parameter_map is None:
-        direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm_refusal}",))]
+    if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
+        direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
     else:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
@@ -53,7 +54,10 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             title="Identifiability",
             lines=(
                 *describe_hidden(model.base),
-                *(f"no motion shows a change of {describe_direction(h)}" for h in model.hidden),
+                *(
+                    f"no motion shows a change of {describe_direction(h)}"
+                    for h in model.unidentifiable
+                ),
             )
             or ("every parameter has an effect of its own",),
         ),
@@ -99,7 +103,10 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
         for symbol, value, unit, column in rows
     ]
     inverse: list[Formula | str] = (
-        [f"cannot tell apart {describe_direction(hidden)}" for hidden in mapping.hidden]
+        [
+            f"cannot tell apart {describe_direction(unidentifiable)}"
+            for unidentifiable in mapping.unidentifiable
+        ]
         if mapping.inverse is None
         else [
             Formula(name=p, value=value)

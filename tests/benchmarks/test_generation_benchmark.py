@@ -10,6 +10,8 @@ import pytest
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 
+pytestmark = pytest.mark.slow
+
 STAGES = ["derive", "lower and print", "build for the virtual machine", "compile", "load", "total"]
 
 

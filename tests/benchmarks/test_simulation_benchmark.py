@@ -10,6 +10,8 @@ import pytest
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 
+pytestmark = pytest.mark.slow
+
 CONTRACT = {
     "single_over_hand_c",
     "batch_over_hand_simd",

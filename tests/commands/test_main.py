@@ -181,7 +181,7 @@ def test_bad_data_exits_3_with_one_sentence(
         (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
         (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),
         (["emps2015", "--columns", "time"], 2, "not ROLE=NAME"),
-        (["emps2015", "--sample-period", "1"], 2, "describe a record"),
+        (["emps2015", "--sample-period", "1"], 2, "describes a record"),
         (["emps2015", "--json", "no/such/folder/x.json"], 2, "does not exist"),
         (["emps2015", "--drop", "7000", "0", "--decimate", "700"], 3, "transients take"),
         ([], 2, "Missing argument"),
@@ -208,8 +208,8 @@ def test_instruments_without_a_reference_column(run: Run, log: Callable[..., Pat
 
 
 NO_LAW = """
-from axisid import Coordinate, Drive, Parameter, newton
-from axisid.elements import viscous
+from axisid import Coordinate, Parameter, newton
+from axisid.elements import Drive, viscous
 q = Coordinate("q")
 M, Fv = Parameter("M", "kg", nominal=100.0), Parameter("Fv", "N/(m/s)")
 axis = newton("bare", coordinate=q, parameters=(M, Fv), inertia=M, resistance=(viscous(Fv, q),),
@@ -305,7 +305,8 @@ def test_record_without_reversal_cannot_tell_friction_from_offset(run: Run, tmp_
 
 def test_diverging_iterate_is_named(run: Run, log: Callable[..., Path], tmp_path: Path) -> None:
     (tmp_path / "light.py").write_text(
-        "from dataclasses import replace\nfrom axisid import Drive, Parameter, load_axis\n"
+        "from dataclasses import replace\nfrom axisid import Parameter, load_axis\n"
+        "from axisid.elements import Drive\n"
         "a = load_axis('emps2015')\nlight = Parameter('M', 'kg', nominal=0.1)\n"
         "axis = replace(a, parameters=(light, *a.parameters[1:]), drive=Drive(gain=35.15))\n"
         "del a\n"

@@ -15,6 +15,7 @@ import pytest
 from axisid import (
     DataError,
     Identification,
+    Prefilter,
     Record,
     UsageError,
     export,
@@ -25,11 +26,13 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.options.inputs import METHODS as OFFERED
 from axisid.commands.templates import scaffold
-from axisid.estimation.estimates import METHODS
+from axisid.estimation.estimates import COVARIANCES, METHODS
 from axisid.estimation.estimates.value import Value
+from axisid.estimation.studies import identify_stream
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.estimates.test_partially_linear import stribeck_axis
+from tests.estimation.studies.test_streaming import in_blocks
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -161,7 +164,9 @@ def test_latex_is_a_table_without_packages(result: Identification) -> None:
     ],
 )
 def test_digits_are_those_that_the_deviation_warrants(value: float, sd: float, text: str) -> None:
-    made = Value(value=value, unit="1", sd=sd, sd_robust=sd, sd_hac=sd, interval=(0.0, 1.0))
+    made = Value(
+        value=value, unit="1", deviations=dict.fromkeys(COVARIANCES, sd), interval=(0.0, 1.0)
+    )
     assert with_deviation(made) == text
 
 
@@ -173,13 +178,36 @@ def test_partially_linear_axes_are_exported_too() -> None:
     assert repr(found["idm-ls"].parameters["v"].value).split("e")[0] in text
 
 
+@pytest.fixture
+def streamed(emps2015: GeneratedAxis, twin: Record, tmp_path: Path) -> Path:
+    """A file of the record as it comes of reading in blocks."""
+    path = tmp_path / "streamed.json"
+    found = identify_stream(emps2015, in_blocks(twin, 2000), Prefilter(cutoff=60.0))
+    path.write_text(json.dumps(found.to_dict()))
+    return path
+
+
+@pytest.mark.parametrize("kind", ["file", "streamed"])
+def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
+    request: pytest.FixtureRequest, tmp_path: Path, kind: str
+) -> None:
+    file = request.getfixturevalue(kind)
+    assert export(file, "c") == export(file, "c", axis="emps2015")
+    assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
+    other = tmp_path / "other.json"
+    other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
+    with pytest.raises(UsageError, match=r"does not hold the axis 'mine'; .* \(axis=\.\.\.\)"):
+        export(other, "c")
+
+
 def test_numbers_of_another_axis_are_refused(run: Run, file: Path, tmp_path: Path) -> None:
     code, out, err = run("export", file, "--axis", "emps", "--to", "c")
     assert (code, out) == (2, "")
     assert "of the axis 'emps2015', but 'emps' as it is declared now has" in err
     edited = tmp_path / "edited.py"
     edited.write_text(
-        "from dataclasses import replace\nfrom axisid import Drive, load_axis\n"
+        "from dataclasses import replace\nfrom axisid import load_axis\n"
+        "from axisid.elements import Drive\n"
         "axis = replace(load_axis('emps2015'), drive=Drive(gain=35.0))\n"
     )
     code, _, err = run("export", file, "--axis", edited, "--to", "csv")
@@ -204,8 +232,15 @@ def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, A
         (spoiled(lambda w: w.update(schema="axisid.sweep/1")), "'axisid.sweep/1'"),
         (spoiled(lambda w: w.pop("signature")), "object missing required field signature"),
         (spoiled(lambda w: w.update(record=3)), "expected object, got int at $.record"),
-        (spoiled(lambda w: w.update(estimates=[])), "lacks parameters"),
-        (spoiled(lambda w: w["estimates"][0]["parameters"].pop("M")), "lacks parameters"),
+        (spoiled(lambda w: w.update(estimates=[])), "there is no 'idm-iv'"),
+        (
+            spoiled(lambda w: w["estimates"][0]["parameters"].pop("M")),
+            "are not of its 2 parameters",
+        ),
+        (
+            lambda w: json.dumps(w).replace('"M": ', '"W": '),
+            "lacks parameters of the axis 'emps2015'",
+        ),
         (
             spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value=None)),
             "expected float, got null",
@@ -247,8 +282,6 @@ def test_bad_arguments_are_explained(
     assert run("export", tmp_path / "absent.json", "--axis", "emps2015", "--to", "c")[0] == 3
     with pytest.raises(UsageError, match="no target 'rust'"):
         export(result, "rust")
-    with pytest.raises(UsageError, match="does not hold the axis"):
-        export(file)
     with pytest.raises(UsageError, match="no estimate by 'ols'"):
         export(result, method="ols")
     with pytest.raises(DataError, match="cannot be read"):

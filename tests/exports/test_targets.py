@@ -35,11 +35,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(folder: Path, then: str, *arguments: str) -> str:
+def run(folder: Path, then: str) -> str:
     row = recipe_blocks("Add a target")[1].strip()
     program = _ADDED.format(folder=str(folder / "printers"), row=row) + then
     done = subprocess.run(
-        [sys.executable, "-c", program, *arguments],
+        [sys.executable, "-c", program],
         cwd=folder,
         env={**os.environ, "COLUMNS": "200"},
         capture_output=True,
@@ -50,8 +50,22 @@ def run(folder: Path, then: str, *arguments: str) -> str:
     return done.stdout
 
 
-COMMAND = "from axisid.commands.main import main; main()"
-EXPORT = ("export", "result.json", "--axis", "emps2015", "--to", "js")
+#: What `run` is to run: command lines, one after the other.
+COMMANDS = """
+import sys
+from axisid.commands.main import main
+for line in {lines!r}:
+    sys.argv = ["axisid", *line.split()]
+    try:
+        main()
+    except SystemExit as end:
+        assert not end.code, line
+"""
+EXPORT = "export result.json --axis emps2015 --to js"
+
+
+def commands(*lines: str) -> str:
+    return COMMANDS.format(lines=lines)
 
 
 def test_every_row_names_a_writer() -> None:
@@ -61,24 +75,24 @@ def test_every_row_names_a_writer() -> None:
 
 
 def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
-    text = run(folder, COMMAND, *EXPORT)
+    # An earlier export is known and written anew.
+    text = run(folder, commands(EXPORT, *[f"{EXPORT} -o emps2015.js"] * 2))
     assert "export function emps2015_feedforward(q, dq, ddq) {" in text
     assert "const M = " in text
     assert "Math.sign(dq)" in text
     assert "const tau = emps2015_feedforward(q, dq, ddq);" in text
     assert "return (" in text
-    for _ in range(2):  # an earlier export is known and written anew
-        run(folder, COMMAND, *EXPORT, "-o", "emps2015.js")
     assert (folder / "emps2015.js").read_text() == text
 
 
 def test_one_file_and_one_row_add_a_target_to_the_function(folder: Path) -> None:
     then = "from axisid import export; print(export('result.json', 'js', axis='emps2015'), end='')"
-    assert run(folder, then) == run(folder, COMMAND, *EXPORT)
+    text = run(folder, f"{commands(EXPORT)}\n{then}")
+    assert text == 2 * text[: len(text) // 2]
 
 
 def test_help_and_messages_name_the_new_target(folder: Path) -> None:
-    said = run(folder, COMMAND, "export", "--help")
+    said = run(folder, commands("export --help"))
     assert "[c|st|python|json|toml|csv|latex|js]" in said
     assert "C99, Structured Text, Python or JavaScript" in " ".join(said.split())
     failing = """

@@ -32,7 +32,8 @@ _PROGRAM = """
 import functools
 
 import sympy
-from axisid import Coordinate, Drive, Parameter, newton
+from axisid import Coordinate, Parameter, newton
+from axisid.elements import Drive
 
 q = Coordinate("q", unit="rad")
 J, c = Parameter("J", "kg m^2", nominal=1.0), Parameter("c", "N m")

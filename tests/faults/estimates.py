@@ -10,7 +10,7 @@ import numpy as np
 from axisid import EstimationError, Record, build, identify, load_axis, simulate, twin_record
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
-from tests.estimation.unseen import with_bump, with_stribeck
+from tests.axes.unseen import with_bump, with_stribeck
 from tests.faults.fault import Fault, Misuse
 
 _TERM = """
@@ -70,6 +70,13 @@ def _scaled_force(folder: Path) -> list[object]:
     record = twin_record(load_axis("emps2015"))
     assert record.control is not None
     _write(folder / "log.csv", replace(record, force=1.1 * _GAIN * record.control))
+    return ["identify", "emps2015", "log.csv"]
+
+
+def _shifted_force(folder: Path) -> list[object]:
+    record = twin_record(load_axis("emps2015"))
+    assert record.control is not None
+    _write(folder / "log.csv", replace(record, force=_GAIN * record.control + 3.0))
     return ["identify", "emps2015", "log.csv"]
 
 
@@ -188,6 +195,13 @@ FAULTS: tuple[Fault, ...] = (
         r"would be 38\.66 N/V for 35\.15",
     ),
     Fault(
+        name="a force column with a constant error",
+        make=_shifted_force,
+        code=0,
+        says=r"FAIL force against control: the force column is \+3 \+- \S+ N beside what the "
+        r"drive's gain makes of the control",
+    ),
+    Fault(
         name="a control beyond the drive's limit",
         make=_beyond_the_limit,
         code=0,
@@ -236,7 +250,7 @@ MISUSES: tuple[Misuse, ...] = (
             methods="ddm-ls",
         ),
         error=EstimationError,
-        says=r'leave_out\(axis, "Fs"\) in Python',
+        says=r'leave it out: leave_out\(axis, "Fs"\)\.',
     ),
     Misuse(
         name="a place beyond the motion without a nominal value",

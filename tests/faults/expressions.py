@@ -21,8 +21,8 @@ from tests.faults.fault import Fault, Misuse
 AXIS = """\
 import sympy
 from sympy import Abs, Heaviside, Piecewise, sign
-from axisid import Coordinate, Drive, Parameter, newton
-from axisid.elements import stribeck, viscous
+from axisid import Coordinate, Parameter, newton
+from axisid.elements import Drive, stribeck, viscous
 
 q = Coordinate("q", unit="rad")
 J, F, b = Parameter("J", "kg m^2"), Parameter("F", "N m"), Parameter("b", "N m/(rad/s)")

@@ -371,7 +371,7 @@ def _ask() -> Iterator[Fault]:
         name="room for a twin",
         make=lambda _: ["identify", "emps2015", "--max-memory", "1"],
         code=2,
-        says="--max-memory describe a record",
+        says="--max-memory describes a record",
     )
     yield Fault(
         name="two ways to declare",

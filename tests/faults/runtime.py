@@ -73,7 +73,8 @@ def _virtual(_: Path, out: str) -> None:
 _PUBLISHED = """
 from dataclasses import replace
 
-from axisid import Drive, load_axis
+from axisid import load_axis
+from axisid.elements import Drive
 from axisid.control import cascade_pd
 
 axis = replace(

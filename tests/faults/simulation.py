@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,19 +11,15 @@ import pytest
 import sympy
 
 from axisid import (
-    Coordinate,
-    Drive,
     EstimationError,
-    Parameter,
     UsageError,
     build,
     load_axis,
-    newton,
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import cascade_pd
-from axisid.elements import coulomb, end_stop, viscous
+from axisid.elements import Drive, end_stop
+from tests.axes.bodies import stage, x
 from tests.faults.fault import Fault, Misuse
 
 # A carriage under a cascade, with resistances of its own; its experiment is a twin.
@@ -89,24 +86,10 @@ def _finds(folder: Path, _: str, *, methods: int = 4, **truth: float) -> None:
             assert found[name] == pytest.approx(value, rel=0.01), estimate["method"]
 
 
-_X = Coordinate("x", "m")
-
-
 def _carriage(*resistance: sympy.Expr, gain: float = 18.0) -> GeneratedAxis:
-    m, b, c = (
-        Parameter("m", "kg", nominal=6.0),
-        Parameter("b", "N/(m/s)", lower=0.0),
-        Parameter("c", "N"),
-    )
-    axis = newton(
-        "carriage",
-        coordinate=_X,
-        parameters=(m, b, c),
-        inertia=m,
-        resistance=(viscous(b, _X), coulomb(c, _X), *resistance),
-        drive=Drive(gain=gain, unit="A"),
-        control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
-    )
+    axis = stage(*resistance, name="carriage", drive=Drive(gain=gain, unit="A"))
+    bounded = (replace(p, lower=0.0) if p.name == "b" else p for p in axis.parameters)
+    axis = replace(axis, parameters=tuple(bounded))
     return build(axis, native=False)
 
 
@@ -186,7 +169,7 @@ MISUSES: tuple[Misuse, ...] = (
     ),
     Misuse(
         name="a contact that no step resolves",
-        call=_other(lambda: _carriage(end_stop(_X, lower=-1.0, upper=0.05, stiffness=1e14))),
+        call=_other(lambda: _carriage(end_stop(x, lower=-1.0, upper=0.05, stiffness=1e14))),
         error=EstimationError,
         says=r"too fast to follow at sample \d+ .*a contact is too stiff",
     ),

@@ -25,7 +25,7 @@ def _identified(axis: RandomAxis, file: Path) -> None:
     if objections or result.failed:
         return
     truth = record.provenance.truth
-    for name, value in result.judged.parameters.items():
+    for name, value in result.preferred.parameters.items():
         apart = abs(value.corrected - truth[name])
         if not apart <= max(_DEVIATIONS * value.deviation, _PERCENT / 100 * abs(truth[name])):
             raise WrongError(f"parameter: {name} is {value}, {truth[name]!r} in truth")

@@ -9,6 +9,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.signals import SampledFilter
 from axisid.support.arrays import relative_error_percent
 
 PUBLISHED = {
@@ -72,7 +73,7 @@ def test_simulated_loop_follows_the_machine(emps: GeneratedAxis, emps_record: Re
     assert emps_record.control is not None
     theta = np.array([95.1089, 203.5034, 20.3935, -3.1648])
     loop = simulate(emps, theta, emps_record.reference, 1e-3, start=emps_record.position[0])
-    q, dq, ddq = Prefilter(cutoff=100.0).motion(emps_record.position, 1e-3)
+    q, dq, ddq = SampledFilter(Prefilter(cutoff=100.0), 1e-3).motion(emps_record.position)
     force = emps.axis.drive.gain * emps_record.control
     pairs = [
         (loop.position, q, 0.002),

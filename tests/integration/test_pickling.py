@@ -48,6 +48,7 @@ from axisid.estimation import (
     Repair,
     Repairs,
     Robust,
+    SampledFilter,
     simulate_batch,
 )
 from axisid.estimation.diagnostics.control_law import check_law
@@ -114,6 +115,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "record": record,
         "masked record": dataclasses.replace(record, masked=((5, 9),)),
         "prefilter": FILTER,
+        "sampled filter": SampledFilter(FILTER, record.period),
         "repairs": Repairs(),
         "repair": Repair(kind="tail", count=1, text="a line left out at the end"),
         "identification": found,
@@ -146,7 +148,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 KINDS = (
     "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
-    "masked record,prefilter,repairs,repair,identification,estimate,value,diagnosis,verdict,"
+    "masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
     "error AxisidError,"

@@ -8,12 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.tables import Column, Samples, at_hand
+from axisid.estimation.tables import Column, Samples, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy
 
 from .dialect import Dialect, Line, is_comment, is_number
-from .tail import complete_rows
+from .tail import DROP_TAIL, complete_rows
 from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
 
 #: What the time stamps of each column have shown so far.
@@ -54,7 +55,7 @@ def text_columns(
         return _parse_slowly(source, rows, dialect, origins)
     origins = defaultdict(Seen) if origins is None else origins
     numbers = [number for number, _ in rows]
-    columns = {k: at_hand(v) for k, v in zip(numeric, values.T, strict=True)}
+    columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
         cells = [_plain(line, dialect)[k] for _, line in rows]
         columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
@@ -129,10 +130,12 @@ def _parse_slowly(
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
-            advice = f"Remove or mend the line{_or_tail(rows, number, dialect, whole=whole)}."
+            tail = _tail_hint(rows, number, dialect, whole=whole)
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). {advice}"
+                f"columns ({', '.join(dialect.names)}). ",
+                Remedy.of("Remove or mend the line", tail, "."),
+                code="broken-line",
             )
         for k, cell in enumerate(cells):
             if is_number(cell, comma=dialect.comma):
@@ -145,10 +148,10 @@ def _parse_slowly(
     for k in range(width):
         if k in stumbles:
             cells, row = [text[k] for text in texts], stumbles[k]
-            advice = _or_tail(rows, numbers[row], dialect, whole=whole)
+            advice = _tail_hint(rows, numbers[row], dialect, whole=whole)
             columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
         else:
-            columns[k] = at_hand(values[:, k])
+            columns[k] = loaded_column(values[:, k])
     return _named(dialect, columns)
 
 
@@ -160,7 +163,7 @@ def _of_text(
     cells: list[str],
     origins: Origins,
     row: int = 0,
-    advice: str = "",
+    advice: Remedy | None = None,
 ) -> Column:
     """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
     why = ""
@@ -170,19 +173,19 @@ def _of_text(
         except NoStampsError as error:
             row, why = error.row or row, error.why
         else:
-            return at_hand(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
+            return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
     where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
     return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
 
 
-def _or_tail(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> str:
+def _tail_hint(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:
     """More to do about a line that is one of the last, in a log that is read whole."""
     count = complete_rows(rows, dialect) if whole else len(rows)
     ends = count < len(rows) and number >= rows[count][0]
-    return ", or leave the end of the log out with --tail drop" if ends else ""
+    return Remedy.of(", or leave the end of the log out with ", DROP_TAIL) if ends else None
 
 
-def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
+def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samples:
     if why:
         raise DataError(
             f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
@@ -190,6 +193,7 @@ def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
         )
     raise DataError(
         f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
-        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
-        f"line, or choose another column{advice}."
+        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. ",
+        Remedy.of("Mend the cell, remove the line, or choose another column", advice, "."),
+        code="no-number",
     )

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.thresholds.logs import (
+    MAX_LAST_NUMBER_BEND,
+    MIN_NUMBERS_BEFORE_CUT,
+    MIN_NUMBERS_BEFORE_ENDED_CUT,
+)
+
 #: Rows above the last that are looked at.
 NEIGHBOURS = 400
-_FEWEST = 20  # of them; among fewer, digits are alike by chance
-_FEWEST_ENDED = 100  # the same where the last line has its end, as one that was cut off has not
-_FAR = 5.0  # times the largest bend among them
 _NUMBER = re.compile(r"[+-]?(?=\.?\d)(?P<whole>\d*)(?P<decimals>\.\d*)?(?P<power>[eE][+-]?\d+)?")
 
 
@@ -45,15 +48,16 @@ def cut_number(cells: Sequence[str], ends: Sequence[str], *, ended: bool) -> str
     """
     *above, last = map(_written, cells)
     known = [number for number in above if number is not None]
-    if last is None or len(known) < (_FEWEST_ENDED if ended else _FEWEST):
+    fewest = MIN_NUMBERS_BEFORE_ENDED_CUT if ended else MIN_NUMBERS_BEFORE_CUT
+    if last is None or len(known) < fewest.value:
         return ""
     if len({*ends[:-1]}) == 1 and not ends[0].isalnum() and ends[-1] != ends[0]:
         return f"the lines above end with {ends[0]!r}"
     if last.power < min(n.power for n in known) == max(n.power for n in known):
         return "the numbers above it have a longer exponent"
-    fewest = min(n.decimals for n in known)
-    if last.decimals < fewest == max(n.decimals for n in known):
-        return f"the numbers above it have {fewest - 1} decimals"
+    decimals = min(n.decimals for n in known)
+    if last.decimals < decimals == max(n.decimals for n in known):
+        return f"the numbers above it have {decimals - 1} decimals"
     return "" if ended else _by_value(last, known)
 
 
@@ -71,7 +75,7 @@ def _by_value(last: _Written, known: Sequence[_Written]) -> str:
         return f"every number above it has {fewest - 1} decimals or more"
     if not last.decimals and last.whole < digits:
         return f"every number above it has {digits} digits or more"
-    if abs(last.value - expected) > _FAR * bend:
+    if abs(last.value - expected) > MAX_LAST_NUMBER_BEND.value * bend:
         return f"the numbers above it lead to {expected:.6g}"
     return ""
 

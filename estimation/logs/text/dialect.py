@@ -9,6 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from axisid.estimation.tables import is_unit, split_labels
+from axisid.estimation.thresholds.logs import MIN_TABLE_ROW_SHARE
 from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp
@@ -17,7 +18,6 @@ from .time_stamps import is_stamp
 _SEPARATORS = (";", "\t", ",", "|", None)
 _SAMPLE = 400  # lines looked at
 _MOST_COLUMNS = 10_000
-_MOST = 0.9  # of the rows that the best reading makes a table of
 _COMMENTS = ("#", "%", "//")
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 #: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
@@ -176,7 +176,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
         # A comma that fits a header of several names is no decimal mark of one column.
         readings = [r for r in readings if r.width > 1 or not r.comma]
     most = max(reading.rows for reading in readings)
-    readings = [reading for reading in readings if reading.rows >= _MOST * most]
+    readings = [reading for reading in readings if reading.rows >= MIN_TABLE_ROW_SHARE.value * most]
     best = max(readings, key=lambda reading: reading.fit)  # the first of equals
     return best.separator, best.comma, best.width, best.first
 

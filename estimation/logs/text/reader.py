@@ -11,7 +11,9 @@ from itertools import chain, islice
 from pathlib import Path
 
 from axisid.estimation.tables import Repair, Table
+from axisid.estimation.thresholds.logs import MIN_ZERO_BYTE_SHARE
 from axisid.support.errors import DataError
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .columns import Origins, text_columns, without_comments
 from .dialect import Line, sniff
@@ -20,7 +22,6 @@ from .tail import complete_rows, cut_told, without_tail
 from .time_stamps import Seen
 from .twincat import is_twincat, read_twincat
 
-_NUL_SHARE = 0.3
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _PIECE = 1 << 20  # bytes
 _HEAD_LINES = 500  # more than what tells the dialect
@@ -53,21 +54,23 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         return replace(table, notes=(*table.notes, *_encoding_note(encoding)))
     notes = _encoding_note(encoding)
     if is_labview(lines):
-        lines, told = plain_lines(source, lines)
-        notes = (*told, *notes)
+        lines, more = plain_lines(source, lines)
+        notes = (*more, *notes)
     dialect = sniff(source, lines)
     body = without_comments(lines[dialect.first :])
     ended = text.endswith(("\n", "\r"))
     repairs: tuple[Repair, ...] = ()
+    doubts: tuple[Note, ...] = ()
     if drop_tail:
         body, repair = without_tail(body, dialect, ended=ended)
         repairs = (repair,)
     else:
-        notes += cut_told(body, dialect, ended=ended)
+        doubts = cut_told(body, dialect, ended=ended)
     return Table(
         source=source,
         columns=text_columns(source, body, dialect),
         notes=dialect.notes + notes,
+        doubts=doubts,
         repairs=repairs,
         incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect, ended=ended),
     )
@@ -99,7 +102,11 @@ def text_blocks(source: str, raw: io.RawIOBase, rows: int, encoding: str) -> Ite
         head = list(islice(numbered, max(_HEAD_LINES, rows)))
         if is_twincat(head) or is_labview(head):
             written = "an export of TwinCAT Scope" if is_twincat(head) else "a LabVIEW file"
-            raise DataError(f"{source} is {written}, which is read whole; leave --stream out.")
+            raise DataError(
+                f"{source} is {written}, which is read whole; ",
+                Remedy.of(Setting("stream", given=False), "."),
+                code="not-in-blocks",
+            )
         dialect = sniff(source, head)
         notes = dialect.notes + _encoding_note(encoding)
         lines = chain(head[dialect.first :], numbered)
@@ -126,7 +133,7 @@ def _lines(source: str, stream: io.TextIOWrapper) -> Iterator[str]:
         yield line
 
 
-def cut_end_told(file: Path) -> tuple[str, ...]:
+def cut_end_told(file: Path) -> tuple[Note, ...]:
     """What is said of a text file whose last row looks cut off inside its last number.
 
     For a file that is read in blocks: its beginning and its end alone are looked at.
@@ -195,7 +202,7 @@ def _utf16(head: bytes) -> str:
         return "utf-16"
     even, odd = head[:_LOOKED:2].count(0), head[1:_LOOKED:2].count(0)
     half = max(len(head[:_LOOKED]) / 2, 1)
-    if max(even, odd) / half <= _NUL_SHARE:
+    if max(even, odd) / half <= MIN_ZERO_BYTE_SHARE.value:
         return ""
     return "utf-16-le" if odd > even else "utf-16-be"
 
@@ -218,10 +225,7 @@ class NoTextError(DataError):
     """A file is no text in an encoding that is known."""
 
     def __init__(self, source: str) -> None:
-        super().__init__(source)
-        self.source = source
-
-    def __str__(self) -> str:
-        return (
-            f"{self.source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
+        super().__init__(
+            f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
         )
+        self.args = (source,)  # for pickle

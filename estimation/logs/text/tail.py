@@ -3,12 +3,15 @@
 import csv
 
 from axisid.estimation.tables import Repair
+from axisid.estimation.thresholds.logs import MAX_INCOMPLETE_LINES
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .cut_number import NEIGHBOURS, cut_number
 from .dialect import Dialect, Line, is_number
 from .time_stamps import is_stamp
 
-_LONGEST = 50  # lines; more is no end but another table
+#: Leaves out what is no row at the end.
+DROP_TAIL = Setting("tail", "drop")
 _SHOWN = 40  # characters
 
 
@@ -25,7 +28,7 @@ def complete_rows(rows: list[Line], dialect: Dialect, *, ended: bool = True) -> 
     kinds = [_kind(cell, dialect) for cell in _cells(rows[0][1], dialect)]
     early = _ends_early(rows, dialect) or bool(cut_in_number(rows, dialect, ended=ended))
     first = len(rows) - 1 if early else len(rows)
-    for count in range(first, max(len(rows) - _LONGEST, 1) - 1, -1):
+    for count in range(first, max(len(rows) - MAX_INCOMPLETE_LINES.value, 1) - 1, -1):
         cells = _cells(rows[count - 1][1], dialect)
         alike = len(cells) == len(kinds) and all(
             _kind(cell, dialect) == kind or not cell or kind == "text"
@@ -38,7 +41,7 @@ def complete_rows(rows: list[Line], dialect: Dialect, *, ended: bool = True) -> 
 
 def _ends_early(rows: list[Line], dialect: Dialect) -> bool:
     """Whether the last line lacks a cell that none of the lines before it lacks."""
-    *before, last = (_cells(line, dialect) for _, line in rows[-_LONGEST:])
+    *before, last = (_cells(line, dialect) for _, line in rows[-MAX_INCOMPLETE_LINES.value :])
     alike = [cells for cells in before if len(cells) == len(last)]
     return bool(alike) and any(
         not cell and all(others) for cell, *others in zip(last, *alike, strict=True)
@@ -59,17 +62,15 @@ def cut_in_number(rows: list[Line], dialect: Dialect, *, ended: bool) -> str:
 
 def cut_told(
     rows: list[Line], dialect: Dialect, *, ended: bool, numbered: bool = True
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """What is said of a last row that looks cut off inside its last number; empty for none."""
     why = cut_in_number(rows, dialect, ended=ended)
     if not why:
         return ()
     number, line = rows[-1]
     where = f"line {number}, the last," if numbered else "the last line"
-    return (
-        f"{where} looks cut off inside its last number, {_cells(line, dialect)[-1]!r}: {why}; "
-        "leave it out with --tail drop",
-    )
+    found = f"{where} looks cut off inside its last number, {_cells(line, dialect)[-1]!r}: {why}; "
+    return (Note(found, Remedy.of("leave it out with ", DROP_TAIL)),)
 
 
 def without_tail(

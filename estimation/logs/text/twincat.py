@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.tables import Column, Table, at_hand, numbered
+from axisid.estimation.tables import Column, Table, loaded_column, numbered
+from axisid.estimation.thresholds.logs import MAX_MISSING_END
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
@@ -31,7 +32,6 @@ _LABELS = frozenset(
     )
 )
 _SPAN = ("Starttime of export", "Endtime of export")  # units of 100 ns
-_SHORT = 0.02  # of that span, beyond which samples are missing at the end
 _HEAD = 80  # lines in which the heads are looked for
 _FILETIME = 1e15  # beyond it a time counts units of 100 ns
 _TICK = 1e-7
@@ -211,7 +211,7 @@ def _cut_short(heads: list[list[str]], clocks: list[Array]) -> list[str]:
     wanted = (int(end) - int(start)) * _TICK
     there = max(float(np.nanmax(c) - np.nanmin(c)) for c in clocks if np.isfinite(c).any())
     missing = wanted - there
-    if missing <= _SHORT * wanted:
+    if missing <= MAX_MISSING_END.value * wanted:
         return []
     return [f"its samples end {missing:.4g} s before the end that its head gives"]
 
@@ -230,4 +230,4 @@ def _column(name: str, channel: _Channel, values: list[Array], clock: Array) -> 
         samples, clock = samples[~left_out], clock[~left_out]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
-    return at_hand(samples, unit=channel.unit, clock=clock, label=channel.name, note=note)
+    return loaded_column(samples, unit=channel.unit, clock=clock, label=channel.name, note=note)

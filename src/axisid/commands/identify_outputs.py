@@ -27,11 +27,16 @@ def put_identification(
     from axisid.presentation.text import left_out_notes
     from axisid.presentation.views import as_blocks
     from axisid.support.errors import EstimationError, UsageError
+    from axisid.support.remedy import as_options
 
     with ProgressLine("judging the estimates"):
         validation = None if other is None else validate(result, other)
         written = None if json_file is None else result.to_dict(draws)
-        document = () if json_file == "-" else as_blocks(result, draws=draws, full=full)
+        document = (
+            ()
+            if json_file == "-"
+            else as_blocks(result, draws=draws, full=full, wording=as_options)
+        )
     refused: UsageError | None = None
     if json_file is not None and written is not None:
         added = {} if validation is None else {"validation": validation.to_dict()}
@@ -41,7 +46,7 @@ def put_identification(
             refused = error  # told after the result, which it must not cost
     if json_file == "-":
         for method, reason in result.skipped.items():
-            click.echo(f"axisid: without {method}: {reason}", err=True)
+            click.echo(f"axisid: without {method}: {reason.worded(as_options)}", err=True)
     else:
         print_document(document)
         if validation is not None:
@@ -56,4 +61,4 @@ def put_identification(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(left_out_notes(result.failed)))
+        raise EstimationError("; ".join(left_out_notes(result.failed, as_options)))

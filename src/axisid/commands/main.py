@@ -18,6 +18,8 @@ from typing import Any, NoReturn, TextIO
 import click
 
 from axisid.commands.options.completion import completion
+from axisid.support.errors import AxisidError
+from axisid.support.remedy import as_options
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results
@@ -96,11 +98,9 @@ def _failed(error: Exception) -> int:
         return _fail(_NO_MEMORY, _DATA)
     if isinstance(error, OSError):
         return _fail(_unusable(error), _USAGE)
-    # Only an error that speaks to the user carries an exit code.
-    known: int | None = getattr(error, "exit_code", None)
-    if known is not None:
-        headline = getattr(error, "headline", str(error))
-        return _fail(headline, known, getattr(error, "mistakes", ()))
+    if isinstance(error, AxisidError):
+        headline = getattr(error, "headline", error.worded(as_options))
+        return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
     if os.environ.get("AXISID_DEBUG"):
         raise error
     return _fail(_fault(error), 1)

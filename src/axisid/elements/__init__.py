@@ -1,9 +1,11 @@
-"""Friction and loads: what the inverse model of an axis is added up from.
+"""Friction, loads and drives: what an axis is put together from.
 
-In: a parameter and its coordinate. Out: an expression in `tau = inertia * ddq + resistances`.
-Knows nothing of the axis that they become part of.
+In: a parameter and its coordinate. Out: an expression in `tau = inertia * ddq + resistances`; a
+`Drive` makes `tau` of a control. Knows nothing of the axis that they become part of.
 """
 
+from axisid.modeling.declaration import DRIVE_GAIN as DRIVE_GAIN
+from axisid.modeling.declaration import Drive as Drive
 from axisid.modeling.declaration import asymmetric_coulomb as asymmetric_coulomb
 from axisid.modeling.declaration import asymmetric_viscous as asymmetric_viscous
 from axisid.modeling.declaration import cogging as cogging
@@ -20,4 +22,6 @@ from axisid.modeling.declaration import quadratic as quadratic
 from axisid.modeling.declaration import spring as spring
 from axisid.modeling.declaration import stribeck as stribeck
 from axisid.modeling.declaration import viscous as viscous
+from axisid.modeling.quantities import CONTROL as CONTROL
+from axisid.modeling.quantities import FORCE as FORCE
 from axisid.modeling.quantities import G as G

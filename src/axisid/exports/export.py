@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from axisid.codegen.lowering import FeedForward, feed_forward
-from axisid.estimation.estimates import COVARIANCE_LABELS, Value
+from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.estimation.identification import Identification
+from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
@@ -16,7 +17,7 @@ def export(
     result: Identification | SavedIdentification | str | Path,
     to: str = "c",
     *,
-    axis: str | Path | None = None,
+    axis: Axis | str | Path | None = None,
     method: str | None = None,
     dead_zone: float = 0.0,
 ) -> str:
@@ -29,8 +30,9 @@ def export(
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
         A row of `TARGETS`. The first three are functions from the motion to force and to control:
         C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
-    axis : str or Path, optional
-        The axis that was identified, as `load_axis` takes it; needed for a file.
+    axis : Axis, str or Path, optional
+        The axis that was identified, or what `load_axis` takes; needed for a file of an axis that
+        is none of the library.
     method : str, optional
         By default the one that the verdict judges (``idm-iv`` if there is one); JSON, CSV and LaTeX
         then hold all.
@@ -41,7 +43,8 @@ def export(
     Raises
     ------
     UsageError
-        There is no such target or method, or the axis is not the one that was identified.
+        There is no such target or method, or the axis is not known or not the one that was
+        identified.
     DataError
         The file is not the result of an identification.
     """
@@ -67,7 +70,7 @@ def _target(name: str) -> Target:
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
     axis, estimate = fitted.model.axis, fitted.values(method)
-    label = COVARIANCE_LABELS[next(iter(estimate.values())).chosen]
+    label = COVARIANCES[next(iter(estimate.values())).chosen].label
     origin = f" (sha256 {fitted.sha256})" if fitted.sha256 else ""
     about = (
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),

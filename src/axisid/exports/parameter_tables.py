@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Sequence
 
-from axisid.estimation.estimates import COVARIANCE_LABELS, Value
+from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import FittedAxis
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
@@ -129,7 +129,7 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
     values = [value for estimate in estimates for value in estimate.values()]
-    chosen = dict.fromkeys(COVARIANCE_LABELS[value.chosen] for value in values)
+    chosen = dict.fromkeys(COVARIANCES[value.chosen].label for value in values)
     lines = [
         f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
         rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",

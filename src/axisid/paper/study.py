@@ -31,7 +31,7 @@ from axisid.presentation.blocks import (
 )
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.json_text import json_text
-from axisid.support.progress import Progress, each
+from axisid.support.progress import Progress, with_progress
 
 #: The paper's two filters.
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
@@ -39,7 +39,7 @@ INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", r
 
 
 @cache
-def _published(kind: str) -> dict[int, dict[str, Any]]:
+def published_tables(kind: str) -> dict[int, dict[str, Any]]:
     """The paper's tables of a kind by their numbers: estimates, mapped or iterations."""
     text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
     return {table["number"]: table for table in tomllib.loads(text)[kind]}
@@ -61,7 +61,9 @@ def run_study(progress: Progress | None = None) -> Study:
     """Identify the twin of `emps2015` by every method under both filters."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
-    filters = each((APPROPRIATE, INAPPROPRIATE), progress, lambda f: f"filter of {f.cutoff:g} Hz")
+    filters = with_progress(
+        (APPROPRIATE, INAPPROPRIATE), progress, lambda f: f"filter of {f.cutoff:g} Hz"
+    )
     return Study(*(identify(axis, record, prefilter) for prefilter in filters))
 
 
@@ -89,21 +91,25 @@ def table_text(study: Study, number: int) -> str:
 def study_table(study: Study, number: int) -> Table:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
     for kind, written in (("mapped", _mapped), ("iterations", _iterations)):
-        if number in _published(kind):
-            return written(study, _published(kind)[number])
-    return _estimates(study, _published("estimates")[number])
+        if number in published_tables(kind):
+            return written(study, published_tables(kind)[number])
+    return _estimates(study, published_tables("estimates")[number])
 
 
 _NOTES = """\
 The twin's viscous friction comes out low because force and motion are paired as in the paper (hold
-raw): the force acts half a sample late. With hold zoh it comes within 1 % of the truth.
+raw): the force acts half a sample late. With hold zoh and the appropriate filter it comes within
+1 % of the truth.
 paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not by digit.
 rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:
 ||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures can be no
 other: on the same X no estimate has a smaller equation error than LS). The error of DDM-IV is
 taken against the measured acceleration, whose own noise the inappropriate filter lets through.
-Table 7: the twin's DDM-LS bias has the paper's sign (M too small), not its size; that depends on
-how the drive makes its velocity from the noisy position, which the paper does not say."""
+Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of rows,
+M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force and
+acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M = 54.9,
+theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, derivative, filter
+or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01, 2.32, 0.23."""
 
 
 #: What `write_study` writes, and of which kind it is.

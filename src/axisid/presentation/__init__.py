@@ -1,1 +1,5 @@
-"""How results look: text, page, figures, JSON. Nothing below imports it; see `views`."""
+"""How results look: text, page, figures, JSON.
+
+In: a result. Out: its document, dictionary, figures and cells of a notebook, by its row in `views`.
+Nothing below imports it.
+"""

@@ -1,6 +1,6 @@
 """How each result looks: in blocks, as plain data, in figures. One row for each type."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
@@ -10,19 +10,19 @@ from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
+    ResultComparison,
     SavedEstimate,
     SavedIdentification,
-    TwoResults,
     comparison_dict,
     estimate_dict,
     identification_dict,
     record_dict,
+    result_comparison_document,
     saved_document,
     saved_estimate_document,
     saved_plot,
     stream_dict,
     sweep_dict,
-    two_results_document,
     validation_dict,
 )
 from axisid.presentation.html import blocks_html
@@ -49,6 +49,7 @@ from axisid.presentation.text import (
     validation_document,
 )
 from axisid.support.errors import UsageError
+from axisid.support.remedy import Wording, as_arguments
 from axisid.support.shown import Shown
 
 if TYPE_CHECKING:
@@ -64,22 +65,41 @@ _OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot}
 
 
 @singledispatch
-def as_blocks(result: Shown, **how: Any) -> Document:
-    """A result as a document of blocks, which text, terminals and HTML are rendered from."""
-    del how
+def as_blocks(result: Shown, *, wording: Wording = as_arguments, **how: Any) -> Document:
+    """A result as a document of blocks, which text, terminals and HTML are rendered from.
+
+    Parameters
+    ----------
+    result : Shown
+    wording : callable
+        `as_arguments`, or `as_options` for the command line: how settings are told.
+    **how
+        As the result's `summary` takes it.
+    """
+    del wording, how
     raise UsageError(f"a {type(result).__name__} has no document of its own.")
 
 
+def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
+    """A document that tells no settings, or tells them as its file does."""
+
+    def blocks(result: Shown, *, wording: Wording = as_arguments, **how: Any) -> Document:
+        del wording
+        return document(result, **how)
+
+    return blocks
+
+
 as_blocks.register(Record, record_document)
-as_blocks.register(Estimate, estimate_document)
+as_blocks.register(Estimate, _settled(estimate_document))
 as_blocks.register(Identification, identification_document)
 as_blocks.register(Sweep, sweep_document)
 as_blocks.register(Comparison, comparison_document)
 as_blocks.register(Validation, validation_document)
 as_blocks.register(StreamedEstimate, stream_document)
-as_blocks.register(TwoResults, two_results_document)
+as_blocks.register(ResultComparison, _settled(result_comparison_document))
 as_blocks.register(SavedIdentification, saved_document)
-as_blocks.register(SavedEstimate, saved_estimate_document)
+as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
 
 
 @singledispatch
@@ -110,7 +130,7 @@ as_document.register(Sweep, sweep_dict)
 as_document.register(Comparison, comparison_dict)
 as_document.register(Validation, validation_dict)
 as_document.register(StreamedEstimate, stream_dict)
-as_document.register(TwoResults, TwoResults.to_dict)
+as_document.register(ResultComparison, ResultComparison.to_dict)
 as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
@@ -126,15 +146,15 @@ def _of_estimate(result: Estimate, what: str, method: str | None = None) -> "Fig
     if what not in _OF_ESTIMATE:
         raise _no_figure(result, what, _OF_ESTIMATE)
     _check_method(result, method, (result.method,))
-    return _drawn(drawable(_OF_ESTIMATE[what](result)))
+    return _drawn(drawable(_OF_ESTIMATE[what](result), what))
 
 
 def _of_identification(result: Identification, what: str, method: str | None = None) -> "Figure":
     if what == "record":
         return _drawn(record_plot(result))
-    estimate = result.judged if method is None else result[method]
+    estimate = result.preferred if method is None else result[method]
     if what in _OF_METHOD:
-        return _drawn(drawable(_OF_METHOD[what](result, estimate)))
+        return _drawn(drawable(_OF_METHOD[what](result, estimate), what))
     if what not in _OF_ESTIMATE:
         raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
     return figure_of(estimate, what)
@@ -149,11 +169,11 @@ def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
 
 def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> "Figure":
     _check_method(result, method, (result.method,))
-    return _drawn(drawable(saved_plot(result, what)))
+    return _drawn(drawable(saved_plot(result, what), what))
 
 
 def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> "Figure":
-    return figure_of(result.judged if method is None else result[method], what)
+    return figure_of(result.preferred if method is None else result[method], what)
 
 
 figure_of.register(SavedEstimate, _of_saved_estimate)

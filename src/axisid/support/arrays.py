@@ -5,6 +5,7 @@ the direct model.
 """
 
 import math
+from collections.abc import Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -43,3 +44,11 @@ def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ..
     """First place and the one after the last of each run of what is chosen, from `start` on."""
     edges = start + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def covered(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
+    """Which of so many places are in a span, from its first place to before its last, (size,)."""
+    inside = np.zeros(size, dtype=bool)
+    for start, stop in spans:
+        inside[start:stop] = True
+    return inside

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import DataError, UsageError
+from .remedy import Remedy, Setting
 
 GIGABYTE = 1e9
+#: How to read what memory cannot hold, the end of a sentence.
+IN_BLOCKS = Remedy.of("delimited text or Parquet in blocks (", Setting("stream"), ")")
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
 _LIMITS = (  # of a container
@@ -72,8 +75,15 @@ class Room:
         whose = "as much as it may" if self.given else "half of what there is"
         raise DataError(
             f"reading {self.source} would take more than {self.limit / GIGABYTE:.3g} GB of memory, "
-            f"{whose}. Read a piece of the log, read delimited text or Parquet in blocks "
-            "(--stream), or allow more (--max-memory GB; in Python max_memory, in bytes)."
+            f"{whose}. ",
+            Remedy.of(
+                "Read a piece of the log, read ",
+                IN_BLOCKS,
+                ", or allow more (",
+                Setting("max-memory", "GB"),
+                ").",
+            ),
+            code="memory",
         )
 
     def take_text(self, content: bytes) -> None:

@@ -9,7 +9,9 @@ T = TypeVar("T")
 Progress: TypeAlias = Callable[[int, int, str], None]
 
 
-def each(items: Iterable[T], progress: Progress | None, said: Callable[[T], str]) -> Iterator[T]:
+def with_progress(
+    items: Iterable[T], progress: Progress | None, said: Callable[[T], str]
+) -> Iterator[T]:
     """Items one by one, each announced before it is worked on.
 
     Parameters

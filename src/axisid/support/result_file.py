@@ -5,13 +5,21 @@ import stat
 from pathlib import Path
 
 from .errors import AxisidError
+from .remedy import Remedy, Setting
+
+#: How a result becomes a file.
+AS_WRITTEN = Remedy.of("written with ", Setting("json"))
+#: What to do about a file that is none.
+GIVE_RESULT = Remedy.of("Give a result of identify, ", AS_WRITTEN, ".")
+#: What to do about a file that was changed or cut off.
+WRITE_AGAIN = Remedy.of("Identify again; the result is ", AS_WRITTEN, ".")
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 #: What was opened by whoever started the program, and can be read to its end.
 _OPENED = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+")
 
 
-def read_result(file: Path, error: type[AxisidError], advice: str) -> bytes:
+def read_result(file: Path, error: type[AxisidError]) -> bytes:
     """The bytes of a file that has an end and the size of a result.
 
     Parameters
@@ -20,8 +28,6 @@ def read_result(file: Path, error: type[AxisidError], advice: str) -> bytes:
         A regular file, or what the program was given opened, as ``/dev/stdin`` is.
     error : type
         Of what is raised.
-    advice : str
-        A sentence on what to give instead.
 
     Raises
     ------
@@ -31,13 +37,13 @@ def read_result(file: Path, error: type[AxisidError], advice: str) -> bytes:
     try:
         kind = file.stat().st_mode
         if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
-            raise error(f"{file} cannot be read: it is {_kind(kind)}. {advice}")
+            raise error(f"{file} cannot be read: it is {_kind(kind)}. ", GIVE_RESULT)
         with file.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
     except OSError as refused:
         raise error(f"{file} cannot be read: {refused.strerror}. Check the path.") from refused
     if len(content) > _LARGEST:
-        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {advice}")
+        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. ", GIVE_RESULT)
     return content
 
 

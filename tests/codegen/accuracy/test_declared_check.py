@@ -9,36 +9,31 @@ import sympy
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from axisid import Axis, Constant, Coordinate, Drive, ModelError, Parameter, build, derive, newton
+from axisid import Axis, Constant, Coordinate, ModelError, Parameter, build, derive, newton
 from axisid.codegen.accuracy.declared_check import check_programs
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.axis_functions import axis_programs
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st
-from axisid.elements import coulomb, cubic_spring, stribeck, viscous
+from axisid.elements import Drive, coulomb, cubic_spring, stribeck, viscous
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities.constants import with_numbers
 from axisid.modeling.quantities.symbols import FORCE
+from tests.axes.bodies import rotor
+from tests.axes.bodies import turn as q
 from tests.codegen.lowering.test_feed_forward import TRIED, exported, in_python, in_st
 from tests.strategies.expressions import expressions
 
-q = Coordinate("q", unit="rad")
-M, b = Parameter("M", "kg m^2", nominal=1.0), Parameter("b", "N m/(rad/s)", nominal=0.5)
+b = Parameter("b", "N m/(rad/s)", nominal=0.5)
 F, k3 = Parameter("F", "N m", nominal=3.0), Parameter("k3", "N m", nominal=2.0)
 mu = Parameter("mu", "1", nominal=0.5)
 Q, DQ = q.symbol, q.velocity
 
 
 def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...], profile: float = 1) -> Axis:
-    return newton(
-        "stage",
-        coordinate=q,
-        parameters=(M, b, *parameters),
-        inertia=M,
-        resistance=(viscous(b, q), *resistance),
-        drive=Drive(gain=1.0, profile=profile),
-    )
+    drive = Drive(gain=1.0, profile=profile)
+    return rotor(viscous(b, q), *resistance, parameters=(b, *parameters), drive=drive)
 
 
 #: Where terms cancel if a power or an exponential is multiplied out, and motions to see it.
@@ -198,6 +193,7 @@ def derivable(axis: Axis) -> bool:
     return True
 
 
+@pytest.mark.slow
 @settings(
     max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
@@ -209,6 +205,7 @@ def test_any_declaration_has_its_force_in_every_target(declared: Axis, motion: M
         check(declared, values, motion, targets(declared, values, native=False))
 
 
+@pytest.mark.slow
 @settings(max_examples=5, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
 @given(declared=declarations(), motions=st.lists(st.tuples(PLACES, st.floats(0.1, 3)), min_size=9))
 def test_any_declaration_has_its_force_in_compiled_c(
@@ -270,5 +267,5 @@ def test_a_model_that_was_multiplied_out_is_refused(name: str) -> None:
         ("direct_dynamics", replace(model, acceleration=acceleration)),
     )
     for function, wrong in spoiled:
-        with pytest.raises(ModelError, match=f"^axis 'stage': the generated {function} gives"):
+        with pytest.raises(ModelError, match=f"^axis 'test': the generated {function} gives"):
             axis_artefacts(wrong)

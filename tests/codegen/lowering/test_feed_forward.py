@@ -12,7 +12,7 @@ import pytest
 import sympy
 from hypothesis import given, settings
 
-from axisid import Axis, Coordinate, Drive, Parameter, UsageError, build, derive, load_axis, newton
+from axisid import Axis, Coordinate, Parameter, UsageError, build, derive, load_axis, newton
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
@@ -22,11 +22,12 @@ from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
 from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
-from axisid.elements import coulomb, viscous
+from axisid.elements import Drive, coulomb, viscous
 from axisid.modeling.library import LIBRARY
+from tests.axes import bodies
+from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
-from tests.estimation.axes import AXES
 from tests.estimation.estimates.test_partially_linear import stribeck_axis
 from tests.strategies.expressions import expressions, operations
 
@@ -166,6 +167,7 @@ def as_export(force: Program) -> FeedForward:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(expression=expressions((X, Y)), x=VALUES, y=VALUES)
 def test_python_and_structured_text_have_the_value_of_any_expression(
@@ -268,16 +270,7 @@ def test_the_evaluator_of_structured_text_is_strict(text: str, reason: str) -> N
 
 
 def test_viscous_axis_without_limit_needs_no_helper() -> None:
-    q = Coordinate("q")
-    M, Fv = Parameter("M", "kg", nominal=1.0), Parameter("Fv", "N/(m/s)")
-    axis = newton(
-        "bare",
-        coordinate=q,
-        parameters=(M, Fv),
-        inertia=M,
-        resistance=(viscous(Fv, q),),
-        drive=Drive(gain=2.0),
-    )
+    axis = bodies.body(viscous(bodies.Fv, bodies.q), parameters=(bodies.Fv,), drive=Drive(gain=2.0))
     text = print_c99(exported(axis, np.ones(2)))
     assert "inline" not in text
     assert "SEL" not in print_st(exported(axis, np.ones(2)))

@@ -32,6 +32,7 @@ def run_program(program: Program, x: float, y: float) -> list[float]:
     return [float(v) for v in execute(text, "test")["f"](x, y).full().ravel()]
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(expression=expressions((X, Y)), x=FLOATS, y=FLOATS)
 def test_generated_text_has_the_value_of_the_expression(

@@ -1,14 +1,17 @@
 """Kinks and jumps over the position: which are found, and that the sides put together the whole."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Piecewise, cos, exp, pi, sign, sin, sqrt, tanh
 
-from axisid import Axis, Constant, Coordinate, Drive, Parameter, derive, newton
+from axisid import Constant, Coordinate, Parameter, derive
 from axisid.codegen.lowering.switching import Switching, switching
 from axisid.elements import coulomb, end_stop, viscous
 from axisid.modeling.quantities import with_numbers
+from tests.axes.bodies import rotor
 
 x = Coordinate("x", unit="rad")
 X, V = x.symbol, x.velocity
@@ -18,17 +21,11 @@ S = Constant(1.0, "s").symbol
 C, D = c.symbol, b.symbol
 
 
-def declared(*resistance: sympy.Expr) -> Axis:
-    used = set().union(*(term.free_symbols for term in resistance))
-    parameters = [p for p in (m, c, b) if p is m or p.symbol in used]
-    return newton(
-        "t", coordinate=x, parameters=parameters, inertia=m, resistance=resistance,
-        drive=Drive(gain=1.0),
-    )  # fmt: skip
+loaded = partial(rotor, coordinate=x, inertia=m, parameters=(c, b))
 
 
 def found(*resistance: sympy.Expr) -> Switching:
-    return switching(derive(declared(*resistance)))
+    return switching(derive(loaded(*resistance)))
 
 
 STOPS = end_stop(x, lower=-1.0, upper=2.0, stiffness=8e4)
@@ -91,7 +88,7 @@ def test_what_decides_by_the_position_is_a_switching_function(name: str) -> None
 @pytest.mark.parametrize("name", SWITCHED)
 def test_sides_put_together_the_acceleration(name: str) -> None:
     force, _ = SWITCHED[name]
-    axis = declared(force)
+    axis = loaded(force)
     whole, switched = derive(axis).acceleration, switching(derive(axis))
     values = {"m": 2.0, "c": 3.0, "b": 5.0, "tau": 0.7}
     rng = np.random.default_rng(1)

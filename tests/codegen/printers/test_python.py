@@ -9,13 +9,15 @@ import pytest
 import sympy
 from numpy.typing import NDArray
 
-from axisid import Coordinate, Drive, Parameter, load_axis, newton
+from axisid import Coordinate, Parameter, load_axis
 from axisid.codegen.lowering.program import Program
 from axisid.codegen.printers.c99 import print_c99
 from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.runtime.execute import execute
+from axisid.elements import Drive
 from axisid.modeling.library import LIBRARY
+from tests.axes.bodies import rotor, turn
 from tests.codegen.lowering.test_feed_forward import TRIED, as_export, exported, in_c, in_python
 from tests.codegen.lowering.test_lower import X, Y, program_of
 from tests.strategies.expressions import operations
@@ -145,16 +147,9 @@ def test_numbers_and_arrays_of_numpy_are_taken_as_they_come() -> None:
 
 
 def test_exponentials_beyond_a_double_are_infinite_or_nothing_as_in_c() -> None:
-    x = Coordinate("x", unit="rad")
-    J, F, v = Parameter("J", "kg m^2"), Parameter("F", "N m"), Parameter("v", "rad/s")
-    axis = newton(
-        "steep",
-        coordinate=x,
-        parameters=(J, F, v),
-        inertia=J,
-        resistance=(F * sympy.exp(x.symbol), F / (1 + sympy.exp(-x.velocity / v))),
-        drive=Drive(gain=1.0, limit=5.0),
-    )
+    q, F, v = turn, Parameter("F", "N m"), Parameter("v", "rad/s")
+    steep = (F * sympy.exp(q.symbol), F / (1 + sympy.exp(-q.velocity / v)))
+    axis = rotor(*steep, parameters=(F, v), drive=Drive(gain=1.0, limit=5.0))
     export = exported(axis, np.array([1.0, 1.0, 1e-3]))
     force, control = in_python(print_python(export), *export.functions).values()
     assert force(1e4, 0.0, 0.0) == math.inf
@@ -166,16 +161,9 @@ def test_exponentials_beyond_a_double_are_infinite_or_nothing_as_in_c() -> None:
     "name", ["any", "hasattr", "numpy", "math", "number", "function", "motion"]
 )
 def test_a_parameter_may_bear_any_name_that_the_text_uses(name: str) -> None:
-    x = Coordinate("a", unit="rad")
-    J, F = Parameter("J", "kg m^2"), Parameter(name, "N m")
-    axis = newton(
-        "named",
-        coordinate=x,
-        parameters=(J, F),
-        inertia=J,
-        resistance=(F * sympy.exp(x.symbol) / (2 + sympy.cos(x.symbol)),),
-        drive=Drive(gain=1.0),
-    )
+    x, F = Coordinate("a", unit="rad"), Parameter(name, "N m")
+    resistance = F * sympy.exp(x.symbol) / (2 + sympy.cos(x.symbol))
+    axis = rotor(resistance, coordinate=x, parameters=(F,), name="named")
     export = exported(axis, np.array([1.0, 3.0]))
     force = in_python(print_python(export), *export.functions)["named_feedforward"]
     wanted = 3 * math.exp(0.3) / (2 + math.cos(0.3)) + 2

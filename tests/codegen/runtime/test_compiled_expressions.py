@@ -28,6 +28,8 @@ from tests.codegen.lowering.test_feed_forward import as_export, in_python
 from tests.codegen.lowering.test_lower import X, Y, program_of
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
 
+pytestmark = pytest.mark.slow
+
 GRID = [(x, y) for x in SPECIAL for y in SPECIAL]
 Points = list[tuple[float, float]]
 Array = NDArray[np.float64]

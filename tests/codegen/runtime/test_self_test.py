@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Axis, Constant, Coordinate, Drive, Parameter, build, derive, newton
+from axisid import Axis, Constant, Parameter, build, derive
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings
 from axisid.codegen.runtime.compiler import find_compiler
@@ -14,9 +14,11 @@ from axisid.codegen.runtime.native import Native
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import cascade_pd
-from axisid.elements import coulomb, cubic_spring, end_stop, viscous
+from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
+from tests.axes.bodies import body, x
 
-x = Coordinate("x")
+pytestmark = pytest.mark.slow
+
 m, fv = Parameter("m", "kg", nominal=95.0), Parameter("fv", "N/(m/s)", nominal=200.0)
 fc, c = Parameter("fc", "N", nominal=20.0), Parameter("c", "N/m^12", nominal=1.0)
 k = Parameter("k", "N/m^3", nominal=1.0)
@@ -28,16 +30,9 @@ METRE, SECOND = Constant(1.0, "m"), Constant(1.0, "s")
 def declared(
     name: str, *resistance: sympy.Expr, law: object = SAMPLED, gain: float = 35.15
 ) -> Axis:
-    free = set().union(*(term.free_symbols for term in resistance))
-    return newton(
-        name,
-        coordinate=x,
-        parameters=(m, *(p for p in (fv, fc, c, k) if p.symbol in free)),
-        inertia=m,
-        resistance=resistance,
-        drive=Drive(gain=gain),
-        control=law,
-    )
+    parameters, drive = (fv, fc, c, k), Drive(gain=gain)
+    more = {"parameters": parameters, "drive": drive, "control": law}
+    return body(*resistance, coordinate=x, inertia=m, name=name, **more)
 
 
 # Faster than a millisecond somewhere about 1: what the plant or the loop does to rounding in a

@@ -109,8 +109,8 @@ def test_empty_files_and_large_ones(here: Path) -> None:
 def test_every_figure_of_a_result_is_known(emps2015: GeneratedAxis, twin: Record) -> None:
     swept = sweep(emps2015, twin, (30.0, 60.0))
     found = {
-        plot.name
+        name
         for method in ("idm-ls", "ddm-ls")
-        for plot in result_plots(identify(emps2015, twin, methods=method), swept)
+        for name in result_plots(identify(emps2015, twin, methods=method), swept)
     }
     assert found == {*NAMES}

@@ -43,6 +43,18 @@ def values(result: dict[str, Any]) -> list[float]:
     return [p["value"] for p in result["estimates"][0]["parameters"].values()]
 
 
+def test_a_column_whose_name_has_a_comma_is_quoted(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    named = {"t": columns["t"], "pos": columns["pos"], "volts, raw": columns["volts"]}
+    file = write(tmp_path / "comma.csv", named, german=True)
+    found = estimates(run, file, "--columns", 'time=t, position=pos,"control=volts, raw:V"')
+    assert found["record"]["columns"]["control"] == "volts, raw"
+    code, _, err = run("identify", "emps2015", file, "--columns", "time=t,control=volts, raw")
+    assert code == 2
+    assert "quote a pair whose name has a comma" in " ".join(err.split())
+
+
 def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:

@@ -38,7 +38,7 @@ def test_wrong_time_fails_the_law_check(
     check = check_law(emps2015, at_other_speed(twin, factor))
     assert isinstance(check, LawCheck)
     assert not check.passed
-    assert "check the time column and its unit" in check.meaning
+    assert "check the time column" in str(check.note)
 
 
 def test_sample_period_must_be_that_of_the_time_column(twin: Record) -> None:
@@ -67,8 +67,8 @@ def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twi
     assert twin.control is not None
     flipped = replace(twin, control=-twin.control)
     text = " ".join(compare(friction_ladder(load_axis("emps2015")), flipped).summary().split())
-    assert "Believe nothing before this is mended: the recorded control is not" in text
-    assert "is not within [0, inf]" in text
+    assert "Believe nothing" in text
+    assert "is outside its bounds [0, inf]" in text
     swept = sweep(emps2015, flipped, (40.0, 80.0), methods=["idm-ls"]).summary()
     assert "believe nothing before this is mended" in swept
     assert "believe nothing" not in sweep(emps2015, twin, (40.0,), methods=["idm-ls"]).summary()

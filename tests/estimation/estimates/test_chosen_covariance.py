@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from axisid import Record, UsageError, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.instruments import endogeneity_of
+from axisid.estimation.diagnostics.instruments import Endogeneity, endogeneity_of
 
 
 @pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])
@@ -39,8 +39,8 @@ def test_endogeneity_is_tested_under_it(emps2015: GeneratedAxis, twin: Record) -
         chosen: endogeneity_of(identify(emps2015, twin, covariance=chosen)["idm-iv"])  # type: ignore[arg-type]
         for chosen in ("hac", "iid")
     }
-    assert found["hac"] is not None
-    assert found["iid"] is not None
+    assert isinstance(found["hac"], Endogeneity)
+    assert isinstance(found["iid"], Endogeneity)
     assert found["hac"].statistic != pytest.approx(found["iid"].statistic, rel=0.1)
 
 

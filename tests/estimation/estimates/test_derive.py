@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,15 +10,19 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import EstimationError, Parameter, UsageError, identify, load_axis, twin_record
+from axisid import EstimationError, Parameter, UsageError, build, identify, load_axis, twin_record
 from axisid.estimation.estimates.estimate import Estimate
 
-RESULT = identify(load_axis("emps2015"), twin_record(load_axis("emps2015")))
+
+@cache
+def fitted() -> Estimate:
+    axis = build(load_axis("emps2015"))
+    return identify(axis, twin_record(axis))["idm-ls"]
 
 
 @pytest.fixture(scope="module")
 def estimate() -> Estimate:
-    return RESULT["idm-ls"]
+    return fitted()
 
 
 def test_time_constant_is_the_closed_form(estimate: Estimate) -> None:
@@ -156,7 +161,7 @@ def test_any_text_gives_a_value_or_a_sentence(text: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            RESULT["idm-ls"].derive(text)
+            fitted().derive(text)
         except (UsageError, EstimationError) as error:
             assert str(error).endswith((".", ")")) or "cannot be read" in str(error)
 

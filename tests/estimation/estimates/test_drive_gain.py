@@ -7,8 +7,6 @@ import pytest
 
 from axisid import (
     Constant,
-    Coordinate,
-    Drive,
     Experiment,
     ModelError,
     Parameter,
@@ -17,13 +15,14 @@ from axisid import (
     build,
     identify,
     load_axis,
-    newton,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
-from axisid.elements import viscous
+from axisid.elements import Drive, viscous
 from axisid.estimation.estimates.estimate import Estimate
+from tests.axes.bodies import body, m, x
+from tests.axes.drives import BRAKE, braked
 
 SD = 0.005
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
@@ -54,6 +53,26 @@ def test_it_is_what_another_gain_does_to_the_estimate(emps2015: GeneratedAxis, m
     for i, value in enumerate(mid.ddm_parameters.values()):
         moved = (high.theta_ddm[i] - low.theta_ddm[i]) / (2 * step)
         assert value.sd_gain == pytest.approx(SD * abs(moved), rel=1e-2, abs=1e-6 * value.value)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_drive_that_is_no_gain_alone_is_asked_for_its_force_by_another_gain(
+    emps2015: GeneratedAxis, method: str
+) -> None:
+    """The braking of the motor keeps its size, so that friction takes what the gain leaves."""
+    axis, step = emps2015.declared, 1e-3
+    record = twin_record(build(braked(axis)), seed=3)
+    low, mid, high = (
+        identify(build(braked(axis, scale=scale, relative_sd=0.01)), record, methods=[method])
+        for scale in (1 - step, 1.0, 1 + step)
+    )
+    estimate = mid[method]
+    for name, value in estimate.parameters.items():
+        ends = [found[method].parameters[name].value for found in (low, high)]
+        slope = abs(ends[1] - ends[0]) / (2 * step)
+        assert value.sd_gain == pytest.approx(0.01 * slope, rel=2e-3, abs=1e-3)
+    friction = estimate.parameters["Fv"]
+    assert friction.sd_gain == pytest.approx(0.01 * (friction.value + BRAKE), rel=2e-3)
 
 
 def test_it_is_in_no_other_figure(emps2015: GeneratedAxis) -> None:
@@ -92,14 +111,12 @@ def test_generated_code_does_not_depend_on_it() -> None:
 @pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-ls"])
 def test_known_terms_keep_their_size_and_the_others_take_what_is_left(method: str) -> None:
     """With 2 kg known, 1 % of gain moves the unknown 5 kg by 0.07 kg, not by 0.05."""
-    x = Coordinate("x")
-    m, b = Parameter("m", "kg", nominal=5.0), Parameter("b", "N/(m/s)", nominal=20.0)
-    axis = newton(
-        "half_known",
+    b = Parameter("b", "N/(m/s)", nominal=20.0)
+    axis = body(
+        viscous(b, x),
         coordinate=x,
-        parameters=(m, b),
         inertia=m + Constant(2.0, "kg"),
-        resistance=(viscous(b, x),),
+        parameters=(m, b),
         drive=Drive(gain=18.0, relative_sd=0.01),
         control=cascade_pd(kp=50.0, kv=60.0, period=1e-3),
         experiment=Experiment(

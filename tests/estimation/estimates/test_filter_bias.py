@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify, load_axis, sweep, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.estimates import METHODS
+from axisid.estimation.estimates import METHODS, Value
 
 KEPT = Prefilter(reversals="keep")  # where the filter moves estimates most
 
@@ -94,3 +94,17 @@ def test_force_column_and_partially_known_models_are_taken_alike(twin: Record) -
 def test_sweep_recommends_where_it_is_small(emps2015: GeneratedAxis, twin: Record) -> None:
     result = sweep(emps2015, twin, (20.0, 40.0, 80.0, 160.0), methods=["idm-ls", "idm-iv"])
     assert "prefilter's own bias" in result.reason
+
+
+@pytest.mark.parametrize(
+    ("bias", "shown"), [(0.6, True), (0.4, False), (0.0, False), (None, False)]
+)
+def test_a_printed_value_says_what_its_interval_is_about_where_that_is_not_the_value(
+    bias: float | None, *, shown: bool
+) -> None:
+    value = Value(
+        value=10.0, unit="kg", deviations={"hac": 1.0}, interval=(7.4, 11.4), filter_bias=bias
+    )
+    assert ("(9.4 without filter bias)" in str(value)) is shown
+    assert str(value).startswith("10 +- 1 kg")
+    assert str(value).endswith("95 %: 7.4 to 11.4 kg")

@@ -8,8 +8,10 @@ import pytest
 from axisid import EstimationError, Record, build, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.simulation import following
-from axisid.estimation.estimates.estimate import STILL, Estimate
-from axisid.estimation.estimates.pace import NEAR, Pace
+from axisid.estimation.estimates.estimate import Estimate, NotSimulated
+from axisid.estimation.thresholds.estimates import CONVERGED, NEARLY_CONVERGED
+from axisid.support.missing import Missing
+from axisid.support.remedy import Setting
 
 SAMPLES = 5000
 
@@ -52,15 +54,15 @@ def test_a_white_reference_lets_the_instruments_end(
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
     last, before = (estimate.iterates[k].physical for k in (-1, -2))
     moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariance))
-    assert moved.max() <= 2 * STILL
-    assert not any("jumps with the parameters" in remark for remark in estimate.remarks)
+    assert moved.max() <= 2 * CONVERGED.value
+    assert not any("jumps with the parameters" in remark.text for remark in estimate.remarks)
 
 
 def test_a_loop_that_jumps_ends_near_and_says_so() -> None:
     axis, record = white("rotary_table", 1e-2, 1, noisy=True)
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
-    (told,) = (r for r in estimate.remarks if "jumps with the parameters" in r)
-    assert float(told.split("ends ")[1].split()[0]) <= NEAR
+    (told,) = (r.text for r in estimate.remarks if "jumps with the parameters" in r.text)
+    assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED.value
 
 
 def test_both_forms_end_at_the_same_estimate() -> None:
@@ -68,34 +70,6 @@ def test_both_forms_end_at_the_same_estimate() -> None:
     result = identify(replace(axis.axis, name="linear_motor"), record)
     checks = {c.name: c.status for c in result.verdict}
     assert checks["self-test"] in ("pass", "not evaluated")
-
-
-@pytest.mark.parametrize("slope", [-0.9, -1.0, -1.5, -2.5])
-def test_pace_comes_to_rest_where_whole_steps_swing(slope: float) -> None:
-    """The next estimate is a line through the fixed point at 1."""
-    pace, at, one = Pace(), np.array([5.0]), np.ones(1)
-    for _ in range(20):
-        goal = 1.0 + slope * (at - 1.0)
-        if pace.step(at, goal, one) <= STILL:
-            break
-        at = at + pace.share * (goal - at)
-    assert at == pytest.approx(1.0, abs=2 * STILL)
-
-
-def test_pace_takes_whole_steps_where_they_do() -> None:
-    pace, at, one = Pace(), np.array([5.0]), np.ones(1)
-    for _ in range(8):
-        goal = 1.0 - 0.3 * (at - 1.0)
-        pace.step(at, goal, one)
-        at = goal
-    assert pace.share == 1.0
-
-
-def test_pace_without_noise_counts_digits() -> None:
-    pace = Pace()
-    assert pace.step(np.array([1.0, 0.0]), np.array([1.0, 0.0]), np.zeros(2)) == 0.0
-    assert pace.step(np.ones(1), 1 + 1e-10 * np.ones(1), np.zeros(1)) <= STILL
-    assert pace.step(np.ones(1), 1 + 1e-6 * np.ones(1), np.zeros(1)) > STILL
 
 
 @pytest.fixture(scope="module")
@@ -106,12 +80,15 @@ def fitted() -> Estimate:
 
 def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) -> None:
     lost = replace(
-        fitted, simulated=None, simulation_error_percent=None, not_simulated="it is too stiff."
+        fitted,
+        simulated=NotSimulated("it is too stiff.", by_estimate=True),
+        simulation_error_percent=None,
     )
     check = following(lost, 0.0)
     assert check.status == "fail"
     assert check.meaning.endswith("recorded can: it is too stiff")
-    assert following(replace(lost, not_simulated=""), 0.0).status == "not evaluated"
+    untried = following(replace(lost, simulated=NotSimulated("it has no law")), 0.0)
+    assert untried == Missing("the closed loop could not be simulated")
 
 
 def test_estimates_without_inertia_fail_the_simulation() -> None:
@@ -144,4 +121,5 @@ def test_following_says_how_closely(fitted: Estimate, error: float, said: str) -
 def test_rests_are_blamed_before_the_law(fitted: Estimate) -> None:
     check = following(replace(fitted, simulation_error_percent=300.0), 0.6)
     assert "the axis rests in 60 % of the samples" in check.meaning
-    assert "--reversals leave-out" in check.meaning
+    assert check.remedy is not None
+    assert check.remedy.settings == (Setting("reversals", "leave-out"),)

@@ -32,7 +32,7 @@ def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record
     result = identify(emps2015, twin, Prefilter())
     assert list(result) == [*METHODS]
     alone = identify(emps2015, twin, Prefilter(), NAME)
-    assert alone.judged.method == NAME
+    assert alone.preferred.method == NAME
     for each in (result, alone):
         written = json.loads(json.dumps(each.to_dict()))
         assert NAME in [e["method"] for e in written["estimates"]]
@@ -51,6 +51,8 @@ def test_what_the_recipe_estimates_is_that_of_statsmodels(
     robust = weighted.get_robustcov_results("HC1").cov_params()
     assert found.physical == pytest.approx(weighted.params, rel=1e-9)
     assert found.covariances["robust"] == pytest.approx(robust, rel=1e-6)
+    ratio = np.sqrt(np.diag(found.covariances["robust"]) / np.diag(found.covariances["iid"]))
+    assert np.all((ratio > 0.5) & (ratio < 2)), "of one size, whatever the unit of the weights"
 
 
 def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:

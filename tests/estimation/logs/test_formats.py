@@ -66,10 +66,11 @@ def run(folder: Path, *lines: str) -> subprocess.CompletedProcess[str]:
 def test_one_file_and_one_row_add_a_format_to_the_command(
     folder: Path, emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    for log in ("log.daq", "log.daq.gz"):
-        done = run(folder, f"identify emps2015 {log} --method idm-ls --json -")
-        (estimate,) = json.loads(done.stdout)["estimates"]
-        wanted = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"].parameters
+    logs = ("log.daq", "log.daq.gz")
+    run(folder, *(f"identify emps2015 {log} --method idm-ls --json {log}.json" for log in logs))
+    wanted = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"].parameters
+    for log in logs:
+        (estimate,) = json.loads((folder / f"{log}.json").read_text())["estimates"]
         for name, parameter in estimate["parameters"].items():
             assert parameter["value"] == pytest.approx(wanted[name].value, rel=1e-9)
 

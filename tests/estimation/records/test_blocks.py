@@ -24,6 +24,7 @@ def check_agreement(file: Path, columns: dict[str, str], rows: int = 37) -> None
         joined = np.concatenate([block[role] for block in read])
         assert joined == pytest.approx(record.channels()[role], rel=1e-12, abs=1e-12)
     assert blocks.provenance().assumed == record.provenance.assumed
+    assert blocks.provenance().doubts == record.provenance.doubts
 
 
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])

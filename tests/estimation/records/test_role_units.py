@@ -8,12 +8,9 @@ import pytest
 
 from axisid import DataError, UsageError, load_axis, read_record
 from axisid.estimation.records.role_units import modulus_si
-from axisid.estimation.tables.unit_labels import known_unit, split_label, split_labels
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.declaration.drive import Drive
-from axisid.modeling.declaration.newton import newton
-from axisid.modeling.quantities.symbols import Coordinate, Parameter
-from axisid.modeling.quantities.units import parse_unit
+from tests.axes.bodies import rotor
 
 N = 20
 TIME = np.arange(N) * 1e-3
@@ -22,82 +19,7 @@ VALUES = np.sin(np.arange(N))
 
 @pytest.fixture(scope="module")
 def rotary() -> Axis:
-    q, J = Coordinate("q", unit="rad"), Parameter("J", "kg m^2", nominal=1.0)
-    drive = Drive(gain=2.0, unit="A")
-    return newton("motor", coordinate=q, parameters=(J,), inertia=J, resistance=(), drive=drive)
-
-
-@pytest.mark.parametrize(
-    ("text", "factor", "coherent"),
-    [
-        ("mm", 1e-3, "m"),
-        ("um", 1e-6, "m"),
-        ("\u00b5m", 1e-6, "m"),
-        ("Millimeter", 1e-3, "m"),
-        ("inch", 0.0254, "m"),
-        ("deg", math.pi / 180, "rad"),
-        ("\u00b0", math.pi / 180, "rad"),
-        ("rev", 2 * math.pi, "rad"),
-        ("arcsec", math.pi / 648000, "rad"),
-        ("rpm", math.pi / 30, "rad/s"),
-        ("ms", 1e-3, "s"),
-        ("us", 1e-6, "s"),
-        ("mA", 1e-3, "A"),
-        ("mV", 1e-3, "V"),
-        ("kN", 1e3, "N"),
-        ("Ncm", 1e-2, "N m"),
-        ("N\u00b7m", 1.0, "N m"),
-        ("N*m", 1.0, "N m"),
-        ("mN m", 1e-3, "N m"),
-        ("m/s", 1.0, "m/s"),
-    ],
-)
-def test_factors(text: str, factor: float, coherent: str) -> None:
-    found = known_unit(text)
-    assert found is not None
-    assert found[0] == pytest.approx(factor, rel=1e-15)
-    assert found[1].same_dimension(parse_unit(coherent))
-
-
-def test_newton_metre_and_nanometre_are_told_apart() -> None:
-    torque, length = known_unit("Nm"), known_unit("nm")
-    assert torque is not None
-    assert length is not None
-    assert torque[0] == 1.0
-    assert length[0] == 1e-9
-    assert not torque[1].same_dimension(length[1])
-
-
-def test_names_that_differ_by_their_units_only_stay_as_written() -> None:
-    labels = ["t [s]", "angle [deg]", "angle [rad]"]
-    assert split_labels(labels) == [("t", "s"), ("angle [deg]", "deg"), ("angle [rad]", "rad")]
-
-
-@pytest.mark.parametrize("text", ["counts", "Hz", "NM", "MM", "", "deg/", "m m m m m m m" * 20])
-def test_unknown_units_are_not_guessed(text: str) -> None:
-    assert known_unit(text) is None
-
-
-@pytest.mark.parametrize(
-    ("label", "name", "unit"),
-    [
-        ("position [mm]", "position", "mm"),
-        ("vel (rad/s)", "vel", "rad/s"),
-        ("t / s", "t", "s"),
-        ("q[1]", "q[1]", ""),
-        ("axis/s", "axis/s", ""),
-        ("torque (actual)", "torque (actual)", ""),
-        ("position [inc]", "position", "inc"),
-        ("position[%In]", "position", "%In"),
-        ("position (Counts)", "position", "Counts"),
-        ("slip [-]", "slip", ""),
-        ("[mm]", "[mm]", ""),
-    ],
-)
-def test_units_known_or_in_square_brackets_are_cut_from_a_name(
-    label: str, name: str, unit: str
-) -> None:
-    assert split_label(label) == (name, unit)
+    return rotor(name="motor", drive=Drive(gain=2.0, unit="A"))
 
 
 def test_units_come_from_the_user_over_those_of_the_file(rotary: Axis) -> None:

@@ -7,6 +7,7 @@ from axisid import Record, identify, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.records.spikes import spikes
+from axisid.support.remedy import Setting
 
 
 @pytest.mark.parametrize("noise", [None, 0.0])
@@ -44,14 +45,16 @@ def test_spikes_are_found_with_their_size(twin: Record, width: int, size: float)
 def test_spikes_are_told_with_row_time_and_a_way_out(emps2015: GeneratedAxis, twin: Record) -> None:
     columns = {role: values.copy() for role, values in twin.channels().items()}
     columns["position"][[500, 1500, 2500, 4130]] += [0.001, 0.002, 0.003, 0.004]
-    (told,) = (s for s in read_record(columns, emps2015).provenance.assumed if "its course" in s)
+    (note,) = read_record(columns, emps2015).provenance.doubts
+    told = note.text
     assert told.startswith("the position leaves its course for a moment, by +0.00")
     assert "m in data row 4131 at 4.13 s, by +0.00" in told
     assert "and 1 more times" in told
-    assert "empty such cells and add --resample auto" in told
+    assert note.remedy is not None
+    assert note.remedy.settings == (Setting("resample", "auto"),)
     columns["position"][[500, 1500, 2500, 4130]] = np.nan
     mended = read_record(columns, emps2015, repairs=Repairs(resample="auto"))
-    assert not any("its course" in said for said in mended.provenance.assumed)
+    assert mended.provenance.doubts == ()
     found = identify(emps2015, mended, methods=["idm-ls"])["idm-ls"].physical
     right = identify(emps2015, twin, methods=["idm-ls"])["idm-ls"].physical
     assert found == pytest.approx(right, rel=2e-3)
@@ -62,9 +65,9 @@ def test_row_is_not_named_where_empty_rows_were_left_out(twin: Record) -> None:
     columns["position"][4130] += 0.004
     columns["position"][7] = np.nan
     record = read_record(columns, repairs=Repairs(resample="auto"))
-    (told,) = (said for said in record.provenance.assumed if "its course" in said)
-    assert "m or rad at 4.13 s:" in told
-    assert "data row" not in told
+    (told,) = record.provenance.doubts
+    assert "m or rad at 4.13 s:" in told.text
+    assert "data row" not in told.text
 
 
 def test_largest_residual_is_located(emps2015: GeneratedAxis, twin: Record) -> None:

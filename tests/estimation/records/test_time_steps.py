@@ -1,5 +1,6 @@
 """What is said of times that are not even: jitter, gaps, clocks that jump or drift, few digits."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.records.blocks import extent
+from axisid.support.remedy import as_options
 
 N = 2000
 PERIOD = 1e-3
@@ -26,28 +28,37 @@ def stepped(seconds: float) -> np.ndarray:
     return time
 
 
+def asked(error: DataError) -> list[str]:
+    """What the remedy of an error about uneven time speaks of, by the names of the settings."""
+    assert error.code == "uneven-time"
+    assert error.remedy is not None
+    return [setting.name for setting in error.remedy.settings]
+
+
 def test_period_that_drifts_is_refused_and_may_be_resampled() -> None:
     drifting = np.cumsum(np.linspace(0.8e-3, 1.2e-3, N))
     wavy = log(drifting, position=np.sin(30 * drifting), control=np.cos(30 * drifting))
-    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms .*--resample auto"):
+    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
         read_record(wavy)
-    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms .*leave --stream out"):
+    assert asked(refused.value) == ["resample"]
+    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
         extent("log", [{r: v[k : k + 700] for r, v in wavy.items()} for k in (0, 700, 1400)], None)
+    assert asked(refused.value) == ["stream"]
     record = read_record(wavy, repairs=Repairs(resample="auto"))
     assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
 
 
 def test_slight_drift_is_told_and_jitter_is_no_drift(rng: np.random.Generator) -> None:
     slight = np.cumsum(np.linspace(0.99e-3, 1.01e-3, N))
-    told = read_record(log(slight)).provenance.assumed
-    assert any("drifts from 0.99" in said and "--resample auto" in said for said in told)
+    (told,) = read_record(log(slight)).provenance.doubts
+    assert "drifts from 0.99" in told.text
+    assert "resample" in str(told.remedy)
     for jitter in (0.01, 0.05, 0.16):
         shaken = TIME + PERIOD * rng.uniform(-jitter, jitter, N)
-        told = read_record(log(shaken)).provenance.assumed
-        assert not any("drifts" in said for said in told)
-    assert read_record(log(TIME)).provenance.assumed == (
-        read_record(log(TIME + 5)).provenance.assumed
-    )
+        told = read_record(log(shaken)).provenance.doubts
+        assert not any("drifts" in said.text for said in told)
+    assert read_record(log(TIME)).provenance.doubts == ()
+    assert read_record(log(TIME + 5)).provenance.doubts == ()
 
 
 def test_drift_is_that_of_each_segment() -> None:
@@ -82,8 +93,10 @@ def test_drift_is_that_of_each_segment() -> None:
     ],
 )
 def test_advice_is_what_helps(time: np.ndarray, advice: str) -> None:
-    with pytest.raises(DataError, match=advice):
+    with pytest.raises(DataError) as refused:
         read_record(log(time))
+    assert refused.value.code in ("uneven-time", "backward-time")
+    assert re.search(advice, refused.value.worded(as_options))
 
 
 @pytest.mark.parametrize(
@@ -126,11 +139,11 @@ def test_clock_that_was_set_back_among_empty_cells() -> None:
 def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
     from axisid.estimation.records.reading import _record
     from axisid.estimation.records.roles import Chosen
-    from axisid.estimation.tables.table import Table, at_hand
+    from axisid.estimation.tables.table import Table, loaded_column
 
     columns = {
-        "position": at_hand(np.sin(TIME), clock=stepped(-0.5)),
-        "control": at_hand(np.cos(TIME), clock=TIME),
+        "position": loaded_column(np.sin(TIME), clock=stepped(-0.5)),
+        "control": loaded_column(np.cos(TIME), clock=TIME),
     }
     table = Table(source="log", columns=columns)
     chosen = Chosen(table, None, {})
@@ -140,16 +153,14 @@ def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
 
 
 def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
-    for rows, advice in (
-        (slice(500, 540), "--resample auto --gaps split"),
-        ([3, 700], "--resample"),
-    ):
+    for rows, settings in ((slice(500, 540), ["resample", "gaps"]), ([3, 700], ["resample"])):
         columns = log(TIME)
         columns["position"][rows] = np.nan
-        with pytest.raises(DataError, match=advice) as refused:
+        with pytest.raises(DataError) as refused:
             read_record(columns)
-        split = "--gaps split" in str(refused.value)
-        assert split == ("--gaps" in advice)
+        assert refused.value.remedy is not None
+        assert [each.name for each in refused.value.remedy.settings] == settings
+        split = "gaps" in settings
         record = read_record(
             columns, repairs=Repairs(resample="auto", gaps="split" if split else None)
         )
@@ -158,11 +169,13 @@ def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
 
 def test_jitter_with_gaps_is_resampled_and_cut(rng: np.random.Generator) -> None:
     shaken = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
-    with pytest.raises(DataError, match=r"That is jitter, no gaps: .*evenly \(--resample auto\)"):
+    with pytest.raises(DataError, match="That is jitter, no gaps") as refused:
         read_record(log(shaken))
+    assert asked(refused.value) == ["resample"]
     shaken[1000:] += 0.1
-    with pytest.raises(DataError, match=r"jitter.*\(--resample auto --gaps split\)"):
+    with pytest.raises(DataError, match="jitter") as refused:
         read_record(log(shaken))
+    assert asked(refused.value) == ["resample", "gaps"]
 
 
 def test_coarse_stamps_are_counted_by_a_given_period_that_is_theirs() -> None:

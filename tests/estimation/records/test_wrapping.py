@@ -105,8 +105,10 @@ def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
 
 @pytest.mark.parametrize("wrap", ["400:deg", "361:deg", "6.29", "7"])
 def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
-    with pytest.raises(DataError, match=r"position still jumps by \S+( deg)? .*--wrap 360:deg"):
+    with pytest.raises(DataError, match=r"position still jumps by \S+( deg)? ") as refused:
         read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+    assert refused.value.code == "other-modulus"
+    assert "360:deg" in str(refused.value.remedy)
 
 
 @pytest.mark.parametrize("wrap", ["360", "1000:deg"])
@@ -116,12 +118,15 @@ def test_modulus_that_undoes_no_jump_is_refused(wrap: str) -> None:
 
 
 def test_wrapped_position_is_recognised_unasked() -> None:
-    for turn, advice in ((TURN, "--wrap 360:deg"), (360, r"--col.*:deg and --wrap")):
+    for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
         wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
-        with pytest.raises(DataError, match=rf"\(\d such jumps\).*looks wrapped: add {advice}"):
+        with pytest.raises(DataError, match=r"\(\d such jumps\)") as refused:
             read_record(wrapped)
+        assert refused.value.code == "wrapped"
+        assert refused.value.remedy is not None
+        assert [each.name for each in refused.value.remedy.settings] == settings
     by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
-    assert any("the position jumps by 1." in note for note in by_range.provenance.assumed)
+    assert any("the position jumps by 1." in note.text for note in by_range.provenance.doubts)
 
 
 def in_blocks(position: np.ndarray, rows: int) -> list[dict[str, np.ndarray]]:
@@ -145,8 +150,8 @@ def test_blocks_tell_the_jumps_that_the_whole_log_has(rows: int) -> None:
     axis = replace(load_axis("emps2015"), columns={})
     ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
     position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
-    told = [note for note in read_record(log(position), axis).provenance.assumed if "jump" in note]
-    assert told[0].startswith("the position jumps by 0.9 m before data row 101:")
+    told = [*read_record(log(position), axis).provenance.doubts]
+    assert told[0].text.startswith("the position jumps by 0.9 m before data row 101:")
     blocks = [{"position": block["position"]} for block in in_blocks(position, rows)]
     assert list(extent("log", blocks, 1e-3, axis).notes) == told
 
@@ -156,9 +161,8 @@ def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
     outlier[77] += 20
     rest = replace(load_axis("rotary_table"), columns={})
     for position in (TURNING, outlier, np.round(0.3 * TURNING)):
-        assert not any(
-            "jumps" in note for note in read_record(log(position), rest).provenance.assumed
-        )
+        doubts = read_record(log(position), rest).provenance.doubts
+        assert not any("jumps" in note.text for note in doubts)
     repairs = read_record(
         log(np.mod(TIME, 1.0)), repairs=Repairs(wrap="360:deg")
     ).provenance.repairs

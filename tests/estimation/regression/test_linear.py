@@ -2,18 +2,21 @@
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
 from hypothesis import given
 from hypothesis import strategies as st
 
 from axisid import EstimationError, Prefilter
 from axisid.estimation import delta_method
-from axisid.estimation.regression.covariance import Classical, Published
+from axisid.estimation.regression.covariance import Classical, Published, Robust
 from axisid.estimation.regression.linear import (
     condition_number,
     factor,
     instrumental_variables,
     least_squares,
+    weighted_least_squares,
 )
+from axisid.estimation.signals import SampledFilter
 
 NAMES = ["a", "b", "c"]
 
@@ -71,6 +74,27 @@ def test_units_of_the_columns_do_not_matter(exponents: list[int]) -> None:
     )
 
 
+def test_weights_are_those_of_statsmodels_and_their_unit_does_not_matter(
+    rng: np.random.Generator,
+) -> None:
+    X, weights = rng.normal(size=(200, 3)), rng.uniform(0.1, 3.0, 200)
+    y = X @ [1.0, -2.0, 0.5] + rng.normal(size=200)
+    expected = sm.WLS(y, X, weights).fit()
+    columns = factor(X, "abc")
+    found = weighted_least_squares(y, columns, weights)
+    assert found.theta == pytest.approx(expected.params, rel=1e-11)
+    robust = expected.get_robustcov_results("HC0").cov_params()
+    assert Robust(corrected=False).matrix(found) == pytest.approx(robust, rel=1e-10)
+    sandwich = found.influence.T @ found.influence * np.sum(found.residuals**2) / 199
+    assert Published().matrix(found) == pytest.approx(sandwich, rel=1e-11)
+    scaled = weighted_least_squares(y, columns, 1e6 * weights)
+    alike = weighted_least_squares(y, columns, np.full(200, 7.0))
+    plain = least_squares(y, columns)
+    for covariance in (Published(), Classical(), Robust()):
+        assert covariance.matrix(scaled) == pytest.approx(covariance.matrix(found), rel=1e-10)
+        assert covariance.matrix(alike) == pytest.approx(covariance.matrix(plain), rel=1e-10)
+
+
 def test_instruments_remove_the_bias_of_noisy_regressors() -> None:
     rng = np.random.default_rng(3)
     clean = rng.normal(size=(20_000, 1))
@@ -94,8 +118,8 @@ def test_rounding_of_filtered_columns_does_not_hide_their_dependence(
 ) -> None:
     """Heavy decimation leaves few rows, and more rounding than their number would excuse."""
     q = np.cumsum(rng.normal(size=20_000))
-    f = Prefilter(cutoff=1.0, decimate=100, drop=(0, 0))
-    X = f.reduce(np.column_stack([q, q - 0.0213, np.ones_like(q)]), 1e-3)
+    f = SampledFilter(Prefilter(cutoff=1.0, decimate=100, drop=(0, 0)), 1e-3)
+    X = f.reduce(np.column_stack([q, q - 0.0213, np.ones_like(q)]))
     with pytest.raises(EstimationError, match="change of a"):
         factor(X, NAMES)
 

@@ -9,6 +9,7 @@ from axisid import Identification, Record, UsageError, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.regression.propagation import Drawn, root
+from axisid.support.remedy import Setting
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +50,7 @@ def test_curvature_of_a_function_is_that_of_the_whole_chain(result: Identificati
         wide.derive("M")
 
 
+@pytest.mark.slow
 def test_draws_of_the_inertia_have_the_quantiles_of_a_reciprocal(result: Identification) -> None:
     wide = widened(result["ddm-iv"], 50.0)
     drawn = wide.propagate("M", draws=100_000)
@@ -60,6 +62,7 @@ def test_draws_of_the_inertia_have_the_quantiles_of_a_reciprocal(result: Identif
     assert drawn.lost == 0
 
 
+@pytest.mark.slow
 def test_draws_agree_with_the_delta_method_where_the_map_is_straight(
     result: Identification,
 ) -> None:
@@ -115,7 +118,8 @@ def test_bent_map_fails_its_check_and_offers_draws(
     (check,) = (c for c in wide.verdict if c.name == "delta method")
     assert check.status == "fail"
     assert "M" in check.meaning
-    assert "--draws" in check.meaning
+    assert check.remedy is not None
+    assert check.remedy.settings == (Setting("draws", "10000"),)
     del emps2015
 
 

@@ -10,7 +10,7 @@ import pytest
 from axisid import DataError, Prefilter, UsageError, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, drive_force, filtered_signals
+from axisid.estimation.signals import FilteredRecord, SampledFilter, beside_force
 from axisid.support.arrays import Array
 
 
@@ -25,8 +25,9 @@ def test_signals_are_those_of_the_filter_itself(
     emps2015: GeneratedAxis, record: Record, reversals: str, hold: str
 ) -> None:
     data = FilteredRecord.bind(emps2015, record, Prefilter(reversals=reversals, hold=hold))  # type: ignore[arg-type]
-    force = drive_force(emps2015, record)
-    anew = filtered_signals(data.prefilter, record.position, force, record.period, [0])
+    force = emps2015.axis.drive.gain * record.control
+    motion = data.sampling.filter.motion(record.position)
+    anew = beside_force(motion, force, [0], hold=data.prefilter.hold)
     for name in ("position", "velocity", "acceleration", "force", "direction"):
         np.testing.assert_array_equal(getattr(data.signals, name), getattr(anew, name))
     np.testing.assert_array_equal(
@@ -65,15 +66,15 @@ def test_one_identification_low_passes_each_motion_once(
 ) -> None:
     """The record's, and that of the loop simulated with each of the four estimates."""
     filtered: list[Array] = []
-    motion = Prefilter.motion
+    motion = SampledFilter.motion
 
-    def counted(self: Prefilter, position: Array, period: float) -> object:
-        if self.cutoff == result_filter.cutoff:  # the check of the law smooths as it needs
+    def counted(self: SampledFilter, position: Array) -> object:
+        if self.settings.cutoff == result_filter.cutoff:  # the check of the law smooths as it needs
             filtered.append(position)
-        return motion(self, position, period)
+        return motion(self, position)
 
     result_filter = Prefilter()
-    monkeypatch.setattr(Prefilter, "motion", counted)
+    monkeypatch.setattr(SampledFilter, "motion", counted)
     result = identify(emps2015, record, result_filter)
     assert len(result) == 4
     assert len(filtered) == 5

@@ -1,11 +1,13 @@
 """Rows that follow each other in time, and those that do not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import Prefilter, Record
+from axisid import Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.signals import FilteredRecord, Neighbours
 
@@ -67,8 +69,6 @@ def test_rows_left_out_of_a_record_part_their_neighbours(
 def test_segments_part_their_rows_whatever_their_lengths(
     emps2015: GeneratedAxis, twin: Record, decimation: str
 ) -> None:
-    from dataclasses import replace
-
     segments = ((0, 2003), (2003, 4500), (4500, len(twin)))
     data = FilteredRecord.bind(
         emps2015,
@@ -78,3 +78,29 @@ def test_segments_part_their_rows_whatever_their_lengths(
     breaks = np.searchsorted(data.row_numbers, [2003, 4500])
     assert data.neighbours.breaks.tolist() == breaks.tolist()
     assert np.diff(data.neighbours.places)[breaks - 1].min() >= len(data.row_numbers)
+
+
+@given(st.lists(st.integers(0, 60), min_size=1, max_size=40, unique=True))
+def test_zeros_stand_where_rows_are_missing(numbers: list[int]) -> None:
+    places = np.array(sorted(numbers), dtype=np.int64)
+    order, values = Neighbours(places), np.arange(1.0, len(places) + 1)
+    filled = order.with_zeros(values)
+    assert filled[filled != 0].tolist() == values.tolist()
+    assert np.diff(np.flatnonzero(filled)).tolist() == np.diff(places).tolist()
+
+
+def test_rows_of_two_records_are_laid_out_within_memory() -> None:
+    order = Neighbours.joined([Neighbours.consecutive(5), Neighbours.consecutive(3)])
+    assert order.with_zeros(np.ones(8)).tolist() == [1] * 5 + [0] * 5 + [1] * 3
+
+
+def test_rows_of_shifted_segments_are_still_a_row_period_apart(emps2015: GeneratedAxis) -> None:
+    """Without a cut the last row of one segment may be a sample before the next one's first."""
+    record = twin_record(emps2015, seed=1)
+    segments = ((0, 2000), (2000, len(record)))
+    prefilter = Prefilter(cutoff=60.0, decimate=4, drop=(0, 0), reversals="keep")
+    result = identify(emps2015, replace(record, segments=segments), prefilter, methods="idm-ls")
+    estimate = result["idm-ls"]
+    step = result.prefilter.decimate * record.period
+    assert np.diff(estimate.rows).min() * record.period < step
+    assert estimate.row_period == step

@@ -36,6 +36,7 @@ def test_stribeck_friction_without_noise_is_found_whatever_the_filter(
     assert found[method].physical == pytest.approx(list(TRUTH.values()), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: GeneratedAxis) -> None:
     held = np.zeros(5)
     for seed in range(1, 13):

@@ -8,7 +8,7 @@ import pytest
 
 from axisid import DataError, Identification, Prefilter, Record, identify, sweep, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.signals import Sampling
+from axisid.estimation.signals import SampledFilter, Sampling
 
 FILTER = Prefilter(cutoff=60.0, decimate=5)
 CUTS = ((0, 2500), (2700, 2740), (2900, 7000))  # the middle one is too short to filter
@@ -80,9 +80,9 @@ def test_gapped_record_serves_everything_else(
 ) -> None:
     held = validate(identified, gapped)
     assert all(v.simulation_error_percent is not None for v in held)
-    assert all(v.reason == "" for v in validate(identified, twin))
+    assert all(v.reason is None for v in validate(identified, twin))
     whole = identify(emps2015, twin, FILTER, ["idm-ls"])
-    assert all(v.reason == "" for v in validate(whole, gapped))
+    assert all(v.reason is None for v in validate(whole, gapped))
     assert len(sweep(emps2015, gapped, (40.0, 80.0), methods=["idm-ls"]).results) == 2
     assert identified.diagnosis.law is not None
 
@@ -119,7 +119,7 @@ def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> N
     assert np.all(off < 1e-4)
     assert np.all(without > 20 * off)
     lost = np.setdiff1d(whole.rows, got.rows)
-    reach = FILTER.memory(1e-3) * FILTER.decimate
+    reach = SampledFilter(FILTER, 1e-3).memory * FILTER.decimate
     inside = (whole.rows >= 3000 - reach) & (whole.rows < 3020 + reach)
     assert np.array_equal(lost, whole.rows[inside])
 

@@ -4,49 +4,25 @@ import numpy as np
 import pytest
 
 from axisid import (
-    Axis,
-    Coordinate,
-    Drive,
-    Parameter,
     Prefilter,
     Record,
     build,
     identify,
     load_axis,
-    newton,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import cascade_pd
-from axisid.elements import coulomb, viscous
 from axisid.estimation import identify_stream
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.without_turns import dependence
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
-from tests.estimation.unseen import with_stribeck
+from tests.axes.bodies import stage
+from tests.axes.unseen import with_stribeck
 
 PERIOD = 1e-3
-x = Coordinate("x")
-m, b, c = (
-    Parameter("m", "kg", nominal=5.0),
-    Parameter("b", "N/(m/s)"),
-    Parameter("c", "N"),
-)
 TRUTH = (6.2, 14.0, 7.5)
-
-
-def stage() -> Axis:
-    return newton(
-        "stage",
-        coordinate=x,
-        parameters=(m, b, c),
-        inertia=m,
-        resistance=(viscous(b, x), coulomb(c, x)),
-        drive=Drive(gain=18.0, unit="A"),
-        control=cascade_pd(kp=50.0, kv=60.0, period=PERIOD),
-    )
 
 
 def rested(axis: GeneratedAxis, rest: float, noise: float = 0.0) -> Record:

@@ -6,22 +6,19 @@ import numpy as np
 import pytest
 
 from axisid import (
-    Coordinate,
-    Drive,
     EstimationError,
     ModelError,
-    Parameter,
     build,
-    newton,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
-from axisid.elements import coulomb, spring
+from axisid.elements import Drive, coulomb, spring
 from axisid.estimation.simulation.closed_loop import Simulation, signals_before
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move
+from tests.axes.bodies import body, c, k, m, x
 from tests.estimation.exact_axis import ExactAxis, closed_loop
 
 PERIOD = 1e-3
@@ -108,19 +105,9 @@ def test_noise_enters_through_the_measured_position(
 
 
 def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
-    x = Coordinate("x")
-    m, c, k = Parameter("m", "kg"), Parameter("c", "N"), Parameter("k", "N/m")
-    axis = build(
-        newton(
-            "spring",
-            coordinate=x,
-            parameters=(m, c, k),
-            inertia=m,
-            resistance=(coulomb(c, x), spring(k, x)),
-            drive=Drive(gain=1.0),
-            control=ControlLaw(name="open loop", period=PERIOD, output=300 * REFERENCE),
-        )
-    )
+    law = ControlLaw(name="open loop", period=PERIOD, output=300 * REFERENCE)
+    resistance = (coulomb(c, x), spring(k, x))
+    axis = build(body(*resistance, coordinate=x, inertia=m, parameters=(c, k), control=law))
     theta = np.array([1.0, 2.0, 300.0])
     loop = simulate(axis, theta, sine(0.5, 0.02, 4.0), PERIOD)
     check_rows(axis, loop, theta)
@@ -152,11 +139,7 @@ def test_inertia_that_is_not_positive_is_refused(
 
 
 def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
-    x = Coordinate("x")
-    m = Parameter("m", "kg", nominal=1.0)
-    axis = newton(
-        "open", coordinate=x, parameters=(m,), inertia=m, resistance=(), drive=Drive(gain=1.0)
-    )
+    axis = body()
     with pytest.raises(ModelError, match="no control law"):
         simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
     with pytest.raises(ModelError, match="declares no experiment"):

@@ -5,23 +5,19 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from axisid import (
-    Coordinate,
-    Drive,
     Parameter,
     Prefilter,
     build,
     derive,
     identify,
     load_axis,
-    newton,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw
 from axisid.elements import end_stop
+from tests.axes.bodies import body, force_law, x
 
-x = Coordinate("x")
 m = Parameter("m", "kg", nominal=2.0)
 MASS, STIFFNESS, STOP, PERIOD = 2.0, 8e4, 0.05, 1e-3
 TIME = PERIOD * np.arange(200)
@@ -30,20 +26,8 @@ TIME = PERIOD * np.arange(200)
 def bouncing(dissipation: float, *, native: bool = True) -> GeneratedAxis:
     """A mass under a constant force: the law gives the reference as force, whatever it measures."""
     stops = end_stop(x, lower=-1.0, upper=STOP, stiffness=STIFFNESS, dissipation=dissipation)
-    return build(
-        newton(
-            "bouncing",
-            coordinate=x,
-            parameters=(m,),
-            inertia=m,
-            resistance=(stops,),
-            drive=Drive(gain=1.0),
-            control=ControlLaw(
-                name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION
-            ),
-        ),
-        native=native,
-    )
+    made = body(stops, coordinate=x, inertia=m, name="bouncing", control=force_law(PERIOD))
+    return build(made, native=native)
 
 
 FORCE = np.where(TIME < 0.02, 30.0, 0.0)  # a push, then free flight into the stop

@@ -7,20 +7,17 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid import EstimationError, Parameter, build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd
+from axisid.control import cascade_pd
 from axisid.elements import coulomb, viscous
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
+from tests.axes.bodies import Fc, Fv, body, force_law, k, x
 from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
 
-x = Coordinate("x")
-q = x.symbol
-M = Parameter("M", "kg", nominal=1.0)
-Fv, Fc = Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N")
-k, J = Parameter("k", "N/m"), Parameter("J", "N")
+q, J = x.symbol, Parameter("J", "N")
 PERIOD, STOP = 1e-3, 0.05
 KP, KV = 20.0, 30.0
 FIELDS = ("position", "velocity", "acceleration", "force", "direction", "direction_before")
@@ -39,13 +36,13 @@ def axis(kind: str, kv: float = KV, *, native: bool = True) -> GeneratedAxis:
         "choice": (J * sympy.Piecewise((-1, q <= 0), (1, True)), J),
     }[kind]
     return build(
-        newton(
-            kind,
+        body(
+            viscous(Fv, x),
+            coulomb(Fc, x),
+            force,
             coordinate=x,
-            parameters=(M, Fv, Fc, parameter),
-            inertia=M,
-            resistance=(viscous(Fv, x), coulomb(Fc, x), force),
-            drive=Drive(gain=1.0),
+            parameters=(Fv, Fc, parameter),
+            name=kind,
             control=cascade_pd(kp=KP, kv=kv, period=PERIOD),
         ),
         native=native,
@@ -145,20 +142,8 @@ def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
 
 def without_feedback(name: str, *resistance: sympy.Expr) -> GeneratedAxis:
     """The reference is the drive's force."""
-    used = {symbol for term in resistance for symbol in term.free_symbols}
-    return build(
-        newton(
-            name,
-            coordinate=x,
-            parameters=tuple(p for p in (M, Fv, J, k) if p is M or p.symbol in used),
-            inertia=M,
-            resistance=resistance,
-            drive=Drive(gain=1.0),
-            control=ControlLaw(
-                name="force", period=PERIOD, output=REFERENCE + 0 * MEASURED_POSITION
-            ),
-        )
-    )
+    law, offered = force_law(PERIOD), (Fv, J, k)
+    return build(body(*resistance, coordinate=x, parameters=offered, name=name, control=law))
 
 
 def test_axis_without_coulomb_friction_oscillates_through_a_jump_ever_faster_into_rest() -> None:
@@ -223,15 +208,8 @@ def test_contact_that_no_step_resolves_is_refused_by_name_alone_and_in_a_batch()
 
 def test_continuous_law_meets_the_stop_at_the_same_time_whatever_the_period() -> None:
     law = cascade_pd(kp=KP, kv=KV, period=PERIOD, continuous=True)
-    loose = newton(
-        "continuous",
-        coordinate=x,
-        parameters=(M, Fc),
-        inertia=M,
-        resistance=(coulomb(Fc, x), 1e7 * sympy.Max(0, q - sympy.Float(STOP))),
-        drive=Drive(gain=1.0),
-        control=law,
-    )
+    stop = 1e7 * sympy.Max(0, q - sympy.Float(STOP))
+    loose = body(coulomb(Fc, x), stop, coordinate=x, parameters=(Fc,), control=law)
     made = build(loose)
     coarse = np.linspace(0.0, 0.09, 301)
     fine = np.linspace(0.0, 0.09, 2401)
@@ -243,13 +221,12 @@ def test_continuous_law_meets_the_stop_at_the_same_time_whatever_the_period() ->
 
 def wavy(force: Callable[[sympy.Expr], sympy.Expr]) -> GeneratedAxis:
     return build(
-        newton(
-            "wavy",
+        body(
+            viscous(Fv, x),
+            J * force(q),
             coordinate=x,
-            parameters=(M, Fv, J),
-            inertia=M,
-            resistance=(viscous(Fv, x), J * force(q)),
-            drive=Drive(gain=1.0),
+            parameters=(Fv, J),
+            name="wavy",
             control=cascade_pd(kp=KP, kv=100.0, period=PERIOD),
         )
     )

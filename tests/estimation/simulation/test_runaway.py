@@ -7,12 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid import EstimationError, build, simulate
 from axisid.codegen import GeneratedAxis
 from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
-from axisid.elements import gravity, viscous
+from axisid.elements import Drive, gravity, viscous
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
+from tests.axes.bodies import M, b, body, k, q
 
 PERIOD, KP, MASS, GRAVITY, SAG = 1e-3, 40.0, 1.0, 9.80665, 2.3e-3
 KV = MASS * GRAVITY / (KP * SAG)
@@ -24,25 +25,14 @@ THETA = np.array([MASS, 1.0])
 @cache
 def vertical(sign: float = 1.0, kind: str = "cascade") -> GeneratedAxis:
     """A weight on an axis whose loop has no integral part, so that it hangs below its reference."""
-    x = Coordinate("x")
-    m, b = Parameter("m", "kg", nominal=MASS), Parameter("b", "N/(m/s)")
     cascade = cascade_pd(kp=KP, kv=KV, period=PERIOD)
     law = {
         "cascade": cascade,
         "late": replace(cascade, delay=2),
         "brake": ControlLaw(name="brake", period=PERIOD, output=-50 * MEASURED_VELOCITY),
     }[kind]
-    return build(
-        newton(
-            "vertical",
-            coordinate=x,
-            parameters=(m, b),
-            inertia=m,
-            resistance=(viscous(b, x), gravity(m)),
-            drive=Drive(gain=sign),
-            control=law,
-        )
-    )
+    resistance, drive = (viscous(b, q), gravity(M)), Drive(gain=sign)
+    return build(body(*resistance, parameters=(b,), name="vertical", drive=drive, control=law))
 
 
 def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> None:
@@ -103,11 +93,7 @@ def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
 
 
 def test_a_force_without_a_load_gives_no_way() -> None:
-    x = Coordinate("x")
-    m, k = Parameter("m", "kg", nominal=MASS), Parameter("k", "N/m")
-    axis = newton(
-        "level", coordinate=x, parameters=(m, k), inertia=m, resistance=(k * x.symbol,),
-        drive=Drive(gain=1.0), control=cascade_pd(kp=KP, kv=KV, period=PERIOD),
-    )  # fmt: skip
+    cascade = cascade_pd(kp=KP, kv=KV, period=PERIOD)
+    axis = body(k * q.symbol, parameters=(k,), name="level", control=cascade)
     given = (np.array([[MASS, 1.0]]), np.zeros(1))
     assert widened_distance(build(axis), *given, None, 0.0) == 0

@@ -1,6 +1,7 @@
 """The loop for every kind of friction, load and law, against independent solutions."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from axisid import (
-    Coordinate,
-    Drive,
     EstimationError,
     ModelError,
-    Parameter,
     UsageError,
     build,
     derive,
     load_axis,
-    newton,
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -28,18 +25,22 @@ from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import LoopSettings
 from axisid.codegen.runtime.native import Native
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
-from axisid.control import MEASURED_POSITION, ControlLaw
-from axisid.elements import coulomb
+from axisid.control import MEASURED_POSITION
+from axisid.elements import Drive, coulomb
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.closed_loop import signals_before
-from tests.estimation.axes import AXES
+from tests.axes.bodies import Fc, body, force_law, q
+from tests.axes.simulated import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop
 from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
 
-BUILT = {name: build(axis) for name, axis in AXES.items()}
-VIRTUAL = {name: build(axis, native=False) for name, axis in AXES.items()}
 PERIOD = 1e-3
 FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
+
+
+@cache
+def built(name: str, *, native: bool = True) -> GeneratedAxis:
+    return build(AXES[name], native=native)
 
 
 def motion_of(axis: GeneratedAxis, seconds: float = 0.6) -> np.ndarray:
@@ -59,7 +60,7 @@ def period_of(axis: GeneratedAxis) -> float:
 @settings(max_examples=8)
 @given(data=st.data())
 def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -> None:
-    axis, machine = BUILT[name], VIRTUAL[name]
+    axis, machine = built(name), built(name, native=False)
     factors = data.draw(st.lists(st.floats(0.5, 1.5), min_size=len(axis.parameters)))
     theta = axis.nominal * factors[: len(axis.parameters)]
     seed = data.draw(st.integers(0, 1000))
@@ -82,7 +83,7 @@ def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -
 
 @pytest.mark.parametrize("name", AXES)
 def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
-    axis = BUILT[name]
+    axis = built(name)
     theta = axis.nominal
     loop = simulate(axis, theta, motion_of(axis), period_of(axis))
     for s in (loop.signals, signals_before(axis, theta, loop)):
@@ -104,7 +105,7 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_offset_axis_is_within_a_nanometre_of_the_closed_form(motion: str) -> None:
     theta = np.array([100.2, 236.9, 24.8, -7.0])
-    loop = simulate(BUILT["offset"], theta, MOTIONS[motion], PERIOD)
+    loop = simulate(built("offset"), theta, MOTIONS[motion], PERIOD)
     position, force = closed_loop(ExactAxis(*theta), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
     assert np.abs(loop.position - position).max() < 1e-9
     assert np.abs(loop.force - force).max() < 2e-3
@@ -152,7 +153,7 @@ def pendulum_forces() -> np.ndarray:
 
 
 def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_dop853_with_events() -> None:
-    axis = BUILT["open_pendulum"]
+    axis = built("open_pendulum")
     theta = np.array([0.0626, 1.0, 0.2])
     forces = pendulum_forces()
     loop = simulate(axis, theta, forces, 5e-3, start=0.3)
@@ -163,7 +164,7 @@ def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_dop853_with_events
 
 
 def test_error_falls_with_the_fourth_power_of_the_step() -> None:
-    axis = BUILT["open_pendulum"]
+    axis = built("open_pendulum")
     theta = np.array([0.0626, 1.0, 0.12])
     forces = 0.6 + 0.5 * np.sin(np.arange(60) / 9.0)  # it swings out without a reversal
     exact = simulate(axis, theta, forces, 5e-3, substeps=64).position
@@ -177,7 +178,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
 
 def test_continuous_law_is_the_differential_equation() -> None:
     """Against DOP853 on the loop as one equation, friction crossings and breakaway located."""
-    axis = BUILT["continuous"]
+    axis = built("continuous")
     M, Fv, Fc = theta = np.array([100.2, 236.9, 24.8])
     reference = 0.006 - 0.006 * np.cos(2 * np.pi * np.arange(800) / 400)
     loop = simulate(axis, theta, reference, PERIOD)
@@ -228,8 +229,8 @@ def test_continuous_law_is_the_differential_equation() -> None:
 def test_continuous_loop_is_stiffer_in_law_than_in_plant_and_still_resolved() -> None:
     reference = 0.01 - 0.01 * np.cos(2 * np.pi * np.arange(500) / 400)
     theta = np.array([100.2, 236.9, 24.8])
-    once = simulate(BUILT["continuous"], theta, reference, PERIOD).position
-    finer = simulate(BUILT["continuous"], theta, reference, PERIOD, substeps=8).position
+    once = simulate(built("continuous"), theta, reference, PERIOD).position
+    finer = simulate(built("continuous"), theta, reference, PERIOD, substeps=8).position
     assert np.abs(once - finer).max() < 1e-8
 
 
@@ -240,7 +241,7 @@ def test_delay_applies_a_control_whole_samples_later() -> None:
     reference = np.r_[np.zeros(5), np.full(20, 1e-4)]
     theta = np.array([100.0, 0.0, 1e9])  # so much friction that it never moves
     prompt = simulate(at_once, theta, reference, PERIOD).control
-    late = simulate(BUILT["delayed"], theta, reference, PERIOD).control
+    late = simulate(built("delayed"), theta, reference, PERIOD).control
     assert late[2:] == pytest.approx(prompt[:-2], abs=1e-12)
     assert prompt[5] > 0
     assert np.all(late[:7] == 0)
@@ -248,14 +249,14 @@ def test_delay_applies_a_control_whole_samples_later() -> None:
 
 def test_control_saturates_at_the_drive_limit() -> None:
     loop = simulate(
-        BUILT["offset"], BUILT["offset"].nominal, np.r_[0.0, np.full(200, 0.05)], PERIOD
+        built("offset"), built("offset").nominal, np.r_[0.0, np.full(200, 0.05)], PERIOD
     )
     assert np.abs(loop.control).max() == 10.0
     assert np.abs(loop.force).max() == pytest.approx(351.5)
 
 
 def test_encoder_counts_are_what_the_law_measures() -> None:
-    axis, resolution = BUILT["offset"], 1e-5
+    axis, resolution = built("offset"), 1e-5
     loop = simulate(axis, axis.nominal, sine(1.0, 0.01, 0.5), PERIOD, resolution=resolution)
     counts = loop.measured_position / resolution
     assert counts == pytest.approx(np.round(counts), abs=1e-6)
@@ -265,7 +266,7 @@ def test_encoder_counts_are_what_the_law_measures() -> None:
 
 
 def test_one_sided_friction_sticks_within_its_own_bounds() -> None:
-    axis = BUILT["one_sided"]
+    axis = built("one_sided")
     theta = np.array([100.0, 30.0, 8.0])
     loop = simulate(axis, theta, MOTIONS["0.1 Hz, 5 mm stick-slip"], PERIOD)
     stuck = loop.force[loop.mode == 0]
@@ -276,7 +277,7 @@ def test_one_sided_friction_sticks_within_its_own_bounds() -> None:
 
 
 def test_jump_of_the_reference_restarts_the_motion() -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     reference = np.r_[np.zeros(20), np.full(80, 1e-4)]
     loop = simulate(axis, np.array([100.0, 200.0, 20.0, 0.0]), reference, PERIOD)
     assert np.all(loop.mode[:20] == 0)
@@ -286,7 +287,7 @@ def test_jump_of_the_reference_restarts_the_motion() -> None:
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Generator) -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     lanes = 37
     theta = axis.nominal * rng.uniform(0.7, 1.3, (lanes, 4))
     reference = motion_of(axis)[:, None] * rng.uniform(0.5, 1.5, lanes)
@@ -318,7 +319,7 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
 
 @pytest.mark.parametrize("name", AXES)
 def test_batch_of_every_axis_equals_its_single_simulation(name: str) -> None:
-    axis = BUILT[name]
+    axis = built(name)
     theta = axis.nominal * np.array([[1.0], [1.2]])
     reference = motion_of(axis)
     batch = simulate_batch(axis, theta, reference, period_of(axis), substeps=2)
@@ -328,15 +329,15 @@ def test_batch_of_every_axis_equals_its_single_simulation(name: str) -> None:
 
 
 def test_batch_in_the_virtual_machine_is_the_same() -> None:
-    theta = BUILT["offset"].nominal * np.array([[1.0], [1.1]])
-    reference = motion_of(BUILT["offset"], 0.2)
-    native = simulate_batch(BUILT["offset"], theta, reference, PERIOD)
-    virtual = simulate_batch(VIRTUAL["offset"], theta, reference, PERIOD)
+    theta = built("offset").nominal * np.array([[1.0], [1.1]])
+    reference = motion_of(built("offset"), 0.2)
+    native = simulate_batch(built("offset"), theta, reference, PERIOD)
+    virtual = simulate_batch(built("offset", native=False), theta, reference, PERIOD)
     assert native["force"] == pytest.approx(virtual["force"], rel=1e-12)
 
 
 def test_shared_and_strided_signals_need_no_copy(rng: np.random.Generator) -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     theta = np.tile(axis.nominal, (5, 1))
     wide = np.repeat(motion_of(axis)[:, None], 10, axis=1)
     whole = simulate_batch(axis, theta, motion_of(axis), PERIOD)["position"]
@@ -362,30 +363,27 @@ def test_failing_lane_does_not_end_the_others() -> None:
     assert batch["position"][:, 0] == pytest.approx(single.position, abs=1e-10)
 
 
-@pytest.mark.parametrize("built", [BUILT, VIRTUAL], ids=["native", "virtual machine"])
-def test_control_that_is_not_a_number_ends_the_simulation(
-    built: dict[str, GeneratedAxis],
-) -> None:
+@pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
+def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
     axis = AXES["offset"]
     assert axis.control is not None
     root = sympy.sqrt(MEASURED_POSITION - 1e-5)
     law = replace(axis.control, output=axis.control.output + root)
-    native = built is BUILT
     broken = build(replace(axis, control=law), native=native)
     with pytest.raises(EstimationError, match="position is not finite at sample"):
         simulate(broken, broken.nominal, motion_of(broken), PERIOD)
 
 
-@pytest.mark.parametrize("built", [BUILT, VIRTUAL], ids=["native", "virtual machine"])
-def test_runaway_loop_ends_with_sample_and_parameters(built: dict[str, GeneratedAxis]) -> None:
-    axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=built is BUILT)
+@pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
+def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
+    axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=native)
     with pytest.raises(EstimationError, match=r"leaves the range at sample \d+ \(.* s\) with M ="):
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
 
 
 def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
-    axis = BUILT["continuous"]
+    axis = built("continuous")
     text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
     guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
     settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
@@ -405,7 +403,7 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
 
 
 def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     nominal = axis.nominal
     theta = np.array(
         [nominal, [1.0, 4000.0, 20.0, 0.0], np.full(4, np.nan), [0.0, 1, 1, 1], [-100.0, 1, 1, 1]]
@@ -434,7 +432,7 @@ def test_lanes_run_away_by_their_own_reference() -> None:
 
 
 def test_fields_of_packed_records_are_read_right() -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     log = np.zeros(300, dtype=[("n", "<i4"), ("r", "<f8", (2,)), ("s", "<f8")])
     log["r"] = motion_of(axis)[:300, None]
     log["s"] = motion_of(axis)[:300]
@@ -446,18 +444,7 @@ def test_fields_of_packed_records_are_read_right() -> None:
 
 
 def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
-    x = Coordinate("x")
-    m, c = Parameter("m", "kg", nominal=1.0), Parameter("c", "N")
-    law = ControlLaw(name="push", period=PERIOD, output=sympy.Symbol("reference", real=True))
-    axis = newton(
-        "pushed",
-        coordinate=x,
-        parameters=(m, c),
-        inertia=m,
-        resistance=(coulomb(c, x),),
-        drive=Drive(gain=1.0),
-        control=law,
-    )
+    axis = body(coulomb(Fc, q), parameters=(Fc,), control=force_law(PERIOD))
     loop = simulate(axis, [1.0, 2.0], np.array([0.0, 2.0, 2.0, -2.0, 0.0]), PERIOD, start=0.0)
     assert np.all(loop.mode == 0)
     assert np.all(loop.position == 0)
@@ -482,13 +469,13 @@ def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
 )
 def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {
-        "parameters": BUILT["offset"].nominal,
+        "parameters": built("offset").nominal,
         "reference": [0.0, 1e-3, 0.0],
         "period": PERIOD,
         **arguments,
     }
     with pytest.raises(UsageError, match=message):
-        simulate(BUILT["offset"], **given)
+        simulate(built("offset"), **given)
 
 
 @pytest.mark.parametrize(
@@ -506,16 +493,16 @@ def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) ->
 )
 def test_bad_batches_are_explained(change: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {
-        "parameters": np.tile(BUILT["offset"].nominal, (2, 1)),
+        "parameters": np.tile(built("offset").nominal, (2, 1)),
         "reference": np.zeros(5),
         **change,
     }
     with pytest.raises(UsageError, match=message):
-        simulate_batch(BUILT["offset"], period=PERIOD, **given)
+        simulate_batch(built("offset"), period=PERIOD, **given)
 
 
 def test_resolution_needs_a_sampled_law() -> None:
-    axis = BUILT["continuous"]
+    axis = built("continuous")
     with pytest.raises(UsageError, match="0 with a continuous law"):
         simulate(axis, axis.nominal, [0.0, 1e-3], PERIOD, resolution=1e-6)
 
@@ -529,7 +516,7 @@ def test_impossible_delays_are_refused(changes: dict[str, Any]) -> None:
 
 
 def test_arrays_given_are_not_changed() -> None:
-    axis = BUILT["offset"]
+    axis = built("offset")
     theta, reference = axis.nominal, motion_of(axis)
     noise = np.full(len(reference), 1e-7)
     before = [theta.copy(), reference.copy(), noise.copy()]
@@ -540,20 +527,7 @@ def test_arrays_given_are_not_changed() -> None:
 
 def test_axis_on_a_free_slide_keeps_its_momentum() -> None:
     """No friction at all: a(+) = a(-), and the axis neither sticks nor chatters."""
-    x = Coordinate("x")
-    m = Parameter("m", "kg", nominal=2.0)
-    law = ControlLaw(name="push", period=PERIOD, output=sympy.Symbol("reference", real=True))
-    axis = build(
-        newton(
-            "slide",
-            coordinate=x,
-            parameters=(m,),
-            inertia=m,
-            resistance=(),
-            drive=Drive(gain=1.0),
-            control=law,
-        )
-    )
+    axis = build(body(control=force_law(PERIOD)))
     push = np.r_[np.zeros(10), np.full(10, 4.0), np.zeros(10)]
     loop = simulate(axis, [2.0], push, PERIOD)
     assert np.all(loop.position[:11] == 0)

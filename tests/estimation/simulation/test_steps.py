@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Constant, Coordinate, Drive, EstimationError, Parameter, build, newton, simulate
+from axisid import Constant, Coordinate, EstimationError, Parameter, build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, cascade_pd, gain
 from axisid.elements import viscous
 from axisid.estimation import simulate_batch
+from tests.axes.bodies import body, q, rotor, turn
 
 PERIOD = 1e-3
 TIME = PERIOD * np.arange(600)
@@ -22,19 +23,9 @@ REST = np.zeros(600)
 
 def stiff(term: Callable[[Coordinate], sympy.Expr], value: float) -> GeneratedAxis:
     """A light axis with one stiff term ``value * term``; the 4 leaves its unit unchecked."""
-    x = Coordinate("x")
-    m, p = Parameter("m", "kg", nominal=1.0), Parameter("p", "N", nominal=value / 4)
-    return build(
-        newton(
-            "stiff",
-            coordinate=x,
-            parameters=(m, p),
-            inertia=m,
-            resistance=(4 * p * term(x),),
-            drive=Drive(gain=1.0),
-            control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
-        )
-    )
+    p = Parameter("p", "N", nominal=value / 4)
+    law = cascade_pd(kp=40.0, kv=100.0, period=PERIOD)
+    return build(body(4 * p * term(q), parameters=(p,), name="stiff", control=law))
 
 
 @pytest.mark.parametrize(
@@ -135,8 +126,7 @@ def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
 
 def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
     """Nothing but the law's position gain is fast here."""
-    x = Coordinate("x")
-    m, b = Parameter("m", "kg", nominal=1.0), Parameter("b", "N/(m/s)", nominal=2.0)
+    b = Parameter("b", "N/(m/s)", nominal=2.0)
     spring = ControlLaw(
         name="spring",
         period=PERIOD,
@@ -144,17 +134,7 @@ def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
         output=gain("kp") * (REFERENCE - MEASURED_POSITION),
         continuous=True,
     )
-    axis = build(
-        newton(
-            "sprung",
-            coordinate=x,
-            parameters=(m, b),
-            inertia=m,
-            resistance=(viscous(b, x),),
-            drive=Drive(gain=1.0),
-            control=spring,
-        )
-    )
+    axis = build(body(viscous(b, q), parameters=(b,), name="sprung", control=spring))
     alone = simulate(axis, axis.nominal, SINE, PERIOD).position
     exact = simulate(axis, axis.nominal, SINE, PERIOD, substeps=1024).position
     assert np.abs(alone - exact).max() < 1e-8
@@ -162,23 +142,21 @@ def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
     assert np.array_equal(batch["position"][:, 1], alone)
 
 
-Q = Coordinate("q", unit="rad")
 INERTIA = Parameter("J", "kg m^2", nominal=2.0)
 TORQUE = Parameter("c", "N m", nominal=3.0)
-C, ANGLE, SPEED = TORQUE.symbol, Q.symbol, Q.velocity * Constant(1.0, "s").symbol
+C, ANGLE, SPEED = TORQUE.symbol, turn.symbol, turn.velocity * Constant(1.0, "s").symbol
 
 
 @cache
 def loaded(resistance: sympy.Expr) -> GeneratedAxis:
     """An inertia under a resistance."""
     return build(
-        newton(
-            "loaded",
-            coordinate=Q,
-            parameters=(INERTIA, TORQUE),
+        rotor(
+            viscous(Constant(0.5, "N m/(rad/s)"), turn),
+            resistance,
             inertia=INERTIA,
-            resistance=(viscous(Constant(0.5, "N m/(rad/s)"), Q), resistance),
-            drive=Drive(gain=1.0),
+            parameters=(TORQUE,),
+            name="loaded",
             control=cascade_pd(kp=40.0, kv=100.0, period=PERIOD),
         ),
         native=False,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, Prefilter
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import Neighbours, SampledFilter
 from axisid.estimation.studies.held_out import HeldOut, Rows, contiguous_blocks, held_out_equation
 
 
@@ -28,17 +28,17 @@ def test_too_few_rows_are_refused() -> None:
 @pytest.mark.parametrize(("cutoff", "decimate"), [(60.0, 10), (100.0, 4), (40.0, 1)])
 def test_gap_is_the_reach_of_one_sample(cutoff: float, decimate: int) -> None:
     """One position moves no row further off by more than 1e-2 of what it moves the nearest."""
-    prefilter, period = Prefilter(cutoff=cutoff, decimate=decimate), 1e-3
+    f = SampledFilter(Prefilter(cutoff=cutoff, decimate=decimate), 1e-3)
     position = np.zeros(4001)
     position[2000] = 1.0
-    q, _, ddq = prefilter.motion(position, period)
+    q, _, ddq = f.motion(position)
     for signal in (q, ddq):
-        moved = np.abs(prefilter.reduce(signal, period))
-        distance = np.abs(prefilter.rows(len(position), period) - 2000) / decimate
-        beyond = moved[distance > prefilter.memory(period)]
+        moved = np.abs(f.reduce(signal))
+        distance = np.abs(f.rows(len(position)) - 2000) / decimate
+        beyond = moved[distance > f.memory]
         assert beyond.max() < 1e-2 * moved.max()
         # No more than it takes: at a third of it the response is still there.
-        assert moved[distance > prefilter.memory(period) / 3].max() > 1e-4 * moved.max()
+        assert moved[distance > f.memory / 3].max() > 1e-4 * moved.max()
 
 
 def test_each_block_is_predicted_by_the_others(rng: np.random.Generator) -> None:

@@ -42,7 +42,7 @@ def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
 
 def test_decimation_follows_the_cutoff(swept: Sweep) -> None:
     for result in swept.results:
-        assert result.prefilter.remarks(1e-3) == ()
+        assert result.data.sampling.filter.remarks() == ()
     assert matching_decimation(40.0, 1e-3) == 10
     assert matching_decimation(400.0, 1e-3) == 2
 
@@ -116,7 +116,7 @@ def test_real_record_is_swept(emps: GeneratedAxis, emps_record: Record) -> None:
 def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin: Record) -> None:
     swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
     result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))
-    beside = swept.beside(result)
+    beside = swept.with_result(result)
     assert beside.cutoffs == (30.0, 60.0, 90.0)
     assert [r.prefilter.decimate for r in beside.results] == [14, 12, 5]
     assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]

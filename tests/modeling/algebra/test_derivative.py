@@ -5,9 +5,11 @@ import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, sign
 
-from axisid import Axis, Coordinate, Drive, ModelError, Parameter, build, derive, lagrange
+from axisid import Axis, Coordinate, ModelError, Parameter, build, derive, lagrange
 from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.elements import Drive
 from axisid.modeling.algebra.derivative import slope
+from tests.axes.bodies import energetic, turn
 
 x = Coordinate("x")
 M, k, F = Parameter("M", "kg", nominal=1.0), Parameter("k", "N/m"), Parameter("F", "N")
@@ -80,17 +82,10 @@ def test_an_axis_with_kinks_is_derived_and_generated(declared: Axis) -> None:
 
 
 def test_a_spring_of_unknown_exponent_is_finite_where_it_is_free() -> None:
-    turn = Coordinate("x", unit="rad")
-    J, K = Parameter("J", "kg m^2", nominal=1.0), Parameter("K", "N m", nominal=2.0)
+    K = Parameter("K", "N m", nominal=2.0)
     p = Parameter("p", "1", nominal=1.5)
-    declared = lagrange(
-        "contact",
-        coordinate=turn,
-        parameters=(J, K, p),
-        kinetic=J * turn.velocity**2 / 2,
-        potential=K * Max(0, turn.symbol) ** (p.symbol + 1) / (p.symbol + 1),
-        drive=Drive(gain=1.0),
-    )
+    contact = K * Max(0, turn.symbol) ** (p.symbol + 1) / (p.symbol + 1)
+    declared = energetic(parameters=(K, p), potential=contact)
     rows, _ = build(declared, native=False).rows(
         "idm_regressor",
         *np.array([[-1.0, 0.0, 0.25], 3 * [0.0], 3 * [1.0], 3 * [0.0]]),

@@ -57,7 +57,7 @@ def test_powers_of_sums_take_no_time() -> None:
     a, b, c = SYMBOLS[:3]
     terms = sympy.Poly(sympy.expand(c * (a + b) ** 12), *SYMBOLS).terms()
     rows = [{tuple(powers): Fraction(int(w))} for powers, w in terms]
-    with within(1):
+    with within(20_000):
         found = kernel(rows, SIZE, range(SIZE))
     assert len(found) == 2  # x3 alone, and a scale
 
@@ -72,5 +72,5 @@ def test_too_much_work_is_refused_at_once() -> None:
         }
         for i in range(1, 13)
     ]
-    with within(2), pytest.raises(TooManyProductsError):
+    with within(1_500_000), pytest.raises(TooManyProductsError):
         kernel(rows, size, range(size))

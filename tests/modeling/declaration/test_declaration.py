@@ -10,7 +10,6 @@ import sympy
 from axisid import (
     Constant,
     Coordinate,
-    Drive,
     Experiment,
     ModelError,
     Parameter,
@@ -21,7 +20,7 @@ from axisid import (
     newton,
 )
 from axisid.control import MEASURED_POSITION, REFERENCE, ControlLaw, Memory
-from axisid.elements import G, viscous
+from axisid.elements import Drive, G, viscous
 from axisid.modeling import Move
 from axisid.modeling.declaration.control import gain
 
@@ -248,7 +247,8 @@ def test_memory_may_be_a_plain_number() -> None:
 
 
 AXIS_FILE = """
-from axisid import Coordinate, Drive, Parameter, newton
+from axisid import Coordinate, Parameter, newton
+from axisid.elements import Drive
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=1.0)
 mine = newton("mine", coordinate=x, parameters=(m,), inertia=m, resistance=(),

@@ -15,13 +15,11 @@ from hypothesis import strategies as st
 from axisid import (
     Constant,
     Coordinate,
-    Drive,
     ModelError,
     Parameter,
     build,
     derive,
     lagrange,
-    newton,
 )
 from axisid.elements import (
     G,
@@ -45,11 +43,9 @@ from axisid.elements import (
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.quantities.constants import with_numbers
 from axisid.modeling.quantities.symbols import DIRECTION
+from tests.axes.bodies import PUSH, M, body, q
 
-q = Coordinate("q")
 theta = Coordinate("theta", unit="rad")
-M = Parameter("M", "kg", nominal=1.0)
-DRIVE = Drive(gain=1.0)
 a, b = Parameter("a", "N"), Parameter("b", "N")
 A, B = 3.0, 0.7  # their values
 
@@ -198,14 +194,7 @@ def test_motor_inertia_is_the_energy_of_the_rotor() -> None:
 
 
 def composed(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
-    return newton(
-        "composed",
-        coordinate=q,
-        parameters=(M, *parameters),
-        inertia=M,
-        resistance=resistance,
-        drive=DRIVE,
-    )
+    return body(*resistance, parameters=parameters, name="composed")
 
 
 @pytest.mark.parametrize("name", ELEMENTS)
@@ -267,7 +256,7 @@ def test_newton_and_lagrange_give_the_same_columns_for_what_both_can_say() -> No
             + k3 * stretch**4 / 4
             + turn * (ca * sympy.sin(angle) - cb * sympy.cos(angle)),
             dissipation=fv * dq**2 / 2 + a * sympy.Abs(dq) + fq * sympy.Abs(dq) ** 3 / 3,
-            drive=DRIVE,
+            drive=PUSH,
         )
     )
     arguments = [q.symbol, dq, q.acceleration, DIRECTION]
@@ -290,7 +279,7 @@ def test_unknown_in_a_nonlinear_place_is_accepted_and_named_by_the_derivation() 
 def test_asymmetric_friction_beside_an_offset_is_told_to_be_one_too_many() -> None:
     level = p("N", "level")
     model = derive(composed(asymmetric_coulomb(a, b, q), offset(level), parameters=(a, b, level)))
-    assert len(model.base.hidden) == 1
+    assert len(model.base.unidentifiable) == 1
     assert len(model.axis.parameters) == 3
 
 

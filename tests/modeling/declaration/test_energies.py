@@ -10,7 +10,6 @@ from axisid import (
     Axis,
     Constant,
     Coordinate,
-    Drive,
     ModelError,
     Parameter,
     derive,
@@ -18,6 +17,7 @@ from axisid import (
     load_axis,
     newton,
 )
+from axisid.elements import Drive
 from axisid.modeling import LIBRARY
 
 x = Coordinate("x")

@@ -8,7 +8,6 @@ import sympy
 from axisid import (
     Axis,
     Coordinate,
-    Drive,
     ModelError,
     Parameter,
     UsageError,
@@ -17,7 +16,7 @@ from axisid import (
     load_axis,
     newton,
 )
-from axisid.elements import coulomb, stribeck, viscous
+from axisid.elements import Drive, coulomb, stribeck, viscous
 from axisid.modeling.declaration.left_out import left_out_text
 
 x = Coordinate("x")

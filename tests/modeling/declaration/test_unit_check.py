@@ -6,8 +6,9 @@ from typing import Any
 import pytest
 import sympy
 
-from axisid import Constant, Coordinate, Drive, ModelError, Parameter, lagrange, load_axis, newton
+from axisid import Constant, Coordinate, ModelError, Parameter, lagrange, load_axis
 from axisid.elements import (
+    Drive,
     G,
     cogging,
     coulomb,
@@ -20,37 +21,17 @@ from axisid.elements import (
     viscous,
 )
 from axisid.modeling.declaration.axis import Axis
+from tests.axes.bodies import J, M, body, energetic, q
 
-q = Coordinate("q")
 theta = Coordinate("theta", unit="rad")
-M = Parameter("M", "kg", nominal=1.0)
-J = Parameter("J", "kg m^2", nominal=1.0)
 
 
 def p(unit: str, name: str = "p") -> Parameter:
     return Parameter(name, unit)
 
 
-def linear(*resistance: sympy.Expr, parameters: tuple[Parameter, ...] = (), **more: Any) -> Axis:
-    return newton(
-        "test",
-        coordinate=q,
-        parameters=(M, *parameters),
-        inertia=M,
-        resistance=resistance,
-        **{"drive": Drive(gain=1.0), **more},
-    )
-
-
-def rotary(*resistance: sympy.Expr, parameters: tuple[Parameter, ...] = ()) -> Axis:
-    return newton(
-        "test",
-        coordinate=theta,
-        parameters=(J, *parameters),
-        inertia=J,
-        resistance=resistance,
-        drive=Drive(gain=1.0),
-    )
+def rotary(*resistance: sympy.Expr, **more: Any) -> Axis:
+    return body(*resistance, coordinate=theta, inertia=J, **more)
 
 
 @pytest.mark.parametrize(
@@ -98,13 +79,13 @@ def test_wrong_unit_is_refused_with_the_term_and_both_units(
     element: sympy.Expr, parameter: Parameter, message: str
 ) -> None:
     with pytest.raises(ModelError, match=f"^axis 'test': .*{message}"):
-        linear(element, parameters=(parameter,))
+        body(element, parameters=(parameter,))
 
 
 def test_stribeck_velocity_of_a_wrong_unit_is_refused() -> None:
     vs, level = p("m", "vs"), p("N")
     with pytest.raises(ModelError, match=r"takes a number, not 1/s\^2"):
-        linear(stribeck(level, q, velocity=vs), parameters=(level, vs))
+        body(stribeck(level, q, velocity=vs), parameters=(level, vs))
 
 
 HALF = sympy.Rational(1, 2)
@@ -130,33 +111,33 @@ def test_energy_of_a_wrong_unit_is_refused_however_its_half_is_written(half: Any
 def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
     wrong = p("N/(m/s)", "Fv")
     with pytest.raises(ModelError, match=r"Fv\*q.* is in .* \(Fv in N/\(m/s\), q in m\)"):
-        linear(factor * wrong.symbol * q.symbol, parameters=(wrong,))
+        body(factor * wrong.symbol * q.symbol, parameters=(wrong,))
 
 
 @pytest.mark.parametrize("amount", [0.5, 1, 1.0, 2, -1, -2.0, HALF, 0.49, 3, sympy.pi, -2 * HALF])
 def test_a_known_load_may_be_any_plain_number(amount: Any) -> None:
     """Which number it is says nothing of its unit; the loads of 0.49 and 0.5 are alike."""
-    (term,) = linear(offset(amount)).unchecked_terms
+    (term,) = body(offset(amount)).unchecked_terms
     assert term.endswith("(right if its plain numbers stand for kg m/s^2)")
 
 
 @pytest.mark.parametrize("amount", [0.5, 2, -2, 3, 1.0])
 def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> None:
     for motion in (sympy.sign(q.velocity), q.symbol, q.velocity * sympy.Abs(q.velocity)):
-        assert len(linear(amount * motion).unchecked_terms) == 1
+        assert len(body(amount * motion).unchecked_terms) == 1
     assert len(rotary(amount * sympy.cos(theta.symbol)).unchecked_terms) == 1
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_load_without_an_amount_is_refused(sign: int) -> None:
     with pytest.raises(ModelError, match=r"is in 1 .* gives N,"):
-        linear(sign * sympy.sign(q.velocity))
+        body(sign * sympy.sign(q.velocity))
 
 
 @pytest.mark.parametrize("factor", [2, 0.5])
 def test_a_factor_excuses_no_constant(factor: float) -> None:
     with pytest.raises(ModelError, match="arm in m"):
-        linear(factor * Constant(0.25, "m", "arm").symbol)
+        body(factor * Constant(0.25, "m", "arm").symbol)
 
 
 UNDRIVEN = """
@@ -194,37 +175,18 @@ def test_rotary_axis_takes_no_force(unit: str) -> None:
 
 def test_mass_as_inertia_of_a_rotary_axis_is_refused() -> None:
     with pytest.raises(ModelError, match=r"the term M\*ddtheta is in .* gives N m"):
-        newton(
-            "test",
-            coordinate=theta,
-            parameters=(M,),
-            inertia=M,
-            resistance=(),
-            drive=Drive(gain=1.0),
-        )
+        body(coordinate=theta, inertia=M)
 
 
 def test_inertia_that_adds_kilograms_and_their_moments_is_refused() -> None:
     with pytest.raises(ModelError, match=r"J \+ M adds .*; units must agree"):
-        newton(
-            "test",
-            coordinate=q,
-            parameters=(M, J),
-            inertia=M + J.symbol,
-            resistance=(),
-            drive=Drive(gain=1.0),
-        )
+        body(inertia=M + J.symbol, parameters=(M, J))
 
 
 def test_energy_in_a_wrong_unit_is_refused_by_the_term_that_it_gives() -> None:
     with pytest.raises(ModelError, match=r"sin\(theta\)"):
-        lagrange(
-            "test",
-            coordinate=theta,
-            parameters=(J, p("N")),
-            kinetic=J * theta.velocity**2 / 2,
-            potential=-p("N") * sympy.cos(theta.symbol),
-            drive=Drive(gain=1.0),
+        energetic(
+            coordinate=theta, parameters=(p("N"),), potential=-p("N") * sympy.cos(theta.symbol)
         )
 
 
@@ -234,40 +196,40 @@ def test_energy_in_a_wrong_unit_is_refused_by_the_term_that_it_gives() -> None:
         (lambda: rotary(p("N m") * sympy.sin(theta.symbol), parameters=(p("N m"),)), ()),
         (lambda: rotary(p("N m s") * theta.velocity, parameters=(p("N m s"),)), ()),
         (lambda: rotary(p("J/rad") * sympy.sin(3 * theta.symbol), parameters=(p("J/rad"),)), ()),
-        (lambda: linear(0.5 * p("N/(m/s)") * q.velocity, parameters=(p("N/(m/s)"),)), ()),
-        (lambda: linear(cogging(p("N"), 0, q, period=0.016), parameters=(p("N"),)), ()),
-        (lambda: linear(G * M), ()),
-        (lambda: linear(coulomb(3.0, q), spring(10, q, 0.1), viscous(2, q)), ()),
+        (lambda: body(0.5 * p("N/(m/s)") * q.velocity, parameters=(p("N/(m/s)"),)), ()),
+        (lambda: body(cogging(p("N"), 0, q, period=0.016), parameters=(p("N"),)), ()),
+        (lambda: body(G * M), ()),
+        (lambda: body(coulomb(3.0, q), spring(10, q, 0.1), viscous(2, q)), ()),
         (
-            lambda: linear(load_dependent(p("1"), 50.0, q), parameters=(p("1"),)),
+            lambda: body(load_dependent(p("1"), 50.0, q), parameters=(p("1"),)),
             (),
         ),
         (
-            lambda: linear(9.81 * M),
+            lambda: body(9.81 * M),
             (r"9.81*M (right if its plain numbers stand for m/s^2)",),
         ),
         (
-            lambda: linear(sympy.Integer(50)),
+            lambda: body(sympy.Integer(50)),
             (r"50 (right if its plain numbers stand for kg m/s^2)",),
         ),
         (
-            lambda: linear(p("N/m") * (q.symbol - 0.25), parameters=(p("N/m"),)),
+            lambda: body(p("N/m") * (q.symbol - 0.25), parameters=(p("N/m"),)),
             (r"p*(q - 0.25) (right if its plain numbers stand for m)",),
         ),
         (
-            lambda: linear(p("N") * sympy.sin(200 * q.symbol), parameters=(p("N"),)),
+            lambda: body(p("N") * sympy.sin(200 * q.symbol), parameters=(p("N"),)),
             (r"p*sin(200*q) (right if its plain numbers stand for 1/m)",),
         ),
         (
-            lambda: linear(p("N") * sympy.tanh(q.velocity / 1e-3), parameters=(p("N"),)),
+            lambda: body(p("N") * sympy.tanh(q.velocity / 1e-3), parameters=(p("N"),)),
             (r"p*tanh(1000.0*dq) (right if its plain numbers stand for s/m)",),
         ),
         (
-            lambda: linear(p("N") * sympy.sqrt(sympy.Abs(q.velocity) / 0.1), parameters=(p("N"),)),
+            lambda: body(p("N") * sympy.sqrt(sympy.Abs(q.velocity) / 0.1), parameters=(p("N"),)),
             None,
         ),
         (
-            lambda: linear(p("N/m") * sympy.Max(0, q.symbol - 0.2), parameters=(p("N/m"),)),
+            lambda: body(p("N/m") * sympy.Max(0, q.symbol - 0.2), parameters=(p("N/m"),)),
             (r"p*Max(0, q - 0.2) (right if its plain numbers stand for m)",),
         ),
     ],
@@ -292,27 +254,20 @@ def test_constant_closes_what_a_number_leaves_open_and_is_held_to_its_unit() -> 
 
 
 def test_gear_ratio_makes_mass_of_a_rotors_inertia() -> None:
-    axis = newton(
-        "test",
-        coordinate=q,
-        parameters=(M, J),
-        inertia=M + motor_inertia(J, q, ratio=400.0),
-        resistance=(),
-        drive=Drive(gain=1.0),
-    )
+    axis = body(inertia=M + motor_inertia(J, q, ratio=400.0), parameters=(M, J))
     assert axis.unchecked_terms == ()
 
 
 def test_power_of_a_speed_has_a_unit_of_its_own() -> None:
     drag = p("N/(m/s)^(3/2)")
     term = drag * sympy.Abs(q.velocity) ** sympy.Rational(3, 2) * sympy.sign(q.velocity)
-    assert linear(term, parameters=(drag,)).unchecked_terms == ()
+    assert body(term, parameters=(drag,)).unchecked_terms == ()
 
 
 def test_profile_of_a_drive_is_a_number() -> None:
     pitch = Constant(0.032, "m", "pitch")
     fine = Drive(gain=1.0, profile=1 + 0.03 * sympy.cos(2 * sympy.pi * q / pitch))
-    assert linear(drive=fine).drive == fine
+    assert body(drive=fine).drive == fine
     for profile, message in (
         (1 + sympy.cos(q.symbol), "takes a number, not m"),
         (pitch.symbol, "the drive's profile pitch is in m"),
@@ -320,14 +275,12 @@ def test_profile_of_a_drive_is_a_number() -> None:
         (sympy.S.Zero, "not finite"),
     ):
         with pytest.raises(ModelError, match=message):
-            linear(drive=Drive(gain=1.0, profile=profile))
+            body(drive=Drive(gain=1.0, profile=profile))
 
 
 def test_unchecked_terms_stand_in_the_generated_equations() -> None:
     from axisid.codegen.artefacts.texts import axis_artefacts
     from axisid.modeling.derivation.model import derive
 
-    assert (
-        "Units not checked\n  9.81*M" in axis_artefacts(derive(linear(9.81 * M)))["equations.txt"]
-    )
-    assert "Units" not in axis_artefacts(derive(linear(gravity(M))))["equations.txt"]
+    assert "Units not checked\n  9.81*M" in axis_artefacts(derive(body(9.81 * M)))["equations.txt"]
+    assert "Units" not in axis_artefacts(derive(body(gravity(M))))["equations.txt"]

@@ -9,42 +9,27 @@ import sympy
 from axisid import (
     Axis,
     Constant,
-    Coordinate,
-    Drive,
     ModelError,
     Parameter,
     build,
     fix,
-    lagrange,
     load_axis,
-    newton,
 )
 from axisid.elements import asymmetric_coulomb, asymmetric_viscous, quadratic, stribeck
 from axisid.modeling.derivation.friction_ladder import friction_ladder
 from axisid.modeling.derivation.model import derive
 from axisid.modeling.quantities.units import parse_unit
-from tests.estimation.axes import AXES
+from tests.axes.bodies import b, body, c, energetic, k, m, x
+from tests.axes.simulated import AXES
 
 LAWS = ("viscous", "Coulomb", "offset", "directional")
 
-x = Coordinate("x")
-m = Parameter("m", "kg", nominal=5.0)
-b = Parameter("b", "N/(m/s)")
-c = Parameter("c", "N")
-k = Parameter("k", "N/m")
 w = Parameter("w", "N")
 v = Parameter("v", "m/s", nominal=0.1)
 
 
 def stage(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
-    return newton(
-        "stage",
-        coordinate=x,
-        parameters=(m, *parameters),
-        inertia=m,
-        resistance=resistance,
-        drive=Drive(gain=18.0, unit="A"),
-    )
+    return body(*resistance, coordinate=x, inertia=m, parameters=parameters, name="stage")
 
 
 def names(axis: Axis) -> list[str]:
@@ -268,12 +253,5 @@ def test_what_is_known_of_one_direction_stays_known() -> None:
 
 
 def test_an_axis_without_friction_gets_it() -> None:
-    axis = lagrange(
-        "free",
-        coordinate=x,
-        parameters=(m, k),
-        kinetic=m * x.velocity**2 / 2,
-        potential=k * x.symbol**2 / 2,
-        drive=Drive(gain=1.0),
-    )
+    axis = energetic(coordinate=x, inertia=m, parameters=(k,), potential=k * x.symbol**2 / 2)
     assert names(friction_ladder(axis)["Coulomb"]) == ["m", "k", "Fv", "Fc"]

@@ -20,7 +20,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.blocks import Checks, Judged
 from axisid.presentation.console.progress import ProgressLine
 from axisid.presentation.console.terminal import print_document
-from axisid.support.progress import each
+from axisid.support.progress import with_progress
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -112,7 +112,9 @@ def wait_for(text: str, terminal: Terminal) -> None:
 
 def test_progress_appears_late_says_the_step_and_is_erased(terminal: Terminal) -> None:
     with ProgressLine("working", terminal, delay=0.05, interval=0.01) as line:
-        for step, said in zip(each(["a", "b"], line, str.upper), ("A (1", "B (2"), strict=True):
+        for step, said in zip(
+            with_progress(["a", "b"], line, str.upper), ("A (1", "B (2"), strict=True
+        ):
             wait_for(f"{said} of 2), ", terminal)
             assert step == said[0].lower()
     drawn = terminal.getvalue()

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from axisid import (
     DataError,
-    Drive,
     Identification,
     Prefilter,
     SavedIdentification,
@@ -29,8 +28,11 @@ from axisid import (
     twin_record,
     validate,
 )
+from axisid.elements import Drive
 from axisid.modeling.declaration import Axis
+from axisid.support.remedy import as_options
 from benchmarks.random_axes import random_axis
+from tests.axes.drives import braked
 
 ARM = """\
 name = "arm"
@@ -97,7 +99,7 @@ def test_parameters_and_covariances_are_those_that_were_written(pair: Pair) -> N
     saved, result = pair.saved, pair.result
     assert list(saved) == list(result)
     assert len(saved) == len(result)
-    assert saved.judged.method == result.judged.method
+    assert saved.preferred.method == result.preferred.method
     for method in result:
         live, read = result[method], saved[method]
         assert read.parameters == live.parameters
@@ -114,6 +116,21 @@ def test_parameters_and_covariances_are_those_that_were_written(pair: Pair) -> N
         assert read.residual_tests.durbin_watson == live.residual_tests.durbin_watson
 
 
+@pytest.mark.parametrize("chosen", ["robust", "iid", "hac"])
+def test_covariance_of_the_intervals_is_in_the_file_for_every_parameter(
+    tmp_path: Path, chosen: Any
+) -> None:
+    axis = _axis("arm", tmp_path)
+    result = identify(axis, twin_record(axis), methods="ddm-ls", covariance=chosen)
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
+    live, read = result["ddm-ls"], load_result(file)["ddm-ls"]
+    assert np.array_equal(read.ddm_covariances[chosen], live.ddm_covariances[chosen])
+    assert np.array_equal(read.covariances[chosen], live.covariances[chosen])
+    physical, followed = result.physical["ddm-ls"], load_result(file).physical["ddm-ls"]
+    assert np.array_equal(followed.covariances[chosen], physical.covariances[chosen])
+
+
 def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
     saved, result = pair.saved, pair.result
     assert saved.summary() == str(saved) == result.summary()
@@ -121,7 +138,12 @@ def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
     assert saved._repr_html_() == result._repr_html_()
     assert saved.to_dict() == result.to_dict(20)
     assert saved.verdict == tuple(
-        replace(c, **{n: None for n in ("figure", "p_value") if _not_finite(getattr(c, n))})
+        replace(
+            c,
+            meaning=c.note.worded(as_options),  # a file has it as the command line words it
+            remedy=None,
+            **{n: None for n in ("figure", "p_value") if _not_finite(getattr(c, n))},
+        )
         for c in result.verdict
     )
     for method in result:
@@ -157,7 +179,7 @@ def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) 
 
 
 def test_what_the_gain_adds_is_found_where_all_moves_in_proportion(pair: Pair) -> None:
-    added = pair.saved.judged.derive(pair.saved.judged.quantities[0].name).sd_gain
+    added = pair.saved.preferred.derive(pair.saved.preferred.quantities[0].name).sd_gain
     if pair.axis.drive.relative_sd == 0:
         assert added == 0
     else:
@@ -168,7 +190,10 @@ def test_what_bends_warns_as_the_live_estimate_does(emps2015: Any, twin: Any) ->
     noisy = twin_record(replace(emps2015.axis), seed=3)
     result = identify(emps2015, noisy, methods=["idm-ls"])
     document = result.to_dict()
-    document["estimates"][0]["covariance_hac"] = [[900.0, 0, 0], [0, 900.0, 0], [0, 0, 900.0]]
+    (estimate,) = document["estimates"]
+    estimate["covariance_hac"] = [[900.0, 0, 0], [0, 900.0, 0], [0, 0, 900.0]]
+    for value in estimate["parameters"].values():
+        value["sd_hac"] = 30.0
     saved = _saved(document, Path(twin.provenance.source).name)
     with pytest.warns(RuntimeWarning, match="bends within the uncertainty"):
         saved["idm-ls"].derive("1/Fc")
@@ -215,12 +240,23 @@ def test_without_its_axis_the_estimates_are_read_and_the_rest_asks_for_it(pair: 
     there = {*alone.summary().splitlines()}
     missing = [line for line in wanted if line not in there]
     assert all(line.startswith(("left out", "truth", "         ")) for line in missing), missing
-    assert alone.judged.derive(pair.axis.parameters[-1].name if pair.saved.physical == {} else "1")
+    assert alone.preferred.derive(
+        pair.axis.parameters[-1].name if pair.saved.physical == {} else "1"
+    )
     with pytest.raises(UsageError, match=r"give the one it was identified with: load_result"):
         export(alone)
     with pytest.raises(UsageError, match="does not hold the axis"):
         alone.validate(twin_record(pair.axis))
     assert pickle.loads(pickle.dumps(alone)).summary() == alone.summary()  # noqa: S301
+
+
+def test_the_force_of_its_drive_is_told_as_of_the_live_result(tmp_path: Path) -> None:
+    axis = braked(load_axis("emps2015"))
+    result = identify(axis, twin_record(axis), methods=["idm-ls"])
+    file = tmp_path / "braked.json"
+    file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
+    assert "Force: what the drive makes of the control" in " ".join(result.summary().split())
+    assert load_result(file, axis).summary() == result.summary()
 
 
 def test_another_axis_is_refused(pair: Pair) -> None:
@@ -232,10 +268,11 @@ def test_another_axis_is_refused(pair: Pair) -> None:
 
 
 def test_draws_are_those_that_were_written(pair: Pair) -> None:
-    estimate = pair.saved.judged
+    estimate = pair.saved.preferred
     name = estimate.quantities[0].name
-    assert estimate.propagate(name, draws=20) == pair.result.judged.propagate(name, draws=20)
-    with pytest.raises(UsageError, match=r"no 21 draws of .* identify again with --draws 21"):
+    assert estimate.propagate(name, draws=20) == pair.result.preferred.propagate(name, draws=20)
+    assert estimate.propagate(name) == estimate.propagate(name, draws=20)
+    with pytest.raises(UsageError, match=r"holds 20 draws of .* not 21"):
         estimate.propagate(name, draws=21)
 
 
@@ -300,7 +337,10 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
     assert said in message
     assert str(file) in message
     assert "\n" not in message
-    assert "axisid identify --json" in message or "without --stream" in message
+    assert "--" not in message
+    if refused.value.code != "other-document":
+        assert "written with to_dict() as JSON." in message
+        assert refused.value.worded(as_options).endswith(" written with --json.")
 
 
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:

@@ -8,15 +8,16 @@ import pytest
 import sympy
 from matplotlib.mathtext import MathTextParser
 
-from axisid import Axis, Coordinate, Drive, Parameter, derive, fix, lagrange, load_axis, newton
+from axisid import Axis, Parameter, derive, fix, load_axis, newton
+from axisid.elements import Drive
 from axisid.presentation.formulas.axis_page import FORMATS, shown
 from axisid.presentation.formulas.latex import symbol_latex, unit_latex
+from tests.axes.bodies import J, body, energetic, m, rod, turn, x
+from tests.axes.drives import braked
 
 Run = Callable[..., tuple[int, str, str]]
 
 ROOT = Path(__file__).resolve().parents[3]
-x = Coordinate("x")
-m, J = Parameter("m", "kg", nominal=1.0), Parameter("J", "kg m^2")
 carried = Parameter("K", "kg")
 waves = tuple(Parameter(f"a_{i}", "N", description=r"50 % of a #1 \ {cog} _ ^ ~") for i in range(9))
 
@@ -29,32 +30,9 @@ WIDE = newton(
     resistance=[a * sympy.sin(100 * i * x.symbol) ** 2 for i, a in enumerate(waves, 1)],
     drive=Drive(gain=1.0, unit="N m/rad", relative_sd=0.01),
 )
-MERGED = newton(
-    "merged",
-    coordinate=x,
-    parameters=(m, carried),
-    inertia=m + 4 * carried,
-    resistance=(),
-    drive=Drive(gain=1.0),
-)
-CRANK = lagrange(
-    "crank",
-    coordinate=Coordinate("phi", unit="rad"),
-    parameters=(J,),
-    kinetic=J
-    * (1 + sympy.sin(sympy.Symbol("phi", real=True)) ** 2)
-    * sympy.Symbol("dphi", real=True) ** 2,
-    drive=Drive(gain=1.0),
-)
-PHI, RADIUS = Coordinate("phi", unit="rad"), Parameter("r", "m", nominal=0.3)
-ROD = lagrange(
-    "rod",
-    coordinate=PHI,
-    parameters=(m, RADIUS, J),
-    kinetic=(m * RADIUS**2 + J) * PHI.velocity**2 / 2,
-    potential=-9.81 * m * RADIUS * sympy.cos(PHI.symbol),
-    drive=Drive(gain=1.0),
-)
+MERGED = body(coordinate=x, inertia=m + 4 * carried, parameters=(m, carried), name="merged")
+CRANK = energetic(inertia=2 * J * (1 + sympy.sin(turn.symbol) ** 2), parameters=(J,), name="crank")
+ROD = rod()
 AXES = [
     ROD,
     load_axis("emps"),
@@ -96,32 +74,40 @@ def test_page_of_the_library_axis_says_everything(run: Run) -> None:
         assert line in out.splitlines(), line
 
 
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_drive_that_is_no_gain_alone_shows_its_own_force(form: str) -> None:
+    page = " ".join(shown(derive(braked(load_axis("emps2015"))), form).replace("\\", "").split())
+    told = "tau = drive_gain*control - 40*dq in N, the control in V, drive_gain = 35.15"
+    assert told in page
+    assert "times the control" not in page
+
+
 def test_what_cannot_be_told_apart_and_why_there_is_no_direct_model_are_said() -> None:
     page = shown(derive(MERGED))
     assert "m_plus_K = 4*K + m  [kg]" in page
     words = " ".join(page.split())
-    assert "only 4*K + m: no motion shows a change of m -4, K +1" in words
-    assert "only 4*K + m: the rest follows if one of m, K is known" in words
+    assert "a change of m -4, K +1" in words
+    assert "if one of m, K is known" in words
     text = " ".join(shown(derive(CRANK)).split())
-    assert "none: axis 'crank' has no direct regressor: its inertia" in text
+    assert "'crank' has no direct regressor" in text
     assert "none: least squares only" in text
 
 
 def test_base_parameters_and_what_follows_from_known_values_are_said() -> None:
     page = shown(derive(fix(ROD, m=(1.0, 0.02))))
     for line in (
-        "  tau = ddphi*(J + m*r**2) + 9.81*m*r*sin(phi)  [N m]",
-        "  inertia = J + m*r**2",
-        "  m  [kg]      nominal 1, known to be 1 +- 0.02",
-        "  m_r = m*r  [kg m]",
-        "  J_plus_m_r2 = J + m*r**2  [kg m^2]",
-        "  J_plus_m_r2  [kg m^2]  : ddphi",
-        "  m, r and J follow from a record, with m = 1 +- 0.02 kg known",
+        "  tau = ddq*(J + l**2*m) + 9.81*l*m*sin(q)  [N m]",
+        "  inertia = J + l**2*m",
+        "  m  [kg]      nominal 1.5, at least 0, known to be 1 +- 0.02",
+        "  m_l = l*m  [kg m]",
+        "  J_plus_m_l2 = J + l**2*m  [kg m^2]",
+        "  J_plus_m_l2  [kg m^2]  : ddq",
+        "  m, l and J follow from a record, with m = 1 +- 0.02 kg known",
     ):
         assert line in page.splitlines(), line
-    assert "no motion shows a change of m +m, r -r, J +m*r**2" in " ".join(page.split())
+    assert "a change of m +m, l -l, J +l**2*m" in " ".join(page.split())
     plain = " ".join(shown(derive(ROD)).split())
-    assert "the rest follows if one of m, r, J is known" in plain
+    assert "if one of m, l, J is known" in plain
 
 
 def environments(text: str) -> list[str]:

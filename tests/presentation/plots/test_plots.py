@@ -1,19 +1,13 @@
 """Figures as data say what is true of the result, and matplotlib draws every one of them."""
 
-import warnings
 from dataclasses import replace
-from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import sympy
-from matplotlib import font_manager
 
 from axisid import (
     Constant,
-    Coordinate,
-    Drive,
     Identification,
     Parameter,
     Prefilter,
@@ -21,7 +15,6 @@ from axisid import (
     UsageError,
     build,
     identify,
-    newton,
     sweep,
     validate,
 )
@@ -30,7 +23,6 @@ from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.studies.friction_curve import Friction, friction
 from axisid.presentation.drawing.matplotlib import drawn, rendered
-from axisid.presentation.drawing.ticks import Thousands, log_ticks
 from axisid.presentation.formulas.numbers import readable_unit
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
@@ -39,12 +31,10 @@ from axisid.presentation.plots.estimate import (
     spectrum_plot,
 )
 from axisid.presentation.plots.friction import friction_plot
-from axisid.presentation.plots.plot import NoPlot, Panel, Plot, Series, drawable
+from axisid.presentation.plots.plot import Plot, Series
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
-
-x = Coordinate("x")
-m, k = Parameter("m", "kg", nominal=2.0), Parameter("k", "N/m")
-b, c = Parameter("b", "N/(m/s)"), Parameter("c", "N")
+from axisid.support.missing import Missing
+from tests.axes.bodies import b, body, c, k, m, x
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +47,13 @@ def swept(emps2015: GeneratedAxis, twin: Record) -> Sweep:
     return sweep(emps2015, twin, (30.0, 90.0), methods=["idm-ls", "idm-iv"])
 
 
-def series(plot: Plot | NoPlot, panel: int, label: str) -> Series:
-    return next(s for s in drawable(plot).panels[panel].series if s.label.startswith(label))
+def there(plot: Plot | Missing) -> Plot:
+    assert isinstance(plot, Plot)
+    return plot
+
+
+def series(plot: Plot | Missing, panel: int, label: str) -> Series:
+    return next(s for s in there(plot).panels[panel].series if s.label.startswith(label))
 
 
 def moved() -> Record:
@@ -69,17 +64,8 @@ def moved() -> Record:
 
 
 def declared(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> GeneratedAxis:
-    return build(
-        newton(
-            "stage",
-            coordinate=x,
-            parameters=(m, *parameters),
-            inertia=m,
-            resistance=resistance,
-            drive=Drive(gain=1.0),
-        ),
-        native=False,
-    )
+    made = body(*resistance, coordinate=x, inertia=m, parameters=parameters, name="stage")
+    return build(made, native=False)
 
 
 @pytest.mark.parametrize("method", ["idm-ls", "idm-iv", "ddm-iv"])
@@ -95,7 +81,7 @@ def test_reconstruction_and_error_add_up_to_the_measurement(
 
 def test_rows_are_at_their_own_times(result: Identification, twin: Record) -> None:
     time = series(force_plot(result["idm-iv"]), 0, "measured").x
-    start, end = result.prefilter.dropped(twin.period)
+    start, end = result.data.sampling.filter.dropped
     assert start * twin.period <= time[0] < time[-1] <= (len(twin) - end) * twin.period
     assert np.diff(time) == pytest.approx(10 * twin.period)
 
@@ -127,7 +113,7 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
     result: Identification,
 ) -> None:
     estimate = result["idm-iv"]
-    panel = drawable(convergence_plot(estimate)).panels[0]
+    panel = there(convergence_plot(estimate)).panels[0]
     assert [s.label for s in panel.series] == ["M", "Fv", "Fc"]
     assert (panel.levels, panel.log) == ((0.01,), True)
     last, before = estimate.iterates[-1].physical, estimate.iterates[-2].physical
@@ -171,7 +157,7 @@ def test_friction_is_shown_by_rows_of_whole_weight_alone(
     at, mean, _ = shown.binned.T
     law = viscosity * at + coulombs * np.sign(at)
     assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
-    plot = drawable(friction_plot(found, estimate))
+    plot = there(friction_plot(found, estimate))
     assert f"Without {shown.left_out} rows by the reversals" in plot.caption
     assert not np.any(np.abs(shown.binned[:, 0]) < 1e-3)  # no bin mixes both directions
 
@@ -208,7 +194,7 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
         axis, moved(), Prefilter(cutoff=50.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
     )
     plot = friction_plot(result, result["idm-ls"])
-    assert isinstance(plot, NoPlot)
+    assert isinstance(plot, Missing)
     assert reason in plot.reason
     with pytest.raises(UsageError, match=reason):
         result.plot_friction()
@@ -217,9 +203,9 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
 def test_tracking_agrees_with_the_validation_of_the_same_record(
     result: Identification, twin: Record
 ) -> None:
-    plot = drawable(tracking_plot(result, result["idm-iv"]))
+    plot = there(tracking_plot(result, result["idm-iv"]))
     difference = plot.panels[2].series[0].y
-    start, end = result.prefilter.dropped(twin.period)
+    start, end = result.data.sampling.filter.dropped
     rms = float(np.sqrt(np.mean(difference[start : len(twin) - end] ** 2)))
     found = {v.method: v.position_error_rms for v in validate(result, twin)}
     assert rms == pytest.approx(found["idm-iv"], rel=1e-9)
@@ -229,7 +215,7 @@ def test_tracking_agrees_with_the_validation_of_the_same_record(
 def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> None:
     plot = record_plot(result)
     (first, after), (before, last) = plot.shaded
-    start, end = result.prefilter.dropped(twin.period)
+    start, end = result.data.sampling.filter.dropped
     assert (first, after) == pytest.approx((0, start * twin.period))
     assert last - before == pytest.approx(end * twin.period)
     kept = replace(
@@ -260,50 +246,32 @@ def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
     assert ls.low.min() < first - 5 * (last - first)
     plot = sweep_plot(swept)
     assert plot.panels[0].span == pytest.approx((first - (last - first), last))
-    assert "The scale is the instruments'" in plot.caption
+    assert "instruments" in plot.caption
     assert drawn(plot).get_axes()[0].get_ylim() == plot.panels[0].span
 
 
+def test_figures_are_listed_by_the_names_of_their_files(
+    result: Identification, swept: Sweep
+) -> None:
+    assert all(there(plot).name == name for name, plot in result_plots(result, swept).items())
+
+
 def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
-    for plot in result_plots(result, swept):
-        figure = drawn(drawable(plot))
+    for plot in result_plots(result, swept).values():
+        figure = drawn(there(plot))
         figure.canvas.draw()
         for axes in figure.get_axes():
-            for axis in (axes.yaxis, *([] if drawable(plot).whole else [axes.xaxis])):
+            for axis in (axes.yaxis, *([] if there(plot).whole else [axes.xaxis])):
                 low, high = sorted(axis.get_view_interval())
                 seen = [t for t in axis.get_majorticklocs() if low <= t <= high]
                 assert len(seen) >= 3, (plot.name, axes.get_ylabel())
 
 
-@pytest.mark.parametrize(
-    ("first", "last", "ticks"),
-    [
-        (1e-6, 1e3, [1e-6, 1e-4, 0.01, 1, 100]),
-        (1e-5, 400.0, [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1, 10, 100]),
-        (15, 130, [20, 50, 100]),
-        (19, 31, [20, 22.5, 25, 27.5, 30]),
-        (0.8, 6.0, [1, 2, 5]),
-    ],
-)
-def test_logarithmic_ticks_are_round_and_enough(
-    first: float, last: float, ticks: list[float]
-) -> None:
-    assert log_ticks(first, last) == pytest.approx(ticks)
-
-
-def test_a_power_of_a_thousand_is_taken_out_of_small_ticks() -> None:
-    form = Thousands()
-    assert form.format_ticks([-5e-6, 0.0, 5e-6]) == ["\u22125", "0", "5"]
-    assert form.get_offset() == "\u00d7 10⁻⁶"
-    assert form.format_ticks([0.0, 0.25, 0.5]) == ["0.00", "0.25", "0.50"]
-    assert form.get_offset() == ""
-
-
 def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
     result: Identification, swept: Sweep
 ) -> None:
-    for plot in result_plots(result, swept):
-        figure = drawn(drawable(plot), width=88.0)
+    for plot in result_plots(result, swept).values():
+        figure = drawn(there(plot), width=88.0)
         assert figure.get_figwidth() == pytest.approx(88 / 25.4)
         figure.canvas.draw()
         edge = figure.bbox.x1
@@ -315,7 +283,7 @@ def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
 
 
 def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
-    for plot in (record_plot(result), drawable(tracking_plot(result, result.judged))):
+    for plot in (record_plot(result), there(tracking_plot(result, result.preferred))):
         legend = drawn(plot).get_axes()[0].get_legend()
         assert legend is not None
         assert [t.get_text() for t in legend.get_texts()][-1] == "left out"
@@ -337,7 +305,7 @@ def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
 def test_what_was_measured_lies_over_what_was_reconstructed(result: Identification) -> None:
     for plot, names in (
         (force_plot(result["idm-iv"]), ("reconstructed, IDM-IV", "measured")),
-        (drawable(tracking_plot(result, result.judged)), ("simulated", "recorded")),
+        (there(tracking_plot(result, result.preferred)), ("simulated", "recorded")),
         (record_plot(result), ("reference", "position")),
     ):
         order = [s.label for s in plot.panels[0].layers]
@@ -355,21 +323,24 @@ def test_every_axis_of_every_figure_has_a_unit_or_counts(
     result: Identification, swept: Sweep
 ) -> None:
     unitless = {"iteration", "autocorrelation"}
-    for plot in result_plots(result, swept):
-        for label in (drawable(plot).x_label, *(p.label for p in drawable(plot).panels)):
+    for plot in result_plots(result, swept).values():
+        for label in (there(plot).x_label, *(p.label for p in there(plot).panels)):
             assert label in unitless or (label.endswith("]") and " [" in label), label
 
 
 def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(replace(emps2015.axis, control=None), twin)
-    missing = [p for p in result_plots(result) if isinstance(p, NoPlot)]
-    assert [p.name for p in missing] == ["convergence", "tracking"]
+    plots = result_plots(result)
+    assert [name for name, p in plots.items() if isinstance(p, Missing)] == [
+        "convergence",
+        "tracking",
+    ]
     with pytest.raises(UsageError, match="no control law"):
         result.plot_tracking()
 
 
 def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
-    plot = autocorrelation_plot(result.judged)
+    plot = autocorrelation_plot(result.preferred)
     for form, magic in (("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")):
         first, second = (rendered(drawn(plot), form) for _ in range(2))
         assert first == second
@@ -466,48 +437,4 @@ def test_gaps_are_marked_and_what_is_masked_is_shaded(
     assert np.isnan(force.panels[0].series[0].y).sum() >= 2
     # Both ends, the segment that is too short with its neighbours' ends, and what is masked.
     assert len(plot.shaded) == 4
-    assert drawable(tracking_plot(found, found["idm-ls"])).marks == plot.marks
-
-
-def without_superscripts(folder: Path) -> Path:
-    """A font as Liberation Sans is: under its name, and without the signs of exponents."""
-    ttlib = pytest.importorskip("fontTools.ttLib")
-    subset = pytest.importorskip("fontTools.subset")
-    font = ttlib.TTFont(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
-    chosen = subset.Subsetter()
-    chosen.populate(unicodes=[*range(0x20, 0x7F), *range(0xA0, 0x100), 0x2212])
-    chosen.subset(font)
-    for record in font["name"].names:
-        if record.nameID in (1, 4, 16):
-            record.string = "Liberation Sans"
-    file = folder / "LiberationSans-Regular.ttf"
-    font.save(file)
-    return file
-
-
-@pytest.mark.parametrize("form", ["png", "pdf", "svg"])
-def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str
-) -> None:
-    manager = font_manager.fontManager
-    monkeypatch.setattr(manager, "ttflist", [f for f in manager.ttflist if "DejaVu" in f.name])
-    manager.addfont(without_superscripts(tmp_path))
-    x = np.geomspace(1e-7, 1e3, 20)
-    panel = Panel(
-        label="inertia [10⁻³ kg m²] ⁰¹⁴⁵⁶⁷⁸⁹", series=(Series(label="a", x=x, y=1e8 * x),)
-    )
-    plot = Plot(name="all", title="", caption="", x_label="s⁻¹", panels=(panel,), log=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # a glyph that is missing is one
-        figure = drawn(plot, "τ and θ̈")
-        assert rendered(figure, form)
-    used = figure.axes[0].yaxis.label.get_fontfamily()
-    assert used == ["Liberation Sans", "DejaVu Sans"]
-
-
-def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
-    x = np.arange(5.0)
-    panel = Panel(label="a [mm]", series=(Series(label="a", x=x, y=x),))
-    plot = Plot(name="all", title="", caption="", x_label="t", panels=(panel,))
-    assert rendered(drawn(plot), "png")
-    assert "not found" not in caplog.text
+    assert there(tracking_plot(found, found["idm-ls"])).marks == plot.marks

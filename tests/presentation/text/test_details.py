@@ -51,14 +51,15 @@ def test_correlation_law_and_instruments_are_told(result: Identification) -> Non
     assert f"{found.instruments.columns[0].conditional_f:.4g}" in block(text, "Instruments")[2]
     assert not isinstance(found.alignment, Missing)
     assert f"{found.alignment.best:.3f}" in "".join(block(text, "Alignment"))
-    assert found.endogeneity is not None
+    assert not isinstance(found.endogeneity, Missing)
     assert f"F = {found.endogeneity.statistic:.4g}" in "".join(block(text, "Durbin-Wu-Hausman"))
 
 
 def test_what_was_not_measured_says_why(emps2015: GeneratedAxis, twin: Record) -> None:
     alone = identify(emps2015, replace(twin, reference=None), methods="idm-ls")
     text = alone.summary(full=True)
-    assert block(text, "Control law") == ["not checked: the record has no reference or no control"]
+    (said,) = block(text, "Control law")
+    assert said.startswith("not checked: ")
     assert block(text, "Instruments") == ["none"]
     assert "it needs idm-iv" in block(text, "Durbin-Wu-Hausman")[0]
 

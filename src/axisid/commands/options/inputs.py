@@ -52,7 +52,9 @@ def axis_and_record(
         if record is not None:
             return generated, reading.record(record, generated)
         if reading.given and second is None:
-            raise UsageError(f"{' and '.join(reading.given)} describe a record; name its file.")
+            verb = "describes" if len(reading.given) == 1 else "describe"
+            said = f"{' and '.join(reading.given)} {verb} a record"
+            raise UsageError(f"{said}; name its file.")
         # The twin has every term, as an axis does whatever is identified of it.
         own = build(whole, native=not no_native) if left_out else generated
         return generated, twin_record(own)

@@ -240,8 +240,9 @@ def print_result(result: Shown, **how: Any) -> None:
         As its `summary` takes it.
     """
     from axisid.presentation.views import as_blocks
+    from axisid.support.remedy import as_options
 
-    print_document(as_blocks(result, **how))
+    print_document(as_blocks(result, wording=as_options, **how))
 
 
 def put_json(file: str, result: dict[str, Any]) -> None:

@@ -1,5 +1,6 @@
 """Options of every command that reads a record, collected into one object."""
 
+import csv
 import functools
 import math
 from collections.abc import Callable
@@ -193,12 +194,13 @@ def _rate(text: str | None) -> float | Literal["auto"] | None:
 
 def _roles(columns: str | None) -> dict[str, str]:
     roles: dict[str, str] = {}
-    for pair in columns.split(",") if columns else ():
+    for pair in next(csv.reader([columns], skipinitialspace=True)) if columns else ():
         role, equals, name = (part.strip() for part in pair.partition("="))
         if not equals or not role or not name or role in roles:
             raise click.BadParameter(
                 f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT with each role once, as in "
-                "time=t,position=qm:mm",
+                "time=t,position=qm:mm; quote a pair whose name has a comma: "
+                'time=t,"control=I, raw"',
                 param_hint="--columns",
             )
         roles[role] = name

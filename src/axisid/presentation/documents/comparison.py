@@ -15,8 +15,9 @@ from axisid.presentation.schema import (
     plain,
 )
 from axisid.support.arrays import finite_tree
+from axisid.support.remedy import as_options
 
-from .identification import estimate_document, left_out, prefilter_document, record_document
+from .identification import estimate_document, left_out, prefilter_document, record_document, said
 
 
 def comparison_dict(comparison: Comparison) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         rows=len(c.candidates[0].estimate.y),
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
         candidates=tuple(map(_candidate, c.candidates)),
-        failures=dict(c.failures),
+        failures={name: why.worded(as_options) for name, why in c.failures.items()},
         tests=tuple(WrittenNestedTest(**asdict(test)) for test in c.tests),
         same=tuple(map(tuple, c.same)),
         recommended=c.recommended,
@@ -54,7 +55,7 @@ def _candidate(candidate: Candidate) -> WrittenCandidate:
         criteria=WrittenCriteria(**asdict(candidate.criteria)),
         held_out_equation=_held_out(candidate.equation),
         held_out_simulation=None if simulation is None else _held_out(simulation),
-        no_simulation=candidate.reason or None,
+        no_simulation=said(candidate.reason),
         parameter_checks=tuple(WrittenParameterCheck(**asdict(c)) for c in candidate.checks),
     )
 

@@ -30,6 +30,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, finite, finite_tree
 from axisid.support.missing import Missing
+from axisid.support.remedy import as_options
 
 #: How the meaning of a law's check begins that could not be made.
 NOT_EVALUATED = "not evaluated: "
@@ -45,7 +46,7 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
         Of the physical parameters.
     """
     return {
-        "judged": diagnosis.judged,
+        "judged": diagnosis.preferred,
         "law_check": _law_check(diagnosis.law),
         "instruments": _instruments(diagnosis.instruments),
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
@@ -58,14 +59,16 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
 def _law_check(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
-        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
+        return WrittenLawCheck(
+            passed=None, meaning=f"{NOT_EVALUATED}{check.note.worded(as_options)}"
+        )
     return WrittenLawCheck(
         passed=check.passed,
         factors=dict(check.factors),
         residual_percent=check.residual_percent,
         fitted_residual_percent=check.fitted_residual_percent,
         delay=check.delay,
-        meaning=check.meaning,
+        meaning=check.note.worded(as_options),
     )
 
 
@@ -86,8 +89,8 @@ def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
     )
 
 
-def _endogeneity(test: Endogeneity | None, names: Sequence[str]) -> WrittenEndogeneity | None:
-    if test is None:
+def _endogeneity(test: Endogeneity | Missing, names: Sequence[str]) -> WrittenEndogeneity | None:
+    if isinstance(test, Missing):
         return None
     return WrittenEndogeneity(
         statistic=finite(test.statistic),
@@ -98,7 +101,7 @@ def _endogeneity(test: Endogeneity | None, names: Sequence[str]) -> WrittenEndog
 
 def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
     if isinstance(profile, Missing):
-        return WrittenAlignment(best=None, reason=profile.reason)
+        return WrittenAlignment(best=None, reason=profile.note.worded(as_options))
     return WrittenAlignment(
         best=profile.best,
         deviation=finite(profile.deviation),
@@ -127,7 +130,7 @@ def check_document(check: Check) -> WrittenCheck:
     return WrittenCheck(
         name=check.name,
         status=check.status,
-        meaning=check.meaning,
+        meaning=check.note.worded(as_options),
         figure=finite_tree(check.figure),
         threshold=finite_tree(check.threshold),
         p_value=finite_tree(check.p_value),

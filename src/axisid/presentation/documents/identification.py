@@ -1,9 +1,9 @@
 """Results as documents. The names are a contract with other programs."""
 
-from collections.abc import Iterable, Mapping
-from typing import Any, cast
+from collections.abc import Iterable, Mapping, Set
+from typing import Any, TypeVar, cast
 
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
@@ -27,8 +27,15 @@ from axisid.presentation.schema import (
     plain,
 )
 from axisid.support.arrays import Array, finite
+from axisid.support.remedy import Note, as_options
 
 from .diagnosis import diagnosis_members, residual_document
+
+T = TypeVar("T")
+
+_NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
+_NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's parameters
+_NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
 def identification_dict(result: Identification, draws: int = 0) -> dict[str, Any]:
@@ -49,13 +56,13 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             estimate_document(
                 e,
                 drawn=_drawn(e, draws) if draws else None,
-                physical=_physical(physical[name]) if name in physical else UNSET,
+                physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
             )
             for name, e in result.estimates.items()
         ),
         **diagnosis_members(diagnosis, result.axis.names),
-        skipped=dict(result.skipped),
-        failed=dict(result.failed),
+        skipped={method: why.worded(as_options) for method, why in result.skipped.items()},
+        failed={method: why.worded(as_options) for method, why in result.failed.items()},
     )
 
 
@@ -69,13 +76,23 @@ def record_document(record: Record) -> WrittenRecord:
     return WrittenRecord(
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
-        assumed=record.provenance.assumed,
+        assumed=assumed(record.provenance),
         repairs=tuple(map(_repair, record.provenance.repairs)),
         segments=record.segments,
         masked=record.masked,
         samples=len(record),
         sample_period=record.period,
     )
+
+
+def said(note: Note | None) -> str | None:
+    """A note as the command line words it; None where there is none."""
+    return None if note is None else note.worded(as_options)
+
+
+def assumed(provenance: Provenance) -> tuple[str, ...]:
+    """What was taken of a log, and what is doubtful of it, as the command line says it."""
+    return (*provenance.assumed, *(doubt.worded(as_options) for doubt in provenance.doubts))
 
 
 def _repair(repair: Repair) -> WrittenRepair:
@@ -102,7 +119,7 @@ def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
         order=prefilter.order,
         decimate=prefilter.decimate,
         decimation=prefilter.decimation,
-        drop=prefilter.dropped(sampling.period),
+        drop=sampling.filter.dropped,
         hold=cast(Any, prefilter.hold),
         reversals=cast(Any, prefilter.reversals),
         silent=sampling.excluded_samples,
@@ -128,8 +145,10 @@ def estimate_document(
         covariance=matrix(estimate.covariance),
         covariance_robust=matrix(estimate.covariances["robust"]),
         covariance_hac=matrix(estimate.covariances["hac"]),
+        covariances=_further(estimate.covariances, estimate.chosen, _NAMED),
         theta_ddm_covariance=matrix(estimate.ddm_covariance) if direct else None,
         theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
+        theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, _NAMED_DIRECT),
         correlation=matrix(estimate.correlation),
         covariance_names=dict(estimate.covariance_names),
         chosen_covariance=cast(Any, estimate.chosen),
@@ -146,7 +165,7 @@ def estimate_document(
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
         residual_tests=residual_document(estimate.residual_tests),
-        remarks=estimate.remarks,
+        remarks=tuple(remark.worded(as_options) for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
     )
@@ -179,14 +198,15 @@ def _drawn_document(drawn: Drawn) -> WrittenDrawn:
     )
 
 
-def _physical(physical: Physical) -> WrittenPhysical:
+def _physical(physical: Physical, chosen: str) -> WrittenPhysical:
     base = physical.base
     return WrittenPhysical(
         parameters={name: value_document(v) for name, v in physical.parameters.items()},
         covariance_hac=matrix(physical.covariances["hac"]),
+        covariances=_further(physical.covariances, chosen, _NAMED_PHYSICAL),
         base={p.name: p.description for p, _ in base.combined},
         fixed={p.name: WrittenKnown(value=cast(Any, p.known), sd=p.known_sd) for p in base.known},
-        unsettled=physical.unsettled,
+        unsettled=physical.undetermined,
         statistic=physical.statistic,
         dof=physical.dof,
         p_value=physical.p_value,
@@ -197,6 +217,22 @@ def _physical(physical: Physical) -> WrittenPhysical:
 def left_out(axis: GeneratedAxis) -> dict[str, float]:
     """What stands for the parameters that were left out, by name."""
     return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
+
+
+def _others(by_covariance: Mapping[str, T]) -> dict[str, T]:
+    """What is of covariances that have no member of their own."""
+    return {name: each for name, each in by_covariance.items() if name not in _NAMED}
+
+
+def _further(
+    covariances: Mapping[str, Array], chosen: str, written: Set[str]
+) -> dict[str, Matrix] | UnsetType:
+    """Covariances that are not written elsewhere: the chosen one, and those of later rows.
+
+    Robust and i.i.d. ones that no interval is of are left out, as in every file so far.
+    """
+    wanted = {chosen, *_others(covariances)} - written
+    return {name: matrix(c) for name, c in covariances.items() if name in wanted} or UNSET
 
 
 def value_document(value: Value) -> WrittenValue:
@@ -215,6 +251,7 @@ def _value_members(value: Value) -> dict[str, Any]:
         "interval_95": value.interval,
         "sd_gain": value.sd_gain,
         "filter_bias": value.filter_bias,
+        "deviations": _others(value.deviations) or UNSET,
     }
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import UNSET
 
 from axisid.estimation.diagnostics import (
+    NO_ENDOGENEITY,
     Alignment,
     Check,
     Diagnosis,
@@ -36,7 +37,7 @@ from .diagnosis import NOT_EVALUATED
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     """The diagnosis of a document."""
     return Diagnosis(
-        judged=written.judged,
+        preferred=written.judged,
         law=_law(written.law_check),
         instruments=_instruments(written.instruments),
         endogeneity=_endogeneity(written.endogeneity),
@@ -90,9 +91,9 @@ def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
     )
 
 
-def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | None:
+def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | Missing:
     if written is None:
-        return None
+        return NO_ENDOGENEITY
     return Endogeneity(
         statistic=_known(written.statistic),
         p_value=_known(written.p_value),

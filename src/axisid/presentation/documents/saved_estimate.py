@@ -1,7 +1,6 @@
 """One method's estimate as its file has it: what can be said without the rows it was made from."""
 
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -10,12 +9,17 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.estimates import CURVED, Iterate, Named, Value, student_interval
+from axisid.estimation.estimates import Iterate, Named, Value, derived_value
 from axisid.estimation.regression import Drawn, ResidualTests
-from axisid.modeling.text import FunctionLike, parameter_function
-from axisid.presentation.schema import Matrix, WrittenEstimate, WrittenValue
+from axisid.modeling.text import FunctionLike
+from axisid.presentation.schema import (
+    Matrix,
+    WrittenEstimate,
+    WrittenPhysical,
+    WrittenValue,
+)
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import UsageError
 from axisid.support.shown import Shown
 
 from .saved_diagnosis import read_residual_tests
@@ -47,10 +51,7 @@ class SavedEstimate(Shown):
     row_period: float
 
     def __repr__(self) -> str:
-        values = (
-            f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.parameters.items()
-        )
-        return f"{self.method}: {', '.join(values)}"
+        return f"{self.method}: {self.parameters.listed()}"
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is computed when it is asked for."""
@@ -124,8 +125,7 @@ class SavedEstimate(Shown):
     @cached_property
     def covariances(self) -> Mapping[str, Array]:
         """Of `physical`, (p, p), by name: ``iid``, ``robust`` and ``hac``."""
-        d = self.document
-        return _arrays(iid=d.covariance, robust=d.covariance_robust, hac=d.covariance_hac)
+        return arrays(written_covariances(self.document))
 
     @property
     def covariance(self) -> Array:
@@ -134,9 +134,8 @@ class SavedEstimate(Shown):
 
     @cached_property
     def ddm_covariances(self) -> Mapping[str, Array]:
-        """Of the direct model's parameters, (m, m): ``iid`` and ``hac``."""
-        d = self.document
-        return _arrays(iid=d.theta_ddm_covariance, hac=d.theta_ddm_covariance_hac)
+        """Of the direct model's parameters, (m, m): ``iid``, ``hac`` and the chosen one."""
+        return arrays(written_ddm_covariances(self.document))
 
     @property
     def correlation(self) -> Array:
@@ -226,47 +225,23 @@ class SavedEstimate(Shown):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        read = parameter_function(function, {name: v.unit for name, v in self.parameters.items()})
-        value, slopes, bends = read.at([float(x) for x in self.physical])
-        gradient, hessian = np.array(slopes), np.array(bends)
-        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
-            raise EstimationError(
-                f"{function} is not a finite real number with finite derivatives at the estimate; "
-                f"its value is {value:g}."
-            )
-        if self._curvature(gradient, hessian) > CURVED:
-            warnings.warn(
-                f"{function} bends within the uncertainty, so that its deviation to first order is "
-                "not enough; identify again and draw: propagate()",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-        sds = {
-            name: math.sqrt(max(float(gradient @ c @ gradient), 0.0))
-            for name, c in self.covariances.items()
-        }
-        bias = None if self.filter_bias is None else float(gradient @ self.filter_bias)
-        return Value(
-            value=value,
-            unit=str(read.unit),
-            sd=sds["iid"],
-            sd_robust=sds["robust"],
-            sd_hac=sds["hac"],
-            interval=student_interval(value - (bias or 0.0), sds[self.chosen], self.dof),
-            sd_gain=abs(float(gradient @ self._moved_by_gain)),
-            filter_bias=bias,
-            chosen=self.chosen,
+        return derived_value(
+            function,
+            self,
+            curvature=self._curvature,
+            moved_by_gain=self._moved_by_gain,
+            advice="identify again and draw: propagate()",
         )
 
-    def propagate(self, function: str, *, draws: int) -> Drawn:
+    def propagate(self, function: str, *, draws: int | None = None) -> Drawn:
         """A parameter over draws, as the file has it.
 
         Parameters
         ----------
         function : str
             A parameter's name.
-        draws : int
-            As many as were drawn.
+        draws : int, optional
+            As many as were drawn; by default as many as the file has.
 
         Raises
         ------
@@ -274,10 +249,11 @@ class SavedEstimate(Shown):
             The file has no such draws.
         """
         drawn = (self.document.drawn or {}).get(function)
-        if drawn is None or drawn.draws + drawn.lost != draws:
+        held = 0 if drawn is None else drawn.draws + drawn.lost
+        if drawn is None or draws not in (None, held):
             raise UsageError(
-                f"the file holds no {draws} draws of {function!r} by {self.method}; identify again "
-                f"with --draws {draws}."
+                f"the file holds {held} draws of {function!r} by {self.method}, not "
+                f"{'any' if draws is None else draws}; identify again and write as many."
             )
         median, low, high = (
             math.nan if x is None else x for x in (drawn.median, *drawn.interval_95)
@@ -326,8 +302,41 @@ class SavedEstimate(Shown):
         return moved if in_proportion else np.full(len(sizes), math.nan)
 
 
-def _arrays(**written: Matrix | None) -> dict[str, Array]:
-    return {name: frozen(matrix) for name, matrix in written.items() if matrix is not None}
+def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
+    """Matrices of a file, by name."""
+    return {name: frozen(matrix) for name, matrix in written.items()}
+
+
+def written_covariances(estimate: WrittenEstimate) -> dict[str, Matrix]:
+    """Of an estimate's parameters, by name, those with a member of their own and the others."""
+    return {
+        **(estimate.covariances or {}),
+        "iid": estimate.covariance,
+        "robust": estimate.covariance_robust,
+        "hac": estimate.covariance_hac,
+    }
+
+
+def written_ddm_covariances(estimate: WrittenEstimate) -> dict[str, Matrix]:
+    """Of the direct model's parameters, by name; empty for an inverse model."""
+    own = {"iid": estimate.theta_ddm_covariance, "hac": estimate.theta_ddm_covariance_hac}
+    written = {name: matrix for name, matrix in own.items() if matrix is not None}
+    return {**(estimate.theta_ddm_covariances or {}), **written}
+
+
+def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]:
+    """Of the declared parameters that follow, by name."""
+    return {**(physical.covariances or {}), "hac": physical.covariance_hac}
+
+
+def written_deviations(value: WrittenValue) -> dict[str, float]:
+    """Of a value, by covariance, those with a member of their own and the others."""
+    return {
+        **(value.deviations or {}),
+        "iid": value.sd,
+        "robust": value.sd_robust,
+        "hac": value.sd_hac,
+    }
 
 
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> Named:
@@ -339,9 +348,7 @@ def _value(written: WrittenValue, chosen: str) -> Value:
     return Value(
         value=written.value,
         unit=written.unit,
-        sd=written.sd,
-        sd_robust=written.sd_robust,
-        sd_hac=written.sd_hac,
+        deviations=written_deviations(written),
         interval=written.interval_95,
         sd_gain=written.sd_gain,
         filter_bias=written.filter_bias,

@@ -3,35 +3,28 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
-from axisid.codegen.artefacts import GeneratedAxis, build, signature
+from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.diagnostics import Check, Diagnosis
-from axisid.estimation.estimates import METHODS, Named
+from axisid.estimation.estimates import Named
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Prefilter, Sampling
+from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
 from axisid.estimation.tables import Provenance, Repair
-from axisid.modeling.declaration import Axis, leave_out
-from axisid.modeling.derivation import derive
-from axisid.modeling.library import LIBRARY
+from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.modeling.text import load_axis
 from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenPrefilter,
     WrittenRecord,
-    WrittenStream,
-    read_document,
-    schema_of,
 )
-from axisid.support.arrays import Array, frozen
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
 from axisid.support.shown import Shown, shown_by
 
 from .saved_diagnosis import read_diagnosis
-from .saved_estimate import SavedEstimate, named
+from .saved_estimate import SavedEstimate, arrays, named, written_physical_covariances
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +88,9 @@ class SavedPhysical:
     parameters : Named
         The declared parameters that follow, by name.
     covariances : mapping of str to array
-        Of these, in their order: ``hac``.
+        Of these, in their order: ``hac`` and the one that was chosen.
     base : SavedBase
-    unsettled : tuple of str
+    undetermined : tuple of str
         Which parameters do not follow and what would have to be known.
     statistic, dof, p_value : float, int, float or None
         Distance of what was fixed from the record, chi-squared.
@@ -110,7 +103,7 @@ class SavedPhysical:
     parameters: Named
     covariances: Mapping[str, Array]
     base: SavedBase
-    unsettled: tuple[str, ...]
+    undetermined: tuple[str, ...]
     statistic: float
     dof: int
     p_value: float | None
@@ -139,11 +132,12 @@ class SavedIdentification(Shown):
     declared: Axis | None = None
 
     def __getitem__(self, method: str) -> SavedEstimate:
-        if method.lower() not in self.estimates:
+        name = str(method).lower()
+        if name not in self.estimates:
             raise UsageError(
                 f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
             )
-        return self.estimates[method.lower()]
+        return self.estimates[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.estimates)
@@ -201,7 +195,7 @@ class SavedIdentification(Shown):
         return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
 
     @property
-    def asked(self) -> Prefilter | None:
+    def requested(self) -> Prefilter | None:
         """None: what was left open of the filter before it suited the record is in no file."""
         return None
 
@@ -216,7 +210,7 @@ class SavedIdentification(Shown):
         return self.document.failed
 
     @property
-    def judged(self) -> SavedEstimate:
+    def preferred(self) -> SavedEstimate:
         """The estimate that is judged."""
         return self[self.document.judged]
 
@@ -276,101 +270,6 @@ class SavedIdentification(Shown):
         return validate(self, record)
 
 
-def load_result(
-    path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
-) -> SavedIdentification:
-    """Read an identification that was written as JSON.
-
-    Parameters
-    ----------
-    path : str or Path
-        What ``axisid identify --json`` wrote, or ``result.to_dict()`` as JSON.
-    axis : Axis, str or Path, optional
-        The axis that was identified, or what `load_axis` takes. An axis of the library is found by
-        itself; of another one the estimates can be read without it, but not be exported or held
-        against another record.
-
-    Returns
-    -------
-    SavedIdentification
-        With the estimates by method, their covariances, the verdict, and what is made of them:
-        ``derive``, ``summary``, ``plot`` and `export`.
-
-    Raises
-    ------
-    DataError
-        The file cannot be read, or is no whole result.
-    UsageError
-        The axis is not the one that was identified.
-    """
-    if isinstance(path, SavedIdentification):
-        return path if axis is None else replace(path, declared=_declared(path.document, axis))
-    document = read_document(
-        Path(path),
-        WrittenIdentification,
-        refused={
-            schema_of(WrittenStream): "is of a log that was read in blocks, which has no verdict "
-            "and no covariances; give the result of identify without --stream."
-        },
-    )
-    _check(document, str(path))
-    return SavedIdentification(
-        file=str(path), document=document, declared=_declared(document, axis)
-    )
-
-
-def _check(document: WrittenIdentification, file: str) -> None:
-    """Refuse what each class allows and a result cannot be."""
-    saved = SavedIdentification(file=file, document=document)
-    problem = "" if document.judged in saved.estimates else f"there is no {document.judged!r}"
-    try:
-        _ = saved.prefilter, saved.physical, saved.diagnosis
-    except (AxisidError, ArithmeticError, ValueError) as error:
-        problem = " ".join(str(error).split()).removesuffix(".")
-    for estimate in saved.estimates.values():
-        problem = problem or _misfit(estimate)
-    if problem:
-        raise DataError(
-            f"{file} contradicts itself: {problem}. Write it again with axisid identify --json."
-        )
-
-
-def _misfit(estimate: SavedEstimate) -> str:
-    """What of an estimate does not belong to its parameters; empty for nothing."""
-    of, names = estimate.document, {*estimate.parameters}
-    if of.method not in METHODS:
-        return f"there is no method {of.method!r}"
-    sizes = {len(row) for c in estimate.covariances.values() for row in (c, *c)}
-    if sizes != {len(names)}:
-        return f"the covariances of {of.method} are not of its {len(names)} parameters"
-    if any({*each} != names for each in (of.curvatures, *of.iterations)):
-        return f"the iterations or curvatures of {of.method} are of other parameters"
-    if len(of.iterations) != len(of.iteration_simulation_errors_percent):
-        return f"the iterations of {of.method} have errors of other ones"
-    if estimate.dof < 1:
-        return f"{of.method} has {of.rows} rows for {len(estimate.form.quantities)} parameters"
-    return ""
-
-
-def _declared(document: WrittenIdentification, given: Axis | str | Path | None) -> Axis | None:
-    """The axis as it was given, or as the library has it if that is the same."""
-    if given is None and document.axis not in LIBRARY:
-        return None
-    source = document.axis if given is None else given
-    axis = source if isinstance(source, Axis) else load_axis(source)
-    axis = leave_out(axis, **(document.left_out or {}))
-    made = signature(derive(axis))
-    if made == document.signature:
-        return axis
-    if given is None:
-        return None
-    raise UsageError(
-        f"the result was identified with the generated code {document.signature[:12]} of the axis "
-        f"{document.axis!r}, but {axis.name!r} as it is given has {made[:12]}; give the axis as it "
-        "was then."
-    )
-
-
 def _record(written: WrittenRecord) -> SavedRecord:
     return SavedRecord(
         provenance=Provenance(
@@ -400,7 +299,7 @@ def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
         reversals=written.reversals,
     )
     # Ends that are no longer than the filter's transient were not cut off, but given no weight.
-    transient = made.dropped(period)
+    transient = SampledFilter(made, period).dropped
     return made if transient == written.drop else replace(made, drop=written.drop)
 
 
@@ -413,7 +312,7 @@ def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
     return SavedPhysical(
         method=estimate.method,
         parameters=parameters,
-        covariances={"hac": frozen(written.covariance_hac)},
+        covariances=arrays(written_physical_covariances(written)),
         base=SavedBase(
             known=tuple(
                 Parameter(
@@ -429,7 +328,7 @@ def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
                 for name, made in written.base.items()
             ),
         ),
-        unsettled=written.unsettled,
+        undetermined=written.unsettled,
         statistic=written.statistic,
         dof=written.dof,
         p_value=written.p_value,

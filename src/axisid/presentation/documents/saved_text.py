@@ -8,11 +8,14 @@ import numpy as np
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.signals import Neighbours
+from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import Document
-from axisid.presentation.plots import NoPlot, Plot, autocorrelation_plot, convergence_plot
+from axisid.presentation.plots import Plot, autocorrelation_plot, convergence_plot
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
+from axisid.support.remedy import Wording, as_arguments
 
 from .saved_estimate import SavedEstimate
 from .saved_result import SavedIdentification
@@ -38,9 +41,15 @@ class _Like:
         return len(cast(Any, self._other))
 
 
-def saved_document(saved: SavedIdentification, draws: int = 0, *, full: bool = False) -> Document:
+def saved_document(
+    saved: SavedIdentification,
+    draws: int = 0,
+    *,
+    full: bool = False,
+    wording: Wording = as_arguments,
+) -> Document:
     """Heading, tables, verdict and notes; see `SavedIdentification.summary`."""
-    return identification_document(_live(saved), draws, full=full)
+    return identification_document(_live(saved), draws, full=full, wording=wording)
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
@@ -48,7 +57,7 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
     return estimate_document(_live_estimate(estimate))
 
 
-def saved_plot(estimate: SavedEstimate, what: str) -> Plot | NoPlot:
+def saved_plot(estimate: SavedEstimate, what: str) -> Plot | Missing:
     """A figure whose data the file holds.
 
     Raises
@@ -91,6 +100,8 @@ def _axis(saved: SavedIdentification) -> _Like:
     units = {name: v.unit for name, v in first.parameters.items()}
     combined = {name: made for p in saved.physical.values() for name, made in _made(p).items()}
     declared = saved.declared
+    # The file alone does not tell the drive's force; a gain is what TOML and the library have.
+    drive = Drive(gain=1.0) if declared is None else declared.drive
     if declared is None:
         left_out = tuple(
             Parameter(name, "1", known=value)
@@ -99,7 +110,7 @@ def _axis(saved: SavedIdentification) -> _Like:
         own = tuple(Parameter(name, unit) for name, unit in units.items() if name not in combined)
         declared = cast(Any, _Like(left_out=left_out, parameters=own, title=""))
     return _Like(
-        axis=_Like(name=saved.name, title=declared.title),
+        axis=_Like(name=saved.name, title=declared.title, drive=drive),
         declared=declared,
         base=_Like(combined=tuple(combined.values())),
         parameters=first.quantities,

@@ -7,7 +7,14 @@ from axisid.estimation.studies import StreamedEstimate
 from axisid.presentation.schema import WrittenStream, WrittenStreamRecord, plain
 from axisid.support.arrays import finite
 
-from .identification import left_out, origin_members, prefilter_document, value_document
+from .identification import (
+    assumed,
+    left_out,
+    origin_members,
+    prefilter_document,
+    said,
+    value_document,
+)
 
 
 def stream_dict(estimate: StreamedEstimate) -> dict[str, Any]:
@@ -23,7 +30,7 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
         left_out=left_out(estimate.axis),
         record=WrittenStreamRecord(
             **origin_members(estimate.provenance),
-            assumed=estimate.provenance.assumed,
+            assumed=assumed(estimate.provenance),
             samples=estimate.samples,
             sample_period=estimate.period,
         ),
@@ -31,8 +38,8 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
             Sampling(prefilter=estimate.prefilter, samples=estimate.samples, period=estimate.period)
         ),
         parameters={name: value_document(v) for name, v in estimate.parameters.items()},
-        beyond_bounds=estimate.beyond_bounds or None,
-        time_base=estimate.time_base or None,
+        beyond_bounds=said(estimate.beyond_bounds),
+        time_base=said(estimate.time_base),
         rows=estimate.rows,
         lags=estimate.lags,
         equation_error_percent=estimate.equation_error_percent,

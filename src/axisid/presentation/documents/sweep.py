@@ -4,6 +4,7 @@ from typing import Any
 
 from axisid.estimation.studies import Sweep
 from axisid.presentation.schema import WrittenSweep, plain
+from axisid.support.remedy import as_options
 
 from .identification import identification_document
 
@@ -18,6 +19,6 @@ def sweep_document(sweep: Sweep) -> WrittenSweep:
     return WrittenSweep(
         recommended_cutoff=sweep.recommended,
         reason=sweep.reason,
-        failures={f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
+        failures={f"{cutoff:g}": why.worded(as_options) for cutoff, why in sweep.failures.items()},
         results=tuple(map(identification_document, sweep.results)),
     )

@@ -6,7 +6,7 @@ from axisid.estimation.studies import MethodValidation, Validation
 from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation, plain
 from axisid.support.arrays import finite_tree
 
-from .identification import record_document
+from .identification import record_document, said
 
 
 def validation_dict(validation: Validation) -> dict[str, Any]:
@@ -19,7 +19,7 @@ def validation_document(validation: Validation) -> WrittenValidation:
     return WrittenValidation(
         record=record_document(validation.record),
         methods=tuple(map(_method, validation)),
-        time_base=validation.time_base or None,
+        time_base=said(validation.time_base),
     )
 
 
@@ -32,5 +32,5 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
         simulation_error_percent=finite_tree(v.simulation_error_percent),
         position_error_rms=finite_tree(v.position_error_rms),
         tracking_error_percent=finite_tree(v.tracking_error_percent),
-        reason=v.reason,
+        reason=said(v.reason) or "",
     )

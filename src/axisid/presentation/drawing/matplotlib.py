@@ -3,7 +3,7 @@
 import io
 from typing import Any
 
-from axisid.estimation.tables import told
+from axisid.estimation.tables import one_line
 from axisid.support.errors import UsageError
 
 try:
@@ -13,8 +13,8 @@ try:
     from matplotlib.font_manager import fontManager
 except Exception as error:  # it reads variables and files of the user's as it starts
     raise UsageError(
-        f"no figure can be drawn: matplotlib does not start ({told(error)}). Mend what it names, "
-        "such as the variable MPLBACKEND, or leave the figures out."
+        f"no figure can be drawn: matplotlib does not start ({one_line(error)}). "
+        "Mend what it names, such as the variable MPLBACKEND, or leave the figures out."
     ) from error
 
 from axisid.presentation.plots import SHADED, Panel, Plot, Series
@@ -172,12 +172,12 @@ def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
     labels = [series.label for series in panel.series if not series.aside]
     first = panel is plot.panels[0]
     before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
-    told = not first and labels == [s.label for s in before.series if not s.aside]
+    named_above = not first and labels == [s.label for s in before.series if not s.aside]
     handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     shown = [_plain(label) for label in labels if label]
     if first and plot.shaded:
         shown.append(SHADED)
-    if len(shown) > (not plot.shaded) and not told:
+    if len(shown) > (not plot.shaded) and not named_above:
         lifted = _NAMED / (_PANEL * panel.weight) if first and plot.marks else 0.0
         axes.legend(
             [handles[label] for label in shown],

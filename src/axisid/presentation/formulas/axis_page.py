@@ -7,7 +7,12 @@ from itertools import groupby
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
-from axisid.modeling.wording import Section, derived_sections, describe_settled, describe_unsettled
+from axisid.modeling.wording import (
+    Section,
+    derived_sections,
+    describe_settled,
+    describe_undetermined,
+)
 from axisid.presentation.blocks import Document, Listing, paragraph, plain_text
 
 from .latex import aligned_latex, escaped_latex
@@ -69,7 +74,7 @@ def _physical(model: AxisModel) -> list[Section]:
     if not (base.changed or base.known):
         return []
     settled = describe_settled(base)
-    lines = (*((settled,) if settled else ()), *describe_unsettled(base))
+    lines = (*((settled,) if settled else ()), *describe_undetermined(base))
     return [Section(title="Physical parameters", lines=lines)]
 
 
@@ -88,8 +93,7 @@ def _parameters(axis: Axis) -> Iterable[str]:
 def _around(axis: Axis) -> list[Section]:
     """What turns the equation into a closed loop with a record."""
     drive, unit = axis.drive, axis.drive.unit
-    over = unit if unit.isalpha() else f"({unit})"
-    facts = [f"{FORCE} = {drive.gain:.10g} {axis.coordinate.force_unit}/{over} times the control"]
+    facts = [f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}"]
     facts += [f"the control is clipped at {drive.limit:g} {unit}"] if drive.limit < math.inf else []
     facts += [f"the gain is known to {100 * drive.relative_sd:g} %"] if drive.relative_sd else []
     columns = tuple(f"{role} = {name}" for role, name in axis.columns.items())

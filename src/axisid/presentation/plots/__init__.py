@@ -10,7 +10,7 @@ from .estimate import row_times as row_times
 from .estimate import spectrum_plot as spectrum_plot
 from .friction import friction_plot as friction_plot
 from .plot import SHADED as SHADED
-from .plot import NoPlot as NoPlot
+from .plot import TITLES as TITLES
 from .plot import Panel as Panel
 from .plot import Plot as Plot
 from .plot import Series as Series

@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from axisid.estimation.estimates import STILL, Estimate
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import power_density
+from axisid.estimation.thresholds.estimates import CONVERGED
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
 
-from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line, paired, squared
+from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
 
@@ -41,11 +43,11 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         lower.append(
             Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
         )
-    if estimate.simulated is not None:
+    if not isinstance(estimate.simulated, Missing):
         loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
         upper.append(loop)
     steps = np.diff(time)
-    between = time[:-1][steps > _GAP * row_period(estimate)]
+    between = time[:-1][steps > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
@@ -58,14 +60,14 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
             Panel(label=labelled("error", unit), series=tuple(lower)),
         ),
     )
-    return broken(plot, list(between + row_period(estimate) / 2))
+    return broken(plot, list(between + estimate.row_period / 2))
 
 
 def autocorrelation_plot(estimate: Estimate) -> Plot:
     """Autocorrelation of the residuals over the lag."""
     tests = estimate.residual_tests
     values = tests.autocorrelation[1:]
-    lags = row_period(estimate) * np.arange(1, len(values) + 1, dtype=np.float64)
+    lags = estimate.row_period * np.arange(1, len(values) + 1, dtype=np.float64)
     return Plot(
         name="autocorrelation",
         title="Autocorrelation of the residuals",
@@ -83,23 +85,18 @@ def autocorrelation_plot(estimate: Estimate) -> Plot:
     )
 
 
-def spectrum_plot(estimate: Estimate) -> Plot:
+def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     """Power density of the left side and of the residuals, by Welch's method."""
     left, unit = estimate.form.left, left_unit(estimate)
-
-    rate = 1 / row_period(estimate)
-
-    def density(label: str, values: Array, tone: Tone) -> Series:
-        frequency, power = power_density(values, rate, estimate.neighbours)
-        # What is nothing has no logarithm.
-        positive = np.where(power > 0, power, np.nan)
-        broad = tone == "measured"
-        return Series(label=label, x=frequency, y=positive, tone=tone, broad=broad)
-
-    both = density(left, estimate.y, "measured"), density("residuals", estimate.residuals, "error")
+    both = np.column_stack([estimate.y, estimate.residuals])
+    found = power_density(both, 1 / estimate.row_period, estimate.neighbours)
+    if isinstance(found, Missing):
+        return found
+    frequency, power = found
+    positive = np.where(power > 0, power, np.nan)  # what is nothing has no logarithm
     return Plot(
         name="spectrum",
-        title="Spectrum of the residuals",
+        title=TITLES["spectrum"],
         caption=f"{estimate.method.upper()}. Welch's estimate of the power density. Where the "
         f"residuals come near the {left} the model explains nothing; a line is a vibration or "
         f"a ripple that it does not have.{_parted(estimate)}",
@@ -107,19 +104,20 @@ def spectrum_plot(estimate: Estimate) -> Plot:
         panels=(
             Panel(
                 label=labelled("power density", squared(unit, per="Hz")),
-                series=both,
+                series=(
+                    Series(label=left, x=frequency, y=positive[:, 0], tone="measured", broad=True),
+                    line("residuals", frequency, positive[:, 1], "error"),
+                ),
                 log=True,
             ),
         ),
     )
 
 
-def convergence_plot(estimate: Estimate) -> Plot | NoPlot:
+def convergence_plot(estimate: Estimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
-    title = "Convergence of the instruments"
     if not estimate.iterates:
-        reason = f"{estimate.method} is no iteration; instruments were not used"
-        return NoPlot(name="convergence", title=title, reason=reason)
+        return Missing(f"{estimate.method} is no iteration; instruments were not used")
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
     deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
@@ -128,11 +126,11 @@ def convergence_plot(estimate: Estimate) -> Plot | NoPlot:
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
-        title=title,
-        caption=f"{estimate.method.upper()} from the nominal values (0) in "
+        title=TITLES["convergence"],
+        caption=f"{estimate.method.upper()} from the nominal values, iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
-        f"more than {STILL:g} of them, the dashed line.",
+        f"more than {CONVERGED.value:g} of them, the dashed line.",
         x_label="iteration",
         panels=(
             Panel(
@@ -145,7 +143,7 @@ def convergence_plot(estimate: Estimate) -> Plot | NoPlot:
                         strict=True,
                     )
                 ),
-                levels=(STILL,),
+                levels=(CONVERGED.value,),
                 log=True,
                 weight=1.5,
             ),
@@ -168,11 +166,6 @@ def _parted(estimate: Estimate) -> str:
 def row_times(estimate: Estimate) -> Array:
     """Time of each row since the record's first sample, (n,), s."""
     return estimate.rows * estimate.period if estimate.times is None else estimate.times
-
-
-def row_period(estimate: Estimate) -> float:
-    """Time from one row to the next, s."""
-    return float(np.diff(estimate.rows).min()) * estimate.period
 
 
 def left_unit(estimate: Estimate) -> str:

@@ -5,21 +5,21 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Friction, friction
 from axisid.support.missing import Missing
 
-from .plot import NoPlot, Panel, Plot, Series, labelled, line
+from .plot import TITLES, Panel, Plot, Series, labelled, line
 
-_NAME, _TITLE = "friction", "Friction against velocity"
+_NAME = "friction"
 
 
-def friction_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
+def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     """The fitted law over the binned measurement."""
     found = friction(result, estimate)
     if isinstance(found, Missing):
-        return NoPlot(name=_NAME, title=_TITLE, reason=found.reason)
+        return found
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
     return Plot(
         name=_NAME,
-        title=_TITLE,
+        title=TITLES[_NAME],
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "

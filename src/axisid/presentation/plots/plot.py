@@ -5,6 +5,7 @@ One description serves matplotlib (`axisid.presentation.drawing`) and the report
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import ArrayLike
 from axisid.presentation.formulas import readable_unit
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.
@@ -21,6 +24,15 @@ TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measure
 
 #: What a legend calls the stretches that are shaded.
 SHADED = "left out"
+#: What figures are called that not every result has; a page says under it why there is none.
+TITLES = MappingProxyType(
+    {
+        "convergence": "Convergence of the instruments",
+        "friction": "Friction against velocity",
+        "spectrum": "Spectrum of the residuals",
+        "tracking": "Tracking, recorded and simulated",
+    }
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,15 +144,6 @@ class Plot:
     whole: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoPlot:
-    """A figure that cannot be drawn, and why."""
-
-    name: str
-    title: str
-    reason: str
-
-
 def labelled(quantity: str, unit: str) -> str:
     """An axis's label: quantity and unit."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
@@ -183,16 +186,18 @@ def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> Series
     return Series(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
 
 
-def drawable(plot: Plot | NoPlot) -> Plot:
-    """Return the plot.
+def drawable(plot: Plot | Missing, name: str) -> Plot:
+    """Return the plot of a name.
 
     Raises
     ------
     UsageError
         There is none, and why.
     """
-    if isinstance(plot, NoPlot):
-        raise UsageError(f"there is no figure of the {plot.name}: {plot.reason}.")
+    if isinstance(plot, Missing):
+        stop = "" if str(plot).endswith(".") else "."
+        why = Note.of(f"there is no figure of the {name}: ", plot.note, stop)
+        raise UsageError(why.text, why.remedy, code="no-figure")
     return plot
 
 

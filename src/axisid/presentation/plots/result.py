@@ -8,20 +8,20 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
-from axisid.estimation.signals import drive_force
 from axisid.estimation.studies import Sweep
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.missing import Missing
 
 from .estimate import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
 from .friction import friction_plot
-from .plot import NoPlot, Panel, Plot, Series, Tone, broken, labelled, line
+from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line
 
 _ROOM = 1.0  # about the instruments' range, against it
 
 
-def result_plots(result: Identification, sweep: "Sweep | None" = None) -> tuple[Plot | NoPlot, ...]:
-    """Every figure of a result, in the order of a report.
+def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[str, Plot | Missing]:
+    """Every figure of a result by its name, in the order of a report, or why it cannot be drawn.
 
     Parameters
     ----------
@@ -29,32 +29,33 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> tuple[
     sweep : Sweep, optional
         Of the same record over the cut-off.
     """
-    estimate = result.judged
+    estimate = result.preferred
     beside = [
         other
         for other in result.estimates.values()
         if other is not estimate and other.form.left == estimate.form.left
     ]
-    return (
-        force_plot(estimate, beside),
-        friction_plot(result, estimate),
-        convergence_plot(estimate),
-        tracking_plot(result, estimate),
-        autocorrelation_plot(estimate),
-        spectrum_plot(estimate),
-        *(() if sweep is None else (sweep_plot(sweep, result.prefilter.cutoff),)),
-        record_plot(result),
-    )
+    over_cutoff = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
+    return {
+        estimate.form.left: force_plot(estimate, beside),
+        "friction": friction_plot(result, estimate),
+        "convergence": convergence_plot(estimate),
+        "tracking": tracking_plot(result, estimate),
+        "autocorrelation": autocorrelation_plot(estimate),
+        "spectrum": spectrum_plot(estimate),
+        **over_cutoff,
+        "record": record_plot(result),
+    }
 
 
-def tracking_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
+def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     """Recorded and simulated position, and what each leaves of the reference."""
-    record, title = result.record, "Tracking, recorded and simulated"
+    record = result.record
     try:
         reference = loop_reference(result.axis, record)
         position = simulated_position(simulated_loops(result.axis, record, estimate.physical))
     except (ModelError, DataError, EstimationError) as error:
-        return NoPlot(name="tracking", title=title, reason=str(error).removesuffix("."))
+        return Missing.of(error.note)
     time, unit = _times(record), result.axis.axis.coordinate.unit
     recorded, simulated = reference - record.position, reference - position
     positions = (
@@ -70,7 +71,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | NoPlot:
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
     plot = Plot(
         name="tracking",
-        title=title,
+        title=TITLES["tracking"],
         caption=f"The closed loop simulated with {estimate.method.upper()} from the reference "
         f"alone. The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
@@ -100,7 +101,7 @@ def record_plot(result: Identification) -> Plot:
     panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("control", drive.unit, record.control, "warm"),
-        ("force", str(q.force_unit), drive_force(result.axis, record), "model"),
+        ("force", str(q.force_unit), result.data.force, "model"),
     )
     panels += [
         Panel(label=labelled(name, unit), series=(line("", time, values, tone),))
@@ -114,7 +115,8 @@ def record_plot(result: Identification) -> Plot:
         if left_out
         else ""
     )
-    source = "as recorded" if record.force is not None else "the drive's gain times the control"
+    times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
+    source = "as recorded" if record.force is not None else f"{times} the control"
     plot = Plot(
         name="record",
         title="The record",

@@ -11,6 +11,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation
 from axisid.presentation.plots import Plot, result_plots
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.remedy import as_options
 
 from .page import report_html, report_sweep
 
@@ -78,13 +79,15 @@ class Outputs:
                     draws=self.draws,
                     command=self.command,
                     made=datetime.now().astimezone(),
+                    wording=as_options,
                 )
                 replace_file(Path(self.report), page)
                 written.append(Path(self.report))
             if self.figures is not None:
                 from axisid.presentation.drawing import write_figures
 
-                plots = [p for p in result_plots(result, cutoffs) if isinstance(p, Plot)]
+                found = result_plots(result, cutoffs).values()
+                plots = [plot for plot in found if isinstance(plot, Plot)]
                 written += write_figures(plots, Path(self.figures), self.form, self.width)
         except OSError as error:
             place = error.filename or self.report or self.figures
@@ -103,5 +106,5 @@ def _swept(result: Identification, say: Say) -> Sweep | None:
     try:
         return report_sweep(result, progress)
     except EstimationError as error:
-        say(f"without the sweep: {error}")
+        say(f"without the sweep: {error.worded(as_options)}")
         return None

@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from html import escape
 from importlib.resources import files
@@ -16,7 +16,9 @@ from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_mo
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
 from axisid.presentation.formulas import formula_mathml
 from axisid.presentation.html import prose_html
-from axisid.presentation.plots import NoPlot, Plot, result_plots
+from axisid.presentation.plots import TITLES, Plot, result_plots
+from axisid.support.missing import Missing
+from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
 from .embedding import figures_data, script_json
@@ -38,6 +40,7 @@ def report_html(
     draws: int = 0,
     command: str = "",
     made: datetime | None = None,
+    wording: Wording = as_arguments,
 ) -> str:
     """One page about a result, self-contained: it asks the network for nothing.
 
@@ -54,6 +57,8 @@ def report_html(
         What reproduces it.
     made : datetime, optional
         When it was made.
+    wording : callable
+        How settings are told, see `axisid.support.remedy`.
     """
     axis, record = result.axis.axis, result.record
     diagnosis = result.diagnosis
@@ -67,13 +72,13 @@ def report_html(
         title=escape(f"{heading}: axisid report"),
         heading=escape(heading),
         subheading=escape(f"{about}, {size}"),
-        verdict=verdict_html(diagnosis.verdict, diagnosis.judged),
-        parameters=parameters_html(result, validation, draws),
-        figures=_figures(plots),
+        verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
+        parameters=parameters_html(result, validation, draws, wording=wording),
+        figures=_figures(plots, wording),
         model=_model(axis),
-        provenance=provenance_html(result, command, made),
+        provenance=provenance_html(result, command, made, wording=wording),
         simulated=_simulated(result),
-        data=script_json(figures_data(p for p in plots if isinstance(p, Plot))),
+        data=script_json(figures_data(p for p in plots.values() if isinstance(p, Plot))),
         style=style,
         script=script,
         style_hash=_hash(style),
@@ -106,7 +111,7 @@ def report_sweep(
         methods or list(result.estimates),
         progress=progress,
     )
-    return swept.beside(result)
+    return swept.with_result(result)
 
 
 def _simulated(result: Identification) -> str:
@@ -120,21 +125,22 @@ def _simulated(result: Identification) -> str:
     )
 
 
-def _figures(plots: Sequence[Plot | NoPlot]) -> str:
-    kinds = {plot.name: type(plot) for plot in plots}
+def _figures(plots: Mapping[str, Plot | Missing], wording: Wording) -> str:
+    kinds = {name: type(plot) for name, plot in plots.items()}
     # Where one of a pair cannot be drawn, the other takes the whole width.
     halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
-    return "".join(_figure(plot, half=plot.name in halves) for plot in plots)
+    return "".join(
+        _figure(name, plot, wording, half=name in halves) for name, plot in plots.items()
+    )
 
 
-def _figure(plot: Plot | NoPlot, *, half: bool) -> str:
+def _figure(name: str, plot: Plot | Missing, wording: Wording, *, half: bool) -> str:
     wide = ' class="half"' if half else ""
-    title = f'<div class="figure-head"><h3>{escape(plot.title)}</h3></div>'
-    if isinstance(plot, NoPlot):
-        return (
-            f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot.reason}")}</p>'
-            "</figure>"
-        )
+    heading = TITLES[name] if isinstance(plot, Missing) else plot.title
+    title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
+    if isinstance(plot, Missing):
+        why = prose_html(f"None: {plot.note.worded(wording)}")
+        return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
     return (
         f'<figure{wide} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
@@ -144,13 +150,10 @@ def _figure(plot: Plot | NoPlot, *, half: bool) -> str:
 
 def _model(axis: Axis) -> str:
     """The equation of motion, the drive and the control law."""
-    q, drive, law = axis.coordinate, axis.drive, axis.control
-    unit = str(q.force_unit)
+    q, law = axis.coordinate, axis.control
     motion = formula_mathml(equation_of_motion(axis), q)
-    over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
     said = (
-        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {drive.gain:.6g} "
-        f"{unit}/{over} times the control."
+        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {axis.drive.force_text(q)}."
     )
     equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
     return equation if law is None else equation + _law(law, q)

@@ -19,6 +19,7 @@ from axisid.presentation.text import (
     shared_remarks,
     validation_table,
 )
+from axisid.support.remedy import Wording, as_arguments
 
 _ABOUT = {False: "Inverse model", True: "Direct model"}
 _VAGUE = 1e4  # % from which a relative deviation says nothing
@@ -38,7 +39,11 @@ _ERRORS = (
 
 
 def parameters_html(
-    result: Identification, validation: Validation | None = None, draws: int = 0
+    result: Identification,
+    validation: Validation | None = None,
+    draws: int = 0,
+    *,
+    wording: Wording = as_arguments,
 ) -> str:
     """Tables of the inverse model, of the direct one and draws on request, of a second record."""
     tables = {
@@ -46,7 +51,7 @@ def parameters_html(
     }
     shown = [form for form, of_form in tables.items() if of_form]
     parts = [_of_form(result, tables[form]) for form in shown[:1]]
-    parts += [_notes(result), _physical(result)]
+    parts += [_notes(result, wording), _physical(result, wording)]
     parts += [
         f"<details><summary>{_ABOUT[form]}: its own parameters, and the physical ones mapped from "
         f"them</summary>{_of_form(result, tables[form])}</details>"
@@ -55,7 +60,7 @@ def parameters_html(
     if draws:
         drawn = _scrolled(drawn_table(result.estimates, draws))
         parts.append(f"<details><summary>Intervals from draws</summary>{drawn}</details>")
-    parts += [] if validation is None else [_validation(validation)]
+    parts += [] if validation is None else [_validation(validation, wording)]
     return "".join(parts)
 
 
@@ -79,7 +84,7 @@ def _of_form(result: Identification, estimates: Sequence[Estimate]) -> str:
     return "".join(_scrolled(table, css) for table, css in tables)
 
 
-def _physical(result: Identification) -> str:
+def _physical(result: Identification, wording: Wording) -> str:
     """Physical parameters that are no base parameters, if there are any."""
     shown = preferred_physical(result)
     if not shown:
@@ -93,7 +98,7 @@ def _physical(result: Identification) -> str:
         for name, value in first.parameters.items()
     ]
     table = _scrolled(parameters_table(result, groups), "parameters")
-    return f"<h3>Physical parameters</h3>{table}{_note_lines(physical_notes(shown))}"
+    return f"<h3>Physical parameters</h3>{table}{_note_lines(physical_notes(shown, wording))}"
 
 
 def parameters_table(
@@ -172,11 +177,12 @@ def _percent(error: float | None) -> str:
     return "-" if error is None else f"{significant(error, 3)} %"
 
 
-def _notes(result: Identification) -> str:
-    judged = result.judged
+def _notes(result: Identification, wording: Wording) -> str:
+    preferred = result.preferred
     notes = [
         "Intervals and sd: "
-        f"{judged.covariance_names[judged.chosen]}. Residuals of filtered data are autocorrelated."
+        f"{preferred.covariance_names[preferred.chosen]}. Residuals of filtered data are "
+        "autocorrelated."
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
@@ -185,17 +191,17 @@ def _notes(result: Identification) -> str:
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
-    notes += shared_remarks(list(result.estimates.values()))
-    notes += left_out_notes({**result.skipped, **result.failed})
+    notes += shared_remarks(list(result.estimates.values()), wording)
+    notes += left_out_notes({**result.skipped, **result.failed}, wording)
     return _note_lines(notes)
 
 
-def _validation(validation: Validation) -> str:
-    told = record_facts(validation.record)
+def _validation(validation: Validation, wording: Wording) -> str:
+    told = record_facts(validation.record, wording)
     # Names that a file brings stay as they are.
     facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
     about = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
-    table = _scrolled(validation_table(validation))
+    table = _scrolled(validation_table(validation, wording))
     return f"<h2>The estimates, frozen, on a second record</h2>{about}{table}"
 
 

@@ -9,12 +9,20 @@ from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.formulas import readable_unit
 from axisid.presentation.html import unbroken
+from axisid.presentation.text import record_facts
+from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
 
 
-def provenance_html(result: Identification, command: str, made: datetime | None = None) -> str:
+def provenance_html(
+    result: Identification,
+    command: str,
+    made: datetime | None = None,
+    *,
+    wording: Wording = as_arguments,
+) -> str:
     """A list of facts and the command that gives the same again.
 
     Parameters
@@ -24,10 +32,12 @@ def provenance_html(result: Identification, command: str, made: datetime | None 
         As it was given; empty where the result was made in Python.
     made : datetime, optional
         When; not told where it is not given, so that the same result gives the same page.
+    wording : callable
+        How settings are told.
     """
     listed = "".join(
         f"<dt>{escape(name)}</dt><dd>{_value(name, text)}</dd>"
-        for name, text in _facts(result, made).items()
+        for name, text in _facts(result, made, wording).items()
         if text
     )
     again = (
@@ -36,10 +46,10 @@ def provenance_html(result: Identification, command: str, made: datetime | None 
     return f"<dl>{listed}</dl>{again}"
 
 
-def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
+def _facts(result: Identification, made: datetime | None, wording: Wording) -> dict[str, str]:
     source, f = result.record.provenance, result.prefilter
-    start, end = f.dropped(result.record.period)
-    columns = ", ".join(f"{role} = {name}" for role, name in source.columns.items())
+    start, end = result.data.sampling.filter.dropped
+    told = record_facts(result.record, wording)
     versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{package} {version(package)}" for package in _PACKAGES]
     record = result.record
@@ -52,9 +62,7 @@ def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
         "file as named": source.given,
         "file": source.path,
         "sha256 of the file": source.sha256,
-        "columns": columns,
-        "assumed": "; ".join(source.assumed),
-        "repaired": "; ".join(repair.text for repair in source.repairs),
+        **{name: told[name] for name in ("columns", "assumed", "repaired")},
         "samples": f"{len(record)} of {1e3 * record.period:.6g} ms, "
         f"{len(record) * record.period:.4g} s",
         "position filter": f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward",

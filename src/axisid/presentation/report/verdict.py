@@ -13,11 +13,12 @@ from axisid.presentation.html import (
     table_html,
 )
 from axisid.presentation.text import checks_table, verdict_block
+from axisid.support.remedy import Wording, as_arguments
 
 _ORDER = ("fail", "note", "not evaluated", "pass")
 
 
-def verdict_html(checks: Sequence[Check], judged: str) -> str:
+def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arguments) -> str:
     """How many checks passed, each that did not in a sentence, and all of them in a table.
 
     Parameters
@@ -25,6 +26,8 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
     checks : sequence of Check
     judged : str
         The method they are of.
+    wording : callable
+        How settings are told.
     """
     ordered = sorted(by_weight(checks), key=lambda c: _ORDER.index(c.status))
     passed = [c for c in checks if c.status == "pass"]
@@ -32,7 +35,7 @@ def verdict_html(checks: Sequence[Check], judged: str) -> str:
         f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
         for c in reversed(ordered)
     )
-    judged_checks = verdict_block(checks).judged
+    judged_checks = verdict_block(checks, wording).judged
     items = checks_html(tuple(each for each in judged_checks if each.status == "fail"))
     others = tuple(each for each in judged_checks if each.status in ("note", "not evaluated"))
     folded = (

@@ -40,10 +40,10 @@ from .residuals import WrittenLjungBox as WrittenLjungBox
 from .residuals import WrittenNormality as WrittenNormality
 from .residuals import WrittenResidualTests as WrittenResidualTests
 from .residuals import WrittenRuns as WrittenRuns
+from .result_comparison import WrittenAlone as WrittenAlone
+from .result_comparison import WrittenDifference as WrittenDifference
+from .result_comparison import WrittenResultComparison as WrittenResultComparison
 from .stream import WrittenStream as WrittenStream
-from .two_results import WrittenAlone as WrittenAlone
-from .two_results import WrittenDifference as WrittenDifference
-from .two_results import WrittenResultComparison as WrittenResultComparison
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenKnown as WrittenKnown

@@ -1,7 +1,7 @@
 """One method's estimate."""
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
@@ -21,14 +21,17 @@ class WrittenEstimate(Written, frozen=True, kw_only=True):
     covariance_hac: Matrix
     theta_ddm_covariance: Matrix | None
     theta_ddm_covariance_hac: Matrix | None
-    correlation: Annotated[Matrix, about("Of the physical parameters, HAC.")]
+    correlation: Annotated[Matrix, about("Of the physical parameters, of the chosen covariance.")]
     covariance_names: Annotated[
         Mapping[str, str],
         about("What each covariance is, with lags and corrections."),
     ]
     chosen_covariance: Annotated[
-        Literal["hac", "robust", "iid"],
-        about("The covariance that interval_95, correlation, curvatures and draws are of."),
+        str,
+        about(
+            "The covariance (hac, robust, iid or another) that interval_95, correlation, "
+            "curvatures and draws are of."
+        ),
     ]
     equation_error_percent: Annotated[
         float,
@@ -59,3 +62,11 @@ class WrittenEstimate(Written, frozen=True, kw_only=True):
     remarks: tuple[str, ...]
     drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
+    covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of the physical parameters, those that have no member of their own."),
+    ] = UNSET
+    theta_ddm_covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of the direct model: the chosen one, where it has no member of its own."),
+    ] = UNSET

@@ -7,8 +7,8 @@ from msgspec import json
 
 from .comparison import WrittenComparison
 from .identification import WrittenIdentification, WrittenSweep
+from .result_comparison import WrittenResultComparison
 from .stream import WrittenStream
-from .two_results import WrittenResultComparison
 
 _DOCUMENTS = (
     WrittenIdentification,

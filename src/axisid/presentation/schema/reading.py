@@ -8,13 +8,13 @@ from typing import Any, TypeVar, overload
 import msgspec
 
 from axisid.support.errors import DataError
-from axisid.support.result_file import read_result
+from axisid.support.remedy import Note
+from axisid.support.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 
 from .base import Written
 
 First = TypeVar("First", bound=Written)
 Second = TypeVar("Second", bound=Written)
-_ADVICE = "Give what axisid identify --json wrote."
 _SHOWN = 40  # letters
 
 
@@ -44,13 +44,13 @@ def schema_of(document: type[Written]) -> str:
 
 @overload
 def read_document(
-    file: Path, expected: type[First], *, refused: Mapping[str, str] = ...
+    file: Path, expected: type[First], *, refused: Mapping[str, Note] = ...
 ) -> First: ...
 
 
 @overload
 def read_document(
-    file: Path, expected: type[First], other: type[Second], *, refused: Mapping[str, str] = ...
+    file: Path, expected: type[First], other: type[Second], *, refused: Mapping[str, Note] = ...
 ) -> First | Second: ...
 
 
@@ -59,7 +59,7 @@ def read_document(
     expected: type[Written],
     other: type[Written] | None = None,
     *,
-    refused: Mapping[str, str] = MappingProxyType({}),
+    refused: Mapping[str, Note] = MappingProxyType({}),
 ) -> Written:
     """Read a result that was written as JSON.
 
@@ -68,7 +68,7 @@ def read_document(
     file : Path
     expected, other : type of Written
         Which documents will do.
-    refused : mapping of str to str
+    refused : mapping of str to Note
         What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
 
     Raises
@@ -76,17 +76,18 @@ def read_document(
     DataError
         The file cannot be read, is no JSON, is another document, or lacks something of its schema.
     """
-    content = read_result(file, DataError, _ADVICE)
+    content = read_result(file, DataError)
     found = _schema(file, content)
     for document in filter(None, (expected, other)):
         if found == schema_of(document):
             return _decoded(file, content, document)
     if found in refused:
-        raise DataError(f"{file} {refused[found]}")
+        said = refused[found]
+        raise DataError(f"{file} {said.text}", said.remedy, code="other-document")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
-        f"{file} is not the result of one identification ({what}, not {schema_of(expected)!r}). "
-        f"{_ADVICE}"
+        f"{file} is not the result of one identification ({what}, not {schema_of(expected)!r}). ",
+        GIVE_RESULT,
     )
 
 
@@ -95,7 +96,7 @@ def _schema(file: Path, content: bytes) -> str:
     try:
         found = msgspec.json.decode(content)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise DataError(f"{file} is not JSON: {_said(error)}. {_ADVICE}") from error
+        raise DataError(f"{file} is not JSON: {_said(error)}. ", GIVE_RESULT) from error
     schema = found.get("schema") if isinstance(found, dict) else None
     return schema if isinstance(schema, str) else ""
 
@@ -105,8 +106,7 @@ def _decoded(file: Path, content: bytes, document: type[Written]) -> Written:
         return msgspec.json.decode(content, type=document)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(
-            f"{file} lacks what its schema promises: {_said(error)}. Write it again with axisid "
-            "identify --json."
+            f"{file} lacks what its schema promises: {_said(error)}. ", WRITE_AGAIN
         ) from error
 
 

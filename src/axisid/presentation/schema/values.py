@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Annotated
 
+from msgspec import UNSET, UnsetType
+
 from .base import Matrix, Written, about
 
 
@@ -36,6 +38,10 @@ class WrittenValue(Written, frozen=True, kw_only=True):
             "does not; null where the loop could not be simulated."
         ),
     ]
+    deviations: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Under covariances that have no member of their own."),
+    ] = UNSET
 
 
 class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
@@ -85,3 +91,7 @@ class WrittenPhysical(Written, frozen=True, kw_only=True):
     dof: Annotated[int, about("Its degrees of freedom; 0 where nothing can contradict.")]
     p_value: float | None
     remarks: tuple[str, ...]
+    covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of `parameters`: the chosen one, where it has no member of its own."),
+    ] = UNSET

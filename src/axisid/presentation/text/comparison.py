@@ -4,9 +4,10 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from axisid.estimation.diagnostics import within_bounds
+from axisid.estimation.diagnostics import Check, within_bounds
 from axisid.estimation.estimates import Value
-from axisid.estimation.studies import LEVEL, Candidate, Comparison, NestedTest, ParameterCheck
+from axisid.estimation.studies import Candidate, Comparison, NestedTest, ParameterCheck
+from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
     Cell,
@@ -21,6 +22,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
+from axisid.support.remedy import Wording, as_arguments
 
 from .quantity import quantity
 from .record import record_facts, rows_text
@@ -44,12 +46,12 @@ _OF_NONLINEAR = MappingProxyType(
 )
 
 
-def comparison_document(comparison: Comparison) -> Document:
+def comparison_document(comparison: Comparison, *, wording: Wording = as_arguments) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
     c = comparison
     told = f"{c.recommended or 'none'}; {c.reason}."
     return (
-        _heading(c),
+        _heading(c, wording),
         *(
             _estimates(c.candidates[i : i + _ABREAST])
             for i in range(0, len(c.candidates), _ABREAST)
@@ -61,7 +63,7 @@ def comparison_document(comparison: Comparison) -> Document:
                 *_uninformed(c.candidates),
                 *_untested(c),
                 *_unneeded(c.tests),
-                *_remarks(c),
+                *_remarks(c, wording),
             )
         ),
         paragraph(Sentence(lead="recommended: ", text=told, hang=4)),
@@ -69,12 +71,12 @@ def comparison_document(comparison: Comparison) -> Document:
     )
 
 
-def _heading(c: Comparison) -> Heading:
+def _heading(c: Comparison, wording: Wording) -> Heading:
     method = (
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    facts = {"left out": _left_out(c.candidates), **record_facts(c.record)}
+    facts = {"left out": _left_out(c.candidates), **record_facts(c.record, wording)}
     return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
 
@@ -202,7 +204,7 @@ def _unneeded(tests: Sequence[NestedTest]) -> list[Sentence]:
     return [
         _line(f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)}).")
         for t in tests
-        if t.wald_p is not None and t.wald_p >= LEVEL
+        if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value
     ]
 
 
@@ -216,23 +218,26 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
     )
     if check.p_value is None:
         return errors
-    if check.p_value >= LEVEL:
+    if check.p_value >= SIGNIFICANCE_LEVEL.value:
         return f"{zero}; {errors}"
     return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
 
 
-def _remarks(c: Comparison) -> list[Sentence]:
+def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
     """What kept a candidate or a figure out, and what disagrees."""
-    told = _faults(c)
-    told += [Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()]
+    told = _faults(c, wording)
+    told += [
+        Sentence(text=f"{name} is left out: {why.worded(wording)}")
+        for name, why in c.failures.items()
+    ]
     told += [
         _line(f"{a} and {b} are the same model in different parameters, on these rows.")
         for a, b in c.same
     ]
     shared: dict[str, list[str]] = {}
     for each in c.candidates:
-        if each.reason:
-            shared.setdefault(each.reason, []).append(each.name)
+        if each.reason is not None:
+            shared.setdefault(each.reason.worded(wording), []).append(each.name)
     told += [
         Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
     ]
@@ -252,15 +257,16 @@ def _remarks(c: Comparison) -> list[Sentence]:
     return told
 
 
-def _faults(c: Comparison) -> list[Sentence]:
+def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
     """Parameters beyond their bounds, and a control law that is not the declared one."""
+    checks = ((each.name, within_bounds(each.estimate)) for each in c.candidates)
     faults = [
-        f"{each.name}: {check.meaning}."
-        for each in c.candidates
-        if (check := within_bounds(each.estimate)).status == "fail"
+        f"{name}: {check.note.worded(wording)}."
+        for name, check in checks
+        if isinstance(check, Check) and check.status == "fail"
     ]
     if not isinstance(c.law, Missing) and not c.law.passed:
-        faults.append(f"Believe nothing before this is mended: {c.law.meaning}.")
+        faults.append(f"Believe nothing before this is mended: {c.law.note.worded(wording)}.")
     return [Sentence(text=fault) for fault in faults]
 
 
@@ -290,6 +296,7 @@ def _notes(c: Comparison) -> list[str]:
         rows_text(
             c.data.sampling,
             len(c.candidates[0].estimate.y),
+            c.candidates[0].axis.axis.drive,
             measured=c.record.force is not None,
         ),
     ]

@@ -10,7 +10,7 @@ from axisid.estimation.diagnostics import (
     InstrumentTests,
     LawCheck,
 )
-from axisid.estimation.estimates import COVARIANCE_LABELS, Estimate, Value
+from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
     Document,
@@ -20,20 +20,23 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
+from axisid.support.remedy import Wording
 
 
-def details_document(estimates: Mapping[str, Estimate], diagnosis: Diagnosis) -> Document:
+def details_document(
+    estimates: Mapping[str, Estimate], diagnosis: Diagnosis, wording: Wording
+) -> Document:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
-    judged = estimates[diagnosis.judged]
-    label = COVARIANCE_LABELS[judged.chosen]
+    preferred = estimates[diagnosis.preferred]
+    label = COVARIANCES[preferred.chosen].label
     return (
         _intervals(f"95 % intervals, {label}, less the filter's own bias", estimates),
-        _correlation(f"Correlation, {judged.method.upper()}, {label}", judged),
+        _correlation(f"Correlation, {preferred.method.upper()}, {label}", preferred),
         _excitation(diagnosis),
-        _law(diagnosis.law),
-        _instruments(judged, diagnosis.instruments),
-        _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", judged, diagnosis),
-        _alignment(judged, diagnosis.alignment),
+        _law(diagnosis.law, wording),
+        _instruments(preferred, diagnosis.instruments),
+        _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", preferred, diagnosis),
+        _alignment(preferred, diagnosis.alignment, wording),
         checks_table(diagnosis.verdict),
     )
 
@@ -84,10 +87,11 @@ def _excitation(diagnosis: Diagnosis) -> Table:
     return _table("Excitation", heads, rows)
 
 
-def _law(law: LawCheck | Missing) -> Table | Paragraph:
+def _law(law: LawCheck | Missing, wording: Wording) -> Table | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
-        return paragraph(f"not checked: {law}", title=title, filled=False)
+        why = law.note.worded(wording)
+        return paragraph(f"not checked: {why}", title=title, filled=False)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
         ["with factors of its own", _percent(law.fitted_residual_percent)],
@@ -101,11 +105,11 @@ def _percent(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g} %"
 
 
-def _instruments(judged: Estimate, tests: InstrumentTests | None) -> Table | Paragraph:
+def _instruments(preferred: Estimate, tests: InstrumentTests | None) -> Table | Paragraph:
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
-    names = [q.expression or q.name for q in judged.form.quantities]
+    names = [q.expression or q.name for q in preferred.form.quantities]
     rows = (
         [name, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
         for name, s in zip(names, tests.columns, strict=True)
@@ -115,27 +119,27 @@ def _instruments(judged: Estimate, tests: InstrumentTests | None) -> Table | Par
     return _table(title, heads, rows, said=(said,))
 
 
-def _endogeneity(title: str, judged: Estimate, diagnosis: Diagnosis) -> Paragraph:
-    tested: Endogeneity | None = diagnosis.endogeneity
-    if tested is None:
-        why = "not tested: it needs idm-iv, with instruments unlike the regressor"
-        return paragraph(why, title=title)
+def _endogeneity(title: str, preferred: Estimate, diagnosis: Diagnosis) -> Paragraph:
+    endogeneity: Endogeneity | Missing = diagnosis.endogeneity
+    if isinstance(endogeneity, Missing):
+        return paragraph(f"not tested: {endogeneity}", title=title)
     by = ", ".join(
         f"{q.name} {p:.2g}" if p == p else f"{q.name} -"  # NaN where the column has no residual
-        for q, p in zip(judged.quantities, tested.by_parameter, strict=True)
+        for q, p in zip(preferred.quantities, endogeneity.by_parameter, strict=True)
     )
-    told = f"F = {tested.statistic:.4g}, p = {tested.p_value:.2g}; p by column: {by}"
+    told = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
     return paragraph(told, title=title, filled=False)
 
 
-def _alignment(judged: Estimate, alignment: Alignment | Missing) -> Paragraph:
+def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wording) -> Paragraph:
     title = "Alignment"
     if isinstance(alignment, Missing):
-        return paragraph(f"not measured: {alignment}", title=title, filled=False)
+        why = alignment.note.worded(wording)
+        return paragraph(f"not measured: {why}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
     moved = ", ".join(
         f"{q.name} {slope:+.3g} {q.unit}"
-        for q, slope in zip(judged.quantities, alignment.sensitivity, strict=True)
+        for q, slope in zip(preferred.quantities, alignment.sensitivity, strict=True)
     )
     end = " (the end of the range)" if alignment.at_the_end else ""
     return paragraph(

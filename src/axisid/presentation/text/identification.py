@@ -4,10 +4,11 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.diagnostics import Check, by_weight, conclusion, shift
-from axisid.estimation.estimates import Estimate, Physical, Value
+from axisid.estimation.diagnostics import Check, by_weight, conclusion
+from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
+from axisid.estimation.thresholds.estimates import MIN_PRINTED_FILTER_BIAS
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
@@ -23,13 +24,13 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
+from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import details_document
 from .physical import physical_notes
 from .quantity import places, quantity
 from .record import record_facts, rows_text
 
-_NOTICEABLE = 0.5  # deviations
 _CORRECTED = "without filter bias"
 #: What a table with room tells of a value.
 PARTS = ("sd [1]", "rel. sd", "i.i.d. [2]")
@@ -37,7 +38,11 @@ Row = tuple[Cell, ...]
 
 
 def identification_document(
-    result: Identification, draws: int = 0, *, full: bool = False
+    result: Identification,
+    draws: int = 0,
+    *,
+    full: bool = False,
+    wording: Wording = as_arguments,
 ) -> Document:
     """Heading, one table for each model form, physical parameters, and numbered notes.
 
@@ -46,28 +51,37 @@ def identification_document(
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     of_forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
     rows = rows_text(
-        result.data.sampling, len(estimates[0].y), measured=result.record.force is not None
+        result.data.sampling,
+        len(estimates[0].y),
+        result.axis.axis.drive,
+        measured=result.record.force is not None,
     )
     made = f"{rows} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
-    notes = [*_notes(estimates), *physical_notes(physical), made, *left_out_notes(missing)]
+    notes = [
+        *_notes(estimates),
+        *shared_remarks(estimates, wording),
+        *physical_notes(physical, wording),
+        made,
+        *left_out_notes(missing, wording),
+    ]
     return (
-        _heading(result.axis, result.record),
+        _heading(result.axis, result.record, wording),
         *(_estimates_table(of_form) for of_form in of_forms if of_form),
         *_physical_tables(result),
-        verdict_block(diagnosis.verdict),
+        verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
         *((drawn_table(result.estimates, draws),) if draws else ()),
-        *(details_document(result.estimates, diagnosis) if full else ()),
+        *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
 
 
-def _heading(axis: GeneratedAxis, record: Record) -> Heading:
+def _heading(axis: GeneratedAxis, record: Record, wording: Wording) -> Heading:
     declared, source = axis.axis, record.provenance
     facts = {
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
         "left out": left_out_text(axis.declared),
-        **record_facts(record),
+        **record_facts(record, wording),
         "truth": _truth(axis.declared.parameters, source.truth),
         "": _truth([p for p, _ in axis.base.combined], source.truth),
     }
@@ -134,7 +148,7 @@ def _value_rows(columns: Sequence[Mapping[str, Value]], labels: Mapping[str, str
 
 def _corrected_row(values: Sequence[Value]) -> list[Row]:
     """The centres of the intervals, where one is noticeably not the value above it."""
-    if not any(shift(v.filter_bias, v.deviation) > _NOTICEABLE for v in values):
+    if not any(v.shift > MIN_PRINTED_FILTER_BIAS.value for v in values):
         return []
     numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
     return [(f"  {_CORRECTED}", "", *numbers)]
@@ -167,7 +181,9 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
     lags = dict.fromkeys(match for n in names for match in re.findall(r"(\d+) lags", n[chosen]))
     name = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", names[0][chosen])
     allowed = (
-        "are autocorrelated" if chosen == "hac" else "are autocorrelated, which HAC allows for"
+        "are autocorrelated"
+        if COVARIANCES[chosen].allows_autocorrelation
+        else "are autocorrelated, which HAC allows for"
     )
     notes = [
         f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
@@ -187,15 +203,15 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
             "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
             "is a self-test, not a second opinion."
         )
-    return notes + shared_remarks(estimates)
+    return notes
 
 
-def shared_remarks(estimates: Iterable[Estimate]) -> list[str]:
+def shared_remarks(estimates: Iterable[Estimate], wording: Wording) -> list[str]:
     """Each remark once, with the methods that it is of."""
     shared: dict[str, list[str]] = {}
     for estimate in estimates:
         for remark in estimate.remarks:
-            shared.setdefault(remark, []).append(estimate.method)
+            shared.setdefault(worded(remark, wording), []).append(estimate.method)
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
@@ -224,12 +240,12 @@ def _gain_notes(estimate: Estimate) -> list[str]:
     ]
 
 
-def verdict_block(checks: Sequence[Check]) -> Checks:
+def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     """Whether to believe it, a sentence for each check that did not pass, and what passed."""
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
-        Judged(status, (check.name,), check.meaning)
+        Judged(status, (check.name,), check.note.worded(wording))
         for status in statuses
         for check in ordered
         if check.status == status
@@ -237,18 +253,19 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
     skipped: dict[str, list[str]] = {}
     for check in checks:
         if check.status == "not evaluated":
-            skipped.setdefault(check.meaning, []).append(check.name)
+            skipped.setdefault(check.note.worded(wording), []).append(check.name)
     judged += [Judged("not evaluated", tuple(names), why) for why, names in skipped.items()]
     passed = tuple(check.name for check in checks if check.status == "pass")
     judged += [Judged("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 
 
-def left_out_notes(missing: Mapping[str, str]) -> list[str]:
+def left_out_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
     """Each reason once, with the methods that are missing for it."""
     shared: dict[str, list[str]] = {}
-    for method, reason in missing.items():
-        shared.setdefault(reason.removeprefix(f"{method}, "), []).append(method)
+    for method, why in missing.items():
+        reason = worded(why, wording).removeprefix(f"{method}, ")
+        shared.setdefault(reason, []).append(method)
     return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]
 
 

@@ -4,9 +4,12 @@ from collections.abc import Mapping
 
 from axisid.estimation.estimates import Physical
 from axisid.modeling.declaration import known_text
+from axisid.support.remedy import Note, Remedy, Setting, Wording
+
+_FIX = Remedy.of(" (", Setting("fix", "NAME=VALUE+-SD"), ")")
 
 
-def physical_notes(found: Mapping[str, Physical]) -> list[str]:
+def physical_notes(found: Mapping[str, Physical], wording: Wording) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
     if not found:
         return []
@@ -15,7 +18,8 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
         notes.append(_how(next(iter(found.values()))))
     said: dict[str, list[str]] = {}
     for method, physical in found.items():
-        for sentence in (*map(_fixable, physical.unsettled), *physical.remarks):
+        fixable = (_fixable(sentence).worded(wording) for sentence in physical.undetermined)
+        for sentence in (*fixable, *physical.remarks):
             said.setdefault(sentence, []).append(method)
     return notes + [
         f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
@@ -23,8 +27,8 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     ]
 
 
-def _fixable(sentence: str) -> str:
-    return f"{sentence} (--fix NAME=VALUE+-SD)" if sentence.endswith(" known") else sentence
+def _fixable(sentence: str) -> Note:
+    return Note(sentence, _FIX if sentence.endswith(" known") else None)
 
 
 def _how(physical: Physical) -> str:

@@ -4,10 +4,12 @@ import numpy as np
 
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
+from axisid.modeling.declaration import Drive
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
+from axisid.support.remedy import Wording, as_arguments
 
 
-def rows_text(sampling: Sampling, used: int, *, measured: bool) -> str:
+def rows_text(sampling: Sampling, used: int, drive: Drive, *, measured: bool) -> str:
     """How a record became the rows of a regression, for the notes of a table.
 
     Parameters
@@ -15,13 +17,15 @@ def rows_text(sampling: Sampling, used: int, *, measured: bool) -> str:
     sampling : Sampling
     used : int
         Rows of the regression.
+    drive : Drive
     measured : bool
         Whether the force was.
     """
     f = sampling.prefilter
-    start, end = f.dropped(sampling.period)
+    start, end = sampling.filter.dropped
     kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-    force = "force column" if measured else "drive gain x control"
+    commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
+    force = "force column" if measured else commanded
     masked, quiet = sampling.masked_rows, sampling.excluded_samples
     lost = f", {masked} left out that masked samples reach" if masked else ""
     each = " of each" if sampling.segments else ""
@@ -43,18 +47,19 @@ def _of_segments(sampling: Sampling) -> str:
     return f" in {used} of {there} segments (the others are too short)"
 
 
-def record_facts(record: Record) -> dict[str, str]:
+def record_facts(record: Record, wording: Wording) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
+    assumed = (*source.assumed, *(doubt.worded(wording) for doubt in source.doubts))
     return {
         "record": f"{source.source}, {record.size}",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
-        "assumed": "; ".join(source.assumed),
+        "assumed": "; ".join(assumed),
         "repaired": "; ".join(repair.text for repair in source.repairs),
     }
 
 
-def record_document(record: Record) -> Document:
+def record_document(record: Record, *, wording: Wording = as_arguments) -> Document:
     """Where it comes from, what was assumed and repaired, and how far its columns reach."""
     rows = tuple(
         (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
@@ -62,4 +67,4 @@ def record_document(record: Record) -> Document:
     )
     columns = text_columns(["", "least", "most", "range"])
     table = Table(columns=columns, rows=rows, said=("Values are SI.",))
-    return Heading(facts=tuple(record_facts(record).items())), table
+    return Heading(facts=tuple(record_facts(record, wording).items())), table

@@ -1,5 +1,6 @@
 """What comes of a log that was read in blocks, as a document."""
 
+from axisid.estimation.signals import SampledFilter
 from axisid.estimation.studies import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
@@ -13,23 +14,34 @@ from axisid.presentation.blocks import (
     Table,
     text_columns,
 )
+from axisid.support.remedy import Remedy, Setting, Wording, as_arguments
 
 from .identification import PARTS
 from .quantity import quantity
 
+_UNCHECKED = (
+    "Not checked: instruments, control law, timing and residuals need the whole log in memory, as "
+    "a piece of it is."
+)
+_PIECE = Remedy.of("For such a piece, ", Setting("stream", given=False), " too.")
 
-def stream_document(estimate: StreamedEstimate) -> Document:
+
+def stream_document(estimate: StreamedEstimate, *, wording: Wording = as_arguments) -> Document:
     """Heading, estimates, faults if there are any, and notes."""
     faults = {"control law": estimate.time_base, "bounds": estimate.beyond_bounds}
     return (
-        _heading(estimate),
+        _heading(estimate, wording),
         _table(estimate),
-        *(Checks(judged=(Judged("fail", (name,), why),)) for name, why in faults.items() if why),
-        Notes(_notes(estimate)),
+        *(
+            Checks(judged=(Judged("fail", (name,), why.worded(wording)),))
+            for name, why in faults.items()
+            if why is not None
+        ),
+        Notes((*_notes(estimate), f"{_UNCHECKED} {_PIECE.worded(wording)}")),
     )
 
 
-def _heading(estimate: StreamedEstimate) -> Heading:
+def _heading(estimate: StreamedEstimate, wording: Wording) -> Heading:
     source, declared = estimate.provenance, estimate.axis.axis
     facts = {
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
@@ -37,7 +49,7 @@ def _heading(estimate: StreamedEstimate) -> Heading:
         "record": f"{source.source}, {estimate.samples} samples of "
         f"{1e3 * estimate.period:.6g} ms, read in blocks",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
-        "assumed": "; ".join(source.assumed),
+        "assumed": "; ".join((*source.assumed, *(d.worded(wording) for d in source.doubts))),
     }
     return Heading(facts=tuple(facts.items()))
 
@@ -54,8 +66,8 @@ def _table(estimate: StreamedEstimate) -> Table:
 
 def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
     f = estimate.prefilter
-    start, end = f.dropped(estimate.period)
-    quiet = f"are left out, {estimate.silenced} samples"
+    start, end = SampledFilter(f, estimate.period).dropped
+    quiet = f"are left out, {estimate.excluded_samples} samples"
     if f.reversals == "keep":
         biased = (
             ", where the low-pass rounds friction and biases it"
@@ -69,6 +81,4 @@ def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
         f"{estimate.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
         f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}. "
         f"Reversals {quiet}.",
-        "Not checked: instruments, control law, timing and residuals need the whole log in "
-        "memory, as a piece of it is. Identify such a piece without --stream too.",
     )

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from axisid.estimation.diagnostics import check_law
 from axisid.estimation.estimates import METHODS
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep
@@ -20,17 +19,18 @@ from axisid.presentation.blocks import (
     paragraph,
 )
 from axisid.support.missing import Missing
+from axisid.support.remedy import Wording, as_arguments
 
 from .record import record_facts
 
 
-def sweep_document(sweep: Sweep) -> Document:
+def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
     methods = [m for m in METHODS if any(m in r.estimates for r in sweep.results)]
     if "idm-iv" in methods:
         methods = [m for m in methods if m != "ddm-iv"]  # the same estimate
     first = sweep.results[0]
-    told = record_facts(first.record)
+    told = record_facts(first.record, wording)
     facts = {
         "left out": left_out_text(first.axis.declared),
         **{name: told[name] for name in ("assumed", "repaired")},
@@ -38,7 +38,7 @@ def sweep_document(sweep: Sweep) -> Document:
     tables: list[Block] = [
         _table(sweep, quantity.name, quantity.unit, methods) for quantity in first.axis.parameters
     ]
-    return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep)
+    return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep, wording)
 
 
 def _table(sweep: Sweep, name: str, unit: str, methods: Sequence[str]) -> Table:
@@ -59,13 +59,15 @@ def _row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cel
     return tuple(row)
 
 
-def _remarks(sweep: Sweep) -> Paragraph:
-    first = sweep.results[0]
+def _remarks(sweep: Sweep, wording: Wording) -> Paragraph:
     lines = ["Values are without the filter's own bias, where that is known."]
-    lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()]
-    law = check_law(first.axis, first.record)
-    if not isinstance(law, Missing) and not law.passed:
-        lines.append(f"believe nothing before this is mended: {law.meaning}.")
+    lines += [
+        f"{cutoff:g} Hz gave no estimate: {why.worded(wording)}"
+        for cutoff, why in sweep.failures.items()
+    ]
+    if not isinstance(sweep.law, Missing) and not sweep.law.passed:
+        law = sweep.law.note.worded(wording)
+        lines.append(f"believe nothing before this is mended: {law}.")
     said = f"{sweep.recommended:g} Hz, {sweep.reason}."
     recommended = Sentence(lead="recommended: ", text=said, filled=False)
     return paragraph(*lines, recommended, filled=False)

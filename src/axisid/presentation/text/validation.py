@@ -2,25 +2,26 @@
 
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
+from axisid.support.remedy import Wording, as_arguments
 
 from .record import record_facts
 
 
-def validation_document(validation: Validation) -> Document:
+def validation_document(validation: Validation, *, wording: Wording = as_arguments) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    repaired = ("repaired", record_facts(record)["repaired"])
-    return Heading(facts=(repaired,), title=title), validation_table(validation)
+    repaired = ("repaired", record_facts(record, wording)["repaired"])
+    return Heading(facts=(repaired,), title=title), validation_table(validation, wording)
 
 
-def validation_table(validation: Validation) -> Table:
+def validation_table(validation: Validation, wording: Wording) -> Table:
     """The errors by method."""
     return Table(
         columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
         rows=tuple((*name, *map(_cell, figures)) for name, figures in validation.errors.items()),
         labels=2,
-        said=tuple(validation.notes),
+        said=tuple(note.worded(wording) for note in validation.notes),
     )
 
 

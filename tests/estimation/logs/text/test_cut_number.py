@@ -10,6 +10,7 @@ from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.logs.text.cut_number import cut_number
 from axisid.estimation.records.blocks import LogBlocks
+from axisid.support.remedy import Setting
 
 FORMATS: dict[str, Callable[[float], str]] = {
     "six decimals": lambda v: f"{v:.6f}",
@@ -102,14 +103,16 @@ def test_cut_row_is_told_and_left_out_on_request(
     lines = [separator.join(f"{v:.6f}".replace(".", mark) for v in row) + end for row in rows]
     text = "\n".join([separator.join(("time", "position", "control")), *lines])
     file.write_bytes(f"{text}\n".encode(encoding))
-    assert not any("looks cut" in said for said in read_record(file).provenance.assumed)
-    assert not any("looks cut" in said for said in LogBlocks(file=file).provenance().assumed)
+    assert not read_record(file).provenance.doubts
+    assert not LogBlocks(file=file).provenance().doubts
     for lost in (1, 4) if end else (2, 4):
         file.write_bytes(text[:-lost].encode(encoding))
-        told = " ".join(read_record(file).provenance.assumed)
-        assert "line 3001, the last, looks cut off inside its last number" in told
-        told = " ".join(LogBlocks(file=file).provenance().assumed)
-        assert "the last line looks cut off inside its last number" in told
+        (told,) = read_record(file).provenance.doubts
+        assert "line 3001, the last, looks cut off inside its last number" in told.text
+        assert told.remedy is not None
+        assert told.remedy.settings == (Setting("tail", "drop"),)
+        (told,) = LogBlocks(file=file).provenance().doubts
+        assert "the last line looks cut off inside its last number" in told.text
         kept = read_record(file, repairs=Repairs(tail="drop"))
         assert len(kept) == 2999
         assert "from line 3001" in kept.provenance.repairs[0].text
@@ -119,8 +122,11 @@ def test_row_that_lacks_a_cell_is_refused_as_before(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     rows = "\n".join(f"{k}.5,{k}.25,{k}.125" for k in range(300))
     file.write_text(f"time,position,control\n{rows}\n300.5,300")
-    with pytest.raises(DataError, match="or leave the end of the log out with --tail drop"):
+    with pytest.raises(DataError) as refused:
         read_record(file)
+    assert refused.value.code == "broken-line"
+    assert refused.value.remedy is not None
+    assert refused.value.remedy.settings == (Setting("tail", "drop"),)
 
 
 @pytest.mark.parametrize("cell", ["e0", "+e5", ".", "-", ".e1", ""])

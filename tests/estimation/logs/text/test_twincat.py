@@ -171,8 +171,10 @@ def test_encoding_of_an_export_is_told(tmp_path: Path) -> None:
 def test_channels_of_other_rates_are_resampled_on_request_only(tmp_path: Path) -> None:
     text = export([CHANNELS[0], ("Axis.SetPos", "mm (Length)", TARGET[::5], 5)])
     file = log(tmp_path, text)
-    with pytest.raises(DataError, match=r"position 60, reference 12.*--resample auto"):
+    with pytest.raises(DataError, match=r"position 60, reference 12") as refused:
         read_record(file, columns=COLUMNS)
+    assert refused.value.code == "different-lengths"
+    assert "resample" in str(refused.value.remedy)
     record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
     assert record.period == pytest.approx(1e-3)
     assert len(record) == 56  # up to the last sample of the slower channel

@@ -4,7 +4,7 @@ from types import MappingProxyType
 
 import sympy
 
-from axisid import Coordinate, Drive, Parameter, lagrange, newton
+from axisid import Coordinate, Parameter, lagrange, newton
 from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
@@ -16,7 +16,7 @@ from axisid.control import (
     cascade_pd_averaged,
     gain,
 )
-from axisid.elements import coulomb, offset, spring, viscous
+from axisid.elements import Drive, coulomb, offset, spring, viscous
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=100.0)

@@ -132,6 +132,20 @@ def test_identification_that_lacks_what_can_be_lacking(
     checker.validate(identify(emps2015, twin, methods="ddm-iv").to_dict())
 
 
+def test_direct_model_has_a_further_covariance_where_it_is_chosen(
+    checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    further = {}
+    for chosen in ("hac", "robust"):
+        written = identify(emps2015, twin, methods="ddm-ls", covariance=chosen).to_dict()
+        checker.validate(written)
+        further[chosen] = written["estimates"][0].get("theta_ddm_covariances", {})
+    assert {chosen: [*each] for chosen, each in further.items()} == {
+        "hac": [],
+        "robust": ["robust"],
+    }
+
+
 def test_physical_parameters_by_known_values(
     checker: Draft202012Validator, run: Any, root: Path, tmp_path: Path
 ) -> None:

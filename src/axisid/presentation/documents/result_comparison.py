@@ -24,16 +24,14 @@ from axisid.presentation.schema import (
     WrittenEstimate,
     WrittenIdentification,
     WrittenResultComparison,
-    WrittenStream,
     WrittenValue,
     plain,
-    read_document,
-    schema_of,
 )
 from axisid.support.errors import DataError
 from axisid.support.shown import Shown
 
 from .identification import identification_document
+from .saved_file import read_identification
 from .saved_result import SavedIdentification
 
 _LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
@@ -72,7 +70,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TwoResults(Shown):
+class ResultComparison(Shown):
     """What two results have in common, and where they part.
 
     Attributes
@@ -117,7 +115,7 @@ class TwoResults(Shown):
         )
 
 
-def two_results_document(results: TwoResults) -> Document:
+def result_comparison_document(results: ResultComparison) -> Document:
     """Tables of parameters and errors, then settings and checks that differ."""
     pairs = zip("AB", results.sources, strict=True)
     methods = dict.fromkeys(d.method for d in results.differences)
@@ -144,7 +142,7 @@ _NOTE = (
 )
 
 
-def _table(results: TwoResults, method: str) -> Table:
+def _table(results: ResultComparison, method: str) -> Table:
     rows = [
         (
             d.name,
@@ -184,7 +182,7 @@ def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
     ]
 
 
-def _verdict(results: TwoResults) -> Paragraph:
+def _verdict(results: ResultComparison) -> Paragraph:
     told = []
     for name, (first, second) in results.checks.items():
         states = [_status(first), _status(second)]
@@ -198,7 +196,7 @@ def _verdict(results: TwoResults) -> Paragraph:
     return paragraph(*told) if told else paragraph("the verdicts are the same")
 
 
-def compare_results(first: Compared, second: Compared) -> TwoResults:
+def compare_results(first: Compared, second: Compared) -> ResultComparison:
     """Set two results side by side.
 
     Parameters
@@ -217,14 +215,14 @@ def compare_results(first: Compared, second: Compared) -> TwoResults:
 
 def _compared(
     names: tuple[str, str], a: WrittenIdentification, b: WrittenIdentification
-) -> TwoResults:
+) -> ResultComparison:
     by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
     common = [method for method in by_method[0] if method in by_method[1]]
     labels = [_labelled(estimates) for estimates in by_method]
     alone = [_alone(labels[i], labels[1 - i], common) for i in (0, 1)]
     checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
-    return TwoResults(
+    return ResultComparison(
         sources=(_source(names[0], a), _source(names[1], b)),
         differences=tuple(
             _difference(method, name, value, labels[1][label][2])
@@ -310,6 +308,7 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         "samples": record.samples,
         "sample period": record.sample_period,
         "columns": record.columns,
+        "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
         **plain(result.prefilter),
     }
 
@@ -334,19 +333,5 @@ def _named_document(result: Compared) -> tuple[str, WrittenIdentification]:
     """The file of a result as the head of a line, if there is one, and what it holds."""
     if isinstance(result, Identification):
         return "", identification_document(result)
-    if isinstance(result, SavedIdentification):
-        return f"{result.file}: ", result.document
-    return f"{result}: ", _read(Path(result))
-
-
-def _read(file: Path) -> WrittenIdentification:
-    return read_document(
-        file,
-        WrittenIdentification,
-        refused={
-            schema_of(
-                WrittenStream
-            ): "is of a log that was read in blocks, which has no verdict to "
-            "compare; give results of identify without --stream."
-        },
-    )
+    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
+    return f"{saved.file}: ", saved.document

@@ -10,6 +10,7 @@ from axisid.estimation.records.record import Record
 from axisid.paper.study import (
     APPROPRIATE,
     INAPPROPRIATE,
+    published_tables,
     run_study,
     study_document,
     study_tables,
@@ -100,3 +101,37 @@ def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
         assert f"Table {number}. " in text
     for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):
         assert published in text
+    assert "theta1 is at most 0.0139, and the M of table 8 at least 72" in " ".join(text.split())
+
+
+def without(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """What a regression on other columns leaves."""
+    left: np.ndarray = columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+    return left
+
+
+def test_inverse_mass_times_direct_theta1_is_the_squared_partial_correlation(
+    appropriate: Identification, inappropriate: Identification
+) -> None:
+    for result in (appropriate, inappropriate):
+        inverse, direct = result["idm-ls"], result["ddm-ls"]
+        force, acceleration = without(
+            np.column_stack([inverse.y, inverse.X[:, 0]]), inverse.X[:, 1:]
+        ).T
+        squared = (force @ acceleration) ** 2 / (force @ force) / (acceleration @ acceleration)
+        assert inverse.physical[0] * direct.theta[0] == pytest.approx(squared, rel=1e-9)
+        most = 1 - (inverse.equation_error_percent / 100) ** 2
+        assert squared <= most < 1
+
+
+def test_published_table_7_cannot_come_from_the_rows_of_table_6() -> None:
+    tables = published_tables("estimates")
+    mass, error = tables[6]["published"][0][0][0], tables[6]["errors"][0]
+    # Rounded as is kindest to table 7.
+    most = (1 - ((error - 0.05) / 100) ** 2) / (mass - 0.05)
+    assert f"{(1 - (error / 100) ** 2) / mass:.4f}" == "0.0139"
+    assert f"{mass / (1 - (error / 100) ** 2):.0f}" == "72"
+    theta1 = tables[7]["published"][0][0][0]
+    assert theta1 - 0.005 > most
+    for seventh, second in zip(tables[7]["published"][0], tables[2]["published"][0], strict=True):
+        assert seventh[0] == pytest.approx(2 * second[0], rel=1e-12)

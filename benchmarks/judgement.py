@@ -1,0 +1,307 @@
+"""How often each check fails on right models, and how often a wrong model is named.
+
+Machines with noises of several kinds (`machines`, a simulator of its own) and the library's twins
+are identified with nothing asked for. On a right model no check should fail in more than 2 % of the
+runs; those with a level of their own: that level. A wrong model is ``noticed`` where any check
+fails, and ``named`` where one that fails says what is wrong.
+
+    python benchmarks/judgement.py                    a table
+    python benchmarks/judgement.py --json -           one JSON object
+    python benchmarks/judgement.py --only "sines"     the cases of a name
+"""
+
+import argparse
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from library import prefilter_of
+from machines import Array, Machine, autoregressive, records, white
+
+from axisid import (
+    AxisidError,
+    Coordinate,
+    Identification,
+    Parameter,
+    back_and_forth,
+    build,
+    identify,
+    load_axis,
+    newton,
+    read_record,
+    twin_record,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.control import cascade_pd_difference
+from axisid.elements import Drive, coulomb, offset, viscous
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import LIBRARY
+
+_AT_ONCE = 100  # runs that are simulated together
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A machine and what is declared of it.
+
+    Attributes
+    ----------
+    machine : Machine
+    has_offset : bool
+        Whether an offset is declared.
+    motion : str
+        Of `reference_of`.
+    named : str
+        Regular expression of what has to be said of a wrong model; empty for a right one.
+    """
+
+    machine: Machine
+    has_offset: bool = False
+    motion: str = "moves"
+    named: str = ""
+
+
+@dataclass(kw_only=True)
+class Figures:
+    """What the runs of a case gave.
+
+    Attributes
+    ----------
+    runs, identified : int
+        All, and those that were not refused.
+    failed : Counter
+        Runs in which each check fails, and those that were refused.
+    outside : Counter
+        Identified runs in which the 95 % interval of each parameter misses the truth.
+    noticed, named : int
+        Runs in which any check fails, and in which one says what is wrong.
+    """
+
+    runs: int = 0
+    identified: int = 0
+    failed: Counter[str] = field(default_factory=Counter)
+    outside: Counter[str] = field(default_factory=Counter)
+    noticed: int = 0
+    named: int = 0
+
+
+_QUIET = Machine(resolution=5e-8, control_noise=white(2e-3))
+
+
+def _with(**changes: object) -> Machine:
+    return replace(_QUIET, **changes)  # type: ignore[arg-type]
+
+
+RIGHT: dict[str, Case] = {
+    "fine encoder": Case(machine=_QUIET),
+    "white position noise": Case(machine=_with(position_noise=white(1e-6))),
+    "white control noise": Case(machine=_with(control_noise=white(0.05))),
+    "force of 50 ms": Case(machine=_with(force_noise=autoregressive(2.0, 0.05, 1e-3))),
+    "force of 500 ms": Case(machine=_with(force_noise=autoregressive(2.0, 0.5, 1e-3))),
+    "2 s of it": Case(
+        machine=_with(force_noise=autoregressive(2.0, 0.05, 1e-3)), motion="short moves"
+    ),
+    "coarse encoder": Case(machine=_with(resolution=5e-5)),
+    "encoder of 5 um": Case(machine=_with(resolution=5e-6)),
+    "sines": Case(machine=_QUIET, motion="sines"),
+    "weight": Case(machine=_with(offset=150.0, coulomb=40.0), has_offset=True),
+    "high friction": Case(machine=_with(coulomb=90.0)),
+}
+
+_STAGE = _with(force_noise=white(1.0))
+
+WRONG: dict[str, Case] = {
+    "mass changes": Case(
+        machine=replace(_STAGE, mass_at=lambda time: 100.0 if time < 9.0 else 110.0),
+        named=r"\bM\b.*(chang|half|from .* s on)",
+    ),
+    "missing offset": Case(machine=replace(_STAGE, offset=3.0), named=r"offset"),
+    "Stribeck peak": Case(
+        machine=replace(
+            _STAGE, resistance=lambda _, __, v: 8.0 * np.sign(v) * np.exp(-np.abs(v) / 0.01)
+        ),
+        named=r"[Ss]tribeck",
+    ),
+    "directional viscous": Case(
+        machine=replace(_STAGE, resistance=lambda _, __, v: 12.0 * np.abs(v)),
+        named=r"asymmetric_viscous|direction",
+    ),
+    "friction dip": Case(
+        machine=replace(
+            _STAGE,
+            resistance=lambda _, __, v: (
+                -4.0
+                * np.sign(v)
+                * np.maximum(0.0, 1.0 - np.abs(v) / 0.04)
+                * np.minimum(1.0, np.abs(v) / 2e-3)
+            ),
+        ),
+        named=r"[Ss]tribeck|speed",
+    ),
+    "position dependence": Case(
+        machine=replace(
+            _STAGE,
+            resistance=lambda _, q, v: 2.5 * np.sign(v) * np.sin(2 * math.pi * q / 0.1),
+        ),
+        named=r"position",
+    ),
+    "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp\b"),
+}
+
+
+def _moves() -> Array:
+    moves = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=0.75, repeat=3)
+    return np.asarray(trajectory(moves, 1e-3))
+
+
+def _sines() -> Array:
+    time = 1e-3 * np.arange(18000)
+    begin = np.minimum(1.0, time / 0.5)
+    waves = ((0.02, 0.5), (0.005, 1.3), (0.002, 2.9))
+    return np.asarray(begin * sum(a * np.sin(2 * math.pi * f * time) for a, f in waves))
+
+
+@cache
+def reference_of(motion: str) -> Array:
+    """The commanded positions of a motion by its name."""
+    if motion == "sines":
+        return _sines()
+    reference = _moves()
+    return reference[:2000] if motion == "short moves" else reference
+
+
+@cache
+def declared(*, has_offset: bool) -> GeneratedAxis:
+    """The axis as it is declared, whatever the machine has besides."""
+    q = Coordinate("q", unit="m")
+    mass = Parameter("M", "kg", nominal=100.0, lower=0.0)
+    fv, fc, f0 = Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N"), Parameter("F0", "N")
+    plain = Machine()
+    law = cascade_pd_difference(kp=plain.kp, kv=plain.kv, period=plain.period)
+    return build(
+        newton(
+            "stage",
+            coordinate=q,
+            parameters=(mass, fv, fc, *((f0,) if has_offset else ())),
+            inertia=mass,
+            resistance=(viscous(fv, q), coulomb(fc, q), *((offset(f0),) if has_offset else ())),
+            drive=Drive(gain=plain.gain, unit="V", limit=plain.limit),
+            control=law,
+        )
+    )
+
+
+def _count(figures: Figures, result: Identification, truth: dict[str, float], named: str) -> None:
+    figures.runs += 1
+    figures.identified += 1
+    failed = [check for check in result.verdict if check.status == "fail"]
+    figures.failed.update({check.name for check in failed})
+    figures.noticed += bool(failed)
+    figures.named += any(re.search(named, str(check.note)) for check in failed) if named else 0
+    for name, value in result.preferred.parameters.items():
+        low, high = value.interval
+        figures.outside[name] += not low <= truth[name] <= high
+
+
+def figures_of(name: str, *, runs: int, seed: int) -> Figures:
+    """Identify the runs of a case."""
+    case = (RIGHT | WRONG)[name]
+    axis, machine = declared(has_offset=case.has_offset), case.machine
+    truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
+    figures = Figures()
+    for begin in range(0, runs, _AT_ONCE):
+        batch = min(_AT_ONCE, runs - begin)
+        for columns in records(machine, reference_of(case.motion), batch, seed + begin):
+            try:
+                result = identify(axis, read_record(columns, axis))
+            except AxisidError as error:
+                figures.runs += 1
+                figures.failed[f"refused: {type(error).__name__}"] += 1
+                continue
+            _count(figures, result, truth, case.named)
+    return figures
+
+
+def twin_figures(name: str, *, runs: int, seed: int) -> Figures:
+    """Identify the twins of a library axis."""
+    axis = build(load_axis(name))
+    figures = Figures()
+    for k in range(runs):
+        record = twin_record(axis, seed=seed + k)
+        result = identify(axis, record, prefilter_of(name))
+        _count(figures, result, dict(record.provenance.truth), "")
+    return figures
+
+
+def written(figures: Figures, case: Case | None) -> dict[str, object]:
+    """Shares of the runs."""
+    shares: dict[str, object] = {
+        "runs": figures.runs,
+        "failed": {name: n / figures.runs for name, n in figures.failed.most_common()},
+    }
+    if case is None or not case.named:
+        shares["held"] = {name: 1 - n / figures.identified for name, n in figures.outside.items()}
+    else:
+        shares |= {"noticed": figures.noticed / figures.runs, "named": figures.named / figures.runs}
+    return shares
+
+
+def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
+    said = {k: shares[k] for k in ("noticed", "named") if k in shares}
+    head = "  ".join(f"{k} {100 * float(str(v)):.0f} %" for k, v in said.items())
+    held = shares.get("held")
+    if isinstance(held, dict):
+        head = "held " + "  ".join(f"{n} {100 * v:.0f}" for n, v in held.items())
+    yield f"{kind:<6}{name:<24}{head}"
+    failed = shares["failed"]
+    assert isinstance(failed, dict)
+    for check, share in failed.items():
+        yield f"{'':<8}{100 * share:5.1f} %  {check}"
+
+
+def main() -> None:
+    """Print the table, or write the JSON object."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser.add_argument("--runs", type=int, default=40, help="of each case (default 40)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", metavar="NAME", help="one case")
+    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    options = parser.parse_args()
+    kinds = {"right": list(RIGHT), "wrong": list(WRONG), "twin": list(LIBRARY)}
+    chosen = [
+        (kind, name)
+        for kind, names in kinds.items()
+        for name in names
+        if options.only in (None, name)
+    ]
+    work = partial(_of_kind, runs=options.runs, seed=options.seed)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        done = list(pool.map(work, *zip(*chosen, strict=True)))
+    figures = [(k, n, shares) for (k, n), shares in zip(chosen, done, strict=True)]
+    if options.json is None:
+        print("\n".join(line for one in figures for line in _lines(*one)))
+        return
+    tree = {kind: {n: s for k, n, s in figures if k == kind} for kind in kinds}
+    text = json.dumps(tree, indent=2)
+    if options.json == "-":
+        print(text)
+    else:
+        Path(options.json).write_text(text + "\n")
+
+
+def _of_kind(kind: str, name: str, *, runs: int, seed: int) -> dict[str, object]:
+    if kind == "twin":
+        return written(twin_figures(name, runs=runs, seed=seed), None)
+    return written(figures_of(name, runs=runs, seed=seed), (RIGHT | WRONG)[name])
+
+
+if __name__ == "__main__":
+    main()

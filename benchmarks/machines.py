@@ -1,0 +1,147 @@
+"""Servo axes as they are: simulated by steps of their own, many runs at once, apart from axisid.
+
+A velocity loop on encoder differences moves a mass against friction, gravity, a spring or whatever
+`resistance` adds. Between samples the force is held and the axis takes midpoint steps of 0.2 ms;
+where the velocity changes its sign in one, the axis stops there or goes on in the other direction.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Array = NDArray[np.float64]
+#: Of time (s), positions (m) and velocities (m/s) of all runs: a resisting force, N.
+Resistance = Callable[[float, Array, Array], Array]
+#: A noise of so many runs and samples.
+Noise = Callable[[np.random.Generator, int, int], Array]
+
+_STEPS = 5  # a sample
+
+
+def nothing(_time: float, position: Array, _velocity: Array) -> Array:
+    """No further resistance."""
+    return np.zeros_like(position)
+
+
+def white(sd: float) -> Noise:
+    """Independent at each sample."""
+    return lambda rng, runs, samples: rng.normal(scale=sd, size=(runs, samples))
+
+
+def autoregressive(sd: float, time: float, period: float) -> Noise:
+    """Of first order, with a standard deviation and a correlation time in s."""
+    kept = math.exp(-period / time)
+
+    def draw(rng: np.random.Generator, runs: int, samples: int) -> Array:
+        new = rng.normal(scale=sd * math.sqrt(1 - kept**2), size=(runs, samples))
+        new[:, 0] /= math.sqrt(1 - kept**2)  # as if it had gone on for ever
+        return np.asarray(lfilter([1.0], [1.0, -kept], new))
+
+    return draw
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """An axis with its drive, its encoder and its noises, in SI.
+
+    Attributes
+    ----------
+    mass, viscous, coulomb, offset : float
+        kg, N/(m/s), N, N.
+    resistance : callable
+        What resists besides.
+    mass_at : callable, optional
+        Mass over time, where it changes.
+    gain, limit : float
+        Force per volt, and the largest control.
+    kp, kv, period : float
+        Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
+    resolution : float
+        Step of the encoder, m; 0 for none.
+    position_noise, force_noise, control_noise : callable, optional
+        In the measured position, within the loop; in the force; in the recorded control only.
+    """
+
+    mass: float = 100.0
+    viscous: float = 240.0
+    coulomb: float = 25.0
+    offset: float = 0.0
+    resistance: Resistance = nothing
+    mass_at: Callable[[float], float] | None = None
+    gain: float = 35.15
+    limit: float = 10.0
+    kp: float = 160.18
+    kv: float = 243.45
+    period: float = 1e-3
+    resolution: float = 0.0
+    position_noise: Noise | None = None
+    force_noise: Noise | None = None
+    control_noise: Noise | None = None
+
+
+def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[dict[str, Array]]:
+    """Columns of so many records with noises of their own; the reference is (N,)."""
+    rng = np.random.default_rng(seed)
+    n = len(reference)
+    drawn = (machine.position_noise, machine.force_noise, machine.control_noise)
+    of_position, of_force, of_control = (
+        np.zeros((runs, n)) if noise is None else noise(rng, runs, n) for noise in drawn
+    )
+    q, v = np.full(runs, reference[0]), np.zeros(runs)
+    positions, controls = np.empty((runs, n)), np.empty((runs, n))
+    last = _encoder(machine, q + of_position[:, 0])
+    for k in range(n):
+        measured = _encoder(machine, q + of_position[:, k])
+        speed = (measured - last) / machine.period
+        wanted = machine.kv * (machine.kp * (reference[k] - measured) - speed)
+        control = np.clip(wanted, -machine.limit, machine.limit)
+        positions[:, k], controls[:, k], last = measured, control, measured
+        q, v = _sample(machine, k, q, v, machine.gain * control + of_force[:, k])
+    controls += of_control
+    time = machine.period * np.arange(n)
+    return [
+        {"time": time, "reference": reference, "position": p, "control": u}
+        for p, u in zip(positions, controls, strict=True)
+    ]
+
+
+def _encoder(machine: Machine, position: Array) -> Array:
+    if not machine.resolution:
+        return position
+    return machine.resolution * np.floor(position / machine.resolution + 0.5)
+
+
+def _sample(machine: Machine, k: int, q: Array, v: Array, force: Array) -> tuple[Array, Array]:
+    """From one sample to the next under a force that is held."""
+    h = machine.period / _STEPS
+    for step in range(_STEPS):
+        time = k * machine.period + step * h
+        mass = machine.mass if machine.mass_at is None else machine.mass_at(time)
+
+        def pushed(at: float, q: Array, v: Array) -> Array:
+            """What accelerates but for Coulomb friction."""
+            smooth = machine.viscous * v + machine.offset + machine.resistance(at, q, v)
+            return force - smooth
+
+        free = pushed(time, q, v)
+        direction = np.where(v == 0, np.sign(free), np.sign(v))
+        sticks = (v == 0) & (np.abs(free) <= machine.coulomb)
+        half = v + h / 2 * (free - direction * machine.coulomb) / mass
+        slope = pushed(time + h / 2, q + h / 2 * v, half) - direction * machine.coulomb
+        after = np.where(sticks, 0.0, v + h * slope / mass)
+        turned = after * direction < 0
+        if turned.any():
+            after = np.where(turned, _turned(machine, free, v, after, h, mass), after)
+        q, v = q + h / 2 * (v + after), after
+    return q, v
+
+
+def _turned(machine: Machine, free: Array, v: Array, after: Array, h: float, mass: float) -> Array:
+    """Velocities at the end of a step in which they reach zero: at rest, or turned."""
+    left = h * after / np.where(after == v, 1.0, after - v)  # of the step, after the turn
+    excess = np.sign(free) * np.maximum(np.abs(free) - machine.coulomb, 0.0)
+    return left * excess / mass

@@ -1,0 +1,87 @@
+"""Whether a drive's inverse undoes its force, and whether its slope is what another gain does."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.codegen.lowering import Program, drive_force, drive_force_by_gain
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import CONTROL, FORCE
+from axisid.support.errors import ModelError
+from axisid.support.real_numbers import Array
+
+from .evaluate import evaluate
+
+# Controls as shares of the limit, position and velocity, SI; of no simple ratio to one another.
+_SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
+_POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
+_VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
+_LEAST = 1e-300
+_ALLOWED = 1e-9  # of the largest control: an inverse may cancel
+_STEP = 1e-4  # of the gain
+_ALLOWED_SLOPE = 1e-5  # of the largest force or slope: the difference is of second order
+
+
+def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
+    """Compare controls with those that the drive's inverse makes of their forces.
+
+    Of a gain that has a deviation, the slope by the gain is compared too.
+
+    Raises
+    ------
+    ModelError
+        The inverse does not undo the force, or the slope is not what another gain changes.
+    """
+    axis, of_name = model.axis, {program.name: program for program in programs}
+    most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
+    controls = most * _SHARES
+    motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
+    given = {**motion, str(CONTROL): controls}
+    force = _result(of_name["drive_force"], given)
+    if axis.drive.relative_sd:
+        _check_slope(model, given, force)
+    again = _result(of_name["drive_control"], {**motion, str(FORCE): force})
+    size = np.abs(force)
+    held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
+    wrong = held & ~(np.abs(again - controls) <= _ALLOWED * most)
+    if not np.any(wrong):
+        return
+    i, unit = int(np.argmax(wrong)), axis.drive.unit
+    raise ModelError(
+        f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
+        f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
+        f"gives {again[i]:.6g} {unit}; correct one of the two."
+    )
+
+
+def _check_slope(model: AxisModel, given: Mapping[str, Array], force: Array) -> None:
+    """Compare the slope by the gain with what other gains make of the same controls."""
+    axis, drive = model.axis, model.axis.drive
+    more, less = (
+        _result(drive_force(_with_gain(model, scale * drive.gain)), given)
+        for scale in (1 + _STEP, 1 - _STEP)
+    )
+    with np.errstate(invalid="ignore"):  # forces beyond the largest number are left out below
+        found = (more - less) / (2 * _STEP)
+    said = _result(drive_force_by_gain(axis), given)
+    size = np.fmax.reduce(np.abs([force, found, said]))
+    held = (size > _LEAST) & np.isfinite(size)
+    wrong = held & ~(np.abs(said - found) <= _ALLOWED_SLOPE * size)
+    if not np.any(wrong):
+        return
+    i = int(np.argmax(wrong))
+    raise ModelError(
+        f"axis {axis.name!r}: of a control of {given[str(CONTROL)][i]:.6g} {drive.unit} and per "
+        f"share of its gain the drive {type(drive).__name__} changes its force by {found[i]:.6g}, "
+        f"its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out relative_sd."
+    )
+
+
+def _with_gain(model: AxisModel, gain: float) -> AxisModel:
+    return replace(model, axis=replace(model.axis, drive=replace(model.axis.drive, gain=gain)))
+
+
+def _result(program: Program, elements: Mapping[str, Array]) -> Array:
+    (values,) = evaluate(program, elements).values()
+    return values[:, 0]

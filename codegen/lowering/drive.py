@@ -1,0 +1,60 @@
+"""The drive as programs: the force that a control makes, and the control that makes a force."""
+
+import sympy
+
+from axisid.modeling.declaration import Axis, Drive
+from axisid.modeling.derivation import AxisModel
+from axisid.modeling.quantities import CONTROL, FORCE, number
+
+from .lower import Arguments, Lowering
+from .program import Program
+
+
+def drive_force(model: AxisModel) -> Program:
+    """Build the force of a control and the motion."""
+    return _of_control(
+        model.axis,
+        model.axis.drive.force,
+        "drive_force",
+        "Force that the drive makes of a control within its limit.",
+    )
+
+
+def drive_force_by_gain(axis: Axis) -> Program:
+    """Build the slope of that force by the logarithm of the gain.
+
+    It is in no generated file: what a deviation of the gain does is asked seldom.
+    """
+    return _of_control(
+        axis,
+        axis.drive.force_by_gain,
+        "drive_force_by_gain",
+        "Slope of the drive's force by the logarithm of its gain.",
+    )
+
+
+def drive_control(model: AxisModel) -> Program:
+    """Build the control of a force and the motion."""
+    q, drive = model.axis.coordinate, model.axis.drive
+    arguments = Arguments().scalars(FORCE, q.symbol, q.velocity)
+    arguments.builder.output("control", [[drive_lowering(arguments, drive)(drive.inverse)]])
+    return arguments.builder.program(
+        "drive_control", "Control of which the drive makes a force, whatever its limit."
+    )
+
+
+def _of_control(axis: Axis, value: sympy.Expr, name: str, about: str) -> Program:
+    q, drive = axis.coordinate, axis.drive
+    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity)
+    arguments.builder.output("tau", [[drive_lowering(arguments, drive)(value)]])
+    return arguments.builder.program(name, about)
+
+
+def drive_lowering(arguments: Arguments, drive: Drive) -> Lowering:
+    """What lowers a drive's expressions."""
+    builder, name = arguments.builder, type(drive).__name__
+    constants = {
+        symbol: builder.constant(number(value, f"the constant {symbol} of the drive {name}"))
+        for symbol, value in drive.constants.items()
+    }
+    return Lowering(builder, {**arguments.values, **constants})

@@ -1,0 +1,221 @@
+"""A prefilter at a sampling period: position to velocity and acceleration, parallel decimation.
+
+The position is low-passed (Butterworth, forward and backward, so without phase) and differentiated
+by central differences; then ``y`` and every column of ``X`` pass the same decimation filter, which
+keeps the linear relation between them.
+
+References
+----------
+[Brunot2015]_ section on data filtering; [Janot2019]_ for the record's own recipe.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.thresholds.signals import (
+    MAX_STEP_REMAINDER,
+    MIN_CUTOFF,
+    SAME_FILTER_FREQUENCY,
+    SETTLED_TRANSIENT,
+)
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import DataError, UsageError
+
+from .prefilter import DECIMATION_EDGE, Prefilter, matching_decimation
+
+Span = tuple[int, int]
+
+_RIPPLE_DB = 0.05
+_DECIMATION_ORDER = 8
+
+
+@dataclass(frozen=True, slots=True)
+class SampledFilter:
+    """What the settings do to one stretch of samples.
+
+    Attributes
+    ----------
+    settings : Prefilter
+    period : float
+        Sampling period, s.
+    """
+
+    settings: Prefilter
+    period: float
+
+    @property
+    def dropped(self) -> tuple[int, int]:
+        """Samples left out at start and end."""
+        return self.settings.drop or (self._transient(SETTLED_TRANSIENT.value),) * 2
+
+    @property
+    def cut(self) -> tuple[int, int]:
+        """Samples that the decimation filter does not see, at start and end."""
+        return self.settings.drop or (0, 0)
+
+    @property
+    def memory(self) -> int:
+        """Rows over which both filters' responses decay to 1e-3.
+
+        Rows further apart are made of different samples.
+        """
+        motion, rows = self.settling(SETTLED_TRANSIENT.value)
+        decimate = self.settings.decimate
+        return motion if decimate == 1 else math.ceil((motion + rows) / decimate)
+
+    @property
+    def turn_reach(self) -> int:
+        """Samples to both sides of a reversal over which the low-pass rounds it."""
+        return self._transient(MAX_STEP_REMAINDER.value)
+
+    @property
+    def row_gain(self) -> float:
+        """Weight of a row whose samples all have weight: an even Chebyshev filter's is below 1."""
+        return 1.0 if self.settings.decimate == 1 else 10.0 ** (-2 * _RIPPLE_DB / 20)
+
+    @property
+    def needed(self) -> int:
+        """Samples that a stretch needs to give a row."""
+        order, decimate = self.settings.order, self.settings.decimate
+        padding = 3 * _DECIMATION_ORDER if decimate > 1 else 0
+        return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
+
+    def settling(self, level: float) -> tuple[int, int]:
+        """Samples over which the low-pass and the decimation filter decay to a level."""
+        if self.settings.decimate == 1:
+            return self._transient(level), 0
+        sections = _decimation_filter(self.settings.decimate)
+        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+        return self._transient(level), math.ceil(math.log(level) / math.log(slowest))
+
+    def check(self, samples: int, what: str = "the record") -> None:
+        """Refuse a record, or its longest segment, that the settings cannot serve.
+
+        Raises
+        ------
+        UsageError
+            The cutoff is not below the Nyquist frequency.
+        DataError
+            The record is shorter than the filters' transients.
+        """
+        nyquist, cutoff = 0.5 / self.period, self.settings.cutoff
+        lowest = MIN_CUTOFF.value * nyquist
+        if cutoff < lowest:
+            raise UsageError(
+                f"the cutoff {cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
+                f"Hz; give {lowest:g} Hz or more, and check that time is in seconds."
+            )
+        if cutoff >= nyquist:
+            raise UsageError(
+                f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
+                f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
+                "of the position loop), and check that time is in seconds."
+            )
+        if samples < self.needed:
+            start, end = self.dropped
+            raise DataError(
+                f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
+                f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
+                "raise the cutoff, or lower the order or the decimation."
+            )
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the settings do to the estimates, where that is not what one would want."""
+        cutoff, decimate = self.settings.cutoff, self.settings.decimate
+        edge = (DECIMATION_EDGE / decimate if decimate > 1 else 0.5) / self.period
+        if edge <= cutoff * SAME_FILTER_FREQUENCY.value:
+            return ()
+        wanted = matching_decimation(cutoff, self.period)
+        return (
+            f"the motion is low-passed at {cutoff:g} Hz, the force only at {edge:.4g} Hz, by "
+            "the decimation: they no longer belong together, which biases every method; decimate "
+            f"by {wanted} or more, or raise the cutoff",
+        )
+
+    def motion(self, position: Array) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration of one stretch, each (N,), SI."""
+        from scipy.signal import sosfiltfilt
+
+        order = self.settings.order
+        sections = _low_pass(order, 2 * self.settings.cutoff * self.period)
+        q = np.asarray(sosfiltfilt(sections.copy(), position, padlen=3 * order), dtype=float)
+        dq = np.gradient(q, self.period)
+        return q, dq, np.gradient(dq, self.period)
+
+    def reduce(self, signals: Array) -> Array:
+        """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
+
+        Ends that are named are cut off first, as in the published recipe. By default the ends have
+        no weight: the decimation filter would otherwise carry what is wrong there inwards, or
+        continue the record from the last sample that is kept, and give it much weight.
+        """
+        weighted = np.array(signals, dtype=float)
+        for first, last in self.weightless_ends(len(signals)):
+            weighted[first:last] = 0.0
+        start, end = self.cut
+        kept = weighted[start : len(weighted) - end]
+        if self.settings.decimate > 1:
+            kept = self.smoothed(kept)
+        return kept[self.rows_between(len(signals), 0, len(signals)) - start]
+
+    def weightless_ends(self, samples: int) -> tuple[Span, ...]:
+        """Samples without weight at the ends of one stretch; none where ends are cut off."""
+        if self.settings.drop is not None:
+            return ()
+        start, end = self.dropped
+        return (0, start), (samples - end, samples)
+
+    def smoothed(self, signals: Array) -> Array:
+        """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
+        from scipy.signal import sosfiltfilt
+
+        sections = _decimation_filter(self.settings.decimate)
+        return np.asarray(
+            sosfiltfilt(sections.copy(), signals, axis=0, padlen=3 * _DECIMATION_ORDER), dtype=float
+        )
+
+    def rows(self, samples: int) -> Array:
+        """Sample numbers of the rows of one stretch, (n,)."""
+        return self.rows_between(samples, 0, samples).astype(np.float64)
+
+    def rows_between(self, samples: int, start: int, stop: int) -> NDArray[np.int64]:
+        """Rows of one stretch of so many samples, from `start` to before `stop`."""
+        low, high = self.dropped
+        decimate = self.settings.decimate
+        first = self.cut[0] + self._first(samples - sum(self.cut))
+        first += max(-(-(max(start, low) - first) // decimate), 0) * decimate
+        return np.arange(first, min(stop, samples - high), decimate)
+
+    def _transient(self, level: float) -> int:
+        # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
+        order, cutoff = self.settings.order, self.settings.cutoff
+        slowest = 2 * math.pi * cutoff * math.sin(math.pi / (2 * order))
+        return math.ceil(-math.log(level) / slowest / self.period)
+
+    def _first(self, samples: int) -> int:
+        """First row of so many samples, aligned to their start or their end."""
+        if self.settings.decimation == "scipy":
+            return 0
+        decimate = self.settings.decimate
+        return decimate - (decimate * math.ceil(samples / decimate) - samples) - 1
+
+
+# Designing a filter takes as long as applying it to a record; the designs are pure functions.
+@lru_cache(maxsize=32)
+def _low_pass(order: int, edge: float) -> Array:
+    """Second-order sections of a Butterworth filter, its edge in units of the Nyquist frequency."""
+    from scipy.signal import butter
+
+    return frozen(butter(order, edge, output="sos"))
+
+
+@lru_cache(maxsize=32)
+def _decimation_filter(decimate: int) -> Array:
+    """Second-order sections of the decimation filter."""
+    from scipy.signal import cheby1
+
+    return frozen(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))

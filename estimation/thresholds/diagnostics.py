@@ -1,0 +1,289 @@
+"""What the checks of a verdict hold their figures against."""
+
+from .threshold import Threshold
+
+# Levels of tests
+
+CONTRADICTION_LEVEL = Threshold(
+    0.01,
+    "1",
+    "level at which a test says that least squares is biased, or what was fixed contradicted",
+    "convention",
+)
+MAX_JARQUE_BERA = Threshold(
+    5.991,
+    "1",
+    "Jarque-Bera statistic that is printed beside its test",
+    "derived: the 5 % quantile of chi-squared with two degrees of freedom",
+)
+
+# Control law, force and limit
+
+MAX_LAW_RESIDUAL = Threshold(
+    5.0,
+    "%",
+    "part of the recorded control that a law may leave unexplained",
+    "chosen: it is 0.24 % on the EMPS record",
+)
+MAX_SCALE_ERROR = Threshold(
+    0.01,
+    "1",
+    "distance of a factor from 1, where all else fits, beyond which a column is scaled wrongly",
+    "chosen",
+)
+MAX_FACTOR_ERROR = Threshold(
+    0.05,
+    "1",
+    "distance of a factor of a law that does not fit from a round one, beyond which it is off",
+    "chosen",
+)
+MAX_REPAIRED_RESIDUAL = Threshold(
+    0.5,
+    "1",
+    "residual of a law with changed columns, by the declared one's, below which the change is told",
+    "chosen",
+)
+MAX_EXPLAINED_RESIDUAL = Threshold(
+    0.7,
+    "1",
+    "residual of a law with a shift or a constant, by that without, up to which it is told",
+    "chosen",
+)
+COMPARISON_CUTOFF = Threshold(
+    0.02,
+    "1",
+    "cut-off of what is compared, by the sampling frequency: a law's velocity, force and control",
+    "chosen",
+)
+MAX_FORCE_CUTOFF = Threshold(
+    30.0,
+    "Hz",
+    "cut-off up to which a force and a control are compared",
+    "chosen: far below the bandwidth of any current loop",
+)
+MAX_FORCE_DIFFERENCE = Threshold(
+    20.0,
+    "%",
+    "difference of the recorded force from what the drive makes of the control",
+    "chosen",
+)
+MAX_FORCE_OFFSET = Threshold(
+    0.01,
+    "1",
+    "constant between the force column and what the drive makes of the control, as a share of its "
+    "root mean square",
+    "chosen",
+)
+MAX_FORCE_LAG = Threshold(
+    5e-3,
+    "s",
+    "lag of the recorded force behind the control",
+    "chosen",
+)
+MAX_LIMIT_EXCESS = Threshold(
+    0.02,
+    "1",
+    "control beyond the drive's limit, as a share of it, up to which it is at the limit",
+    "chosen: more than a converter's noise",
+)
+MAX_LIMIT_EXCESS_SHARE = Threshold(
+    1e-3,
+    "1",
+    "share of the samples at which the control may be beyond the limit",
+    "chosen: spikes may be",
+)
+
+MIN_SAMPLES_PER_FACTOR = Threshold(
+    10,
+    "samples",
+    "samples that are compared for each term of a law, below which it is not checked",
+    "chosen",
+)
+MIN_SETTLING_TIMES = Threshold(
+    10,
+    "1",
+    "samples of a force and a control, by those in which their low-pass settles, below which they "
+    "are compared without it",
+    "chosen",
+)
+
+# Alignment
+
+MAX_MISALIGNMENT = Threshold(
+    0.35,
+    "samples",
+    "distance of the delay that fits best from the one that is used",
+    "chosen: rounding by the filter may look like up to 0.15 samples",
+)
+MAX_DELAY_DISTANCE = Threshold(
+    2.0,
+    "deviations",
+    "the same in deviations of that delay, where this is more",
+    "convention: about 95 %",
+)
+MAX_DELAY_DEVIATION = Threshold(
+    0.5,
+    "samples",
+    "deviation of the delay beyond which nothing is said of it",
+    "chosen",
+)
+
+# Instruments
+
+MIN_FIRST_STAGE_F = Threshold(
+    10.0,
+    "1",
+    "conditional first-stage F from which instruments are not weak",
+    "[StaigerStock1997]; conditional as in [SandersonWindmeijer2016]",
+)
+MAX_BIAS_DISTANCE = Threshold(
+    3.0,
+    "deviations",
+    "distance of least squares from the instruments, in i.i.d. deviations of these",
+    "[Brunot2015]",
+)
+NOTICEABLE_BIAS = Threshold(
+    0.1,
+    "1",
+    "distance of least squares from the instruments, as a share of these, from which a significant "
+    "one is worth a warning",
+    "chosen",
+)
+MAX_FORM_DIFFERENCE = Threshold(
+    1e-6,
+    "1",
+    "relative difference of the instrumental estimates of the two forms, which are one",
+    "chosen: the two are algebraically one",
+)
+
+# Excitation and precision
+
+MAX_CONDITION_NUMBER = Threshold(
+    100.0,
+    "1",
+    "condition number of the regressor with unit columns",
+    "convention: common for exciting trajectories",
+)
+MAX_VARIANCE_INFLATION = Threshold(
+    10.0,
+    "1",
+    "variance inflation from which a column nearly repeats others",
+    "convention",
+)
+MIN_REPETITION_WEIGHT = Threshold(
+    0.3,
+    "1",
+    "weight of another column in such a repetition, as a share of the largest, from which it is "
+    "named",
+    "chosen",
+)
+MIN_ACCELERATION_SHARE = Threshold(
+    0.05,
+    "1",
+    "share of the force below which a term that takes acceleration says that there is hardly any",
+    "chosen",
+)
+MIN_POSITION_VARIATION = Threshold(
+    0.1,
+    "1",
+    "relative variation of a column that depends on the position, below which the axis hardly "
+    "leaves its place",
+    "chosen",
+)
+MAX_RELATIVE_DEVIATION = Threshold(
+    30.0,
+    "%",
+    "relative deviation of a parameter up to which it is known",
+    "chosen",
+)
+NEGLIGIBLE_FORCE = Threshold(
+    0.01,
+    "1",
+    "share of the force below which a part of it does not matter: a parameter's, a constant",
+    "chosen",
+)
+NEGLIGIBLE_PEAK_FORCE = Threshold(
+    0.05,
+    "1",
+    "the same anywhere along the record, as a share of the largest force",
+    "chosen",
+)
+NEGLIGIBLE_SIZE = Threshold(
+    0.1,
+    "1",
+    "size of a vague parameter, in what force and motion make of its unit, below which it is small",
+    "chosen",
+)
+
+# Filter, simulation and residuals
+
+MAX_FILTER_BIAS = Threshold(
+    1.0,
+    "deviations",
+    "the filter's own bias of a parameter",
+    "chosen",
+)
+NEGLIGIBLE_FILTER_BIAS = Threshold(
+    0.01,
+    "1",
+    "the same as a share of the value, up to which it is no more than a note",
+    "chosen",
+)
+MAX_CLOSE_SIMULATION_ERROR = Threshold(
+    10.0,
+    "%",
+    "simulation error below which nothing is said of it",
+    "chosen",
+)
+LARGE_SAMPLE = Threshold(
+    100,
+    "rows",
+    "rows from which estimates are about normal whatever the residuals are",
+    "chosen",
+)
+MAX_EXCESS_KURTOSIS = Threshold(
+    6.0,
+    "1",
+    "excess kurtosis of the residuals beyond which a few rows decide however many there are",
+    "chosen: twice that of Laplace's distribution",
+)
+
+# Constant force and ripple
+
+SAME_CONSTANT = Threshold(
+    0.3,
+    "1",
+    "relative difference of a constant force from one in the recorded control, below which they "
+    "are the same",
+    "chosen",
+)
+MIN_RIPPLE_POWER = Threshold(
+    0.15,
+    "1",
+    "share of the residuals' power that one frequency has, from which it is a ripple",
+    "chosen",
+)
+MAX_RIPPLE_CHANCE = Threshold(
+    1e-4,
+    "1",
+    "chance of such a line beside its neighbours up to which it is told",
+    "chosen",
+)
+MIN_RIPPLE_FREQUENCY = Threshold(
+    8.0,
+    "1",
+    "frequency, in the rate of reversals, from which it is not the motion's",
+    "chosen",
+)
+RIPPLE_CUTOFF = Threshold(
+    0.8,
+    "1",
+    "cut-off that is proposed against a ripple, as a share of its frequency",
+    "chosen",
+)
+MIN_SPECTRUM_ROWS = Threshold(
+    100,
+    "rows",
+    "rows below which no ripple is looked for",
+    "chosen",
+)

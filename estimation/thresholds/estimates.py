@@ -1,0 +1,137 @@
+"""When an iteration has converged, an estimate can be believed, and a parameter is there at all."""
+
+from .threshold import Threshold
+
+# Simulated loop
+
+MAX_SIMULATION_ERROR = Threshold(
+    50.0,
+    "%",
+    "simulation error from which the simulated loop does not follow the record",
+    "chosen: the loop then explains three quarters of the force's power",
+)
+NO_RELATION = Threshold(
+    100.0,
+    "%",
+    "error, of the simulation or of the equation, from which it explains nothing of the record",
+    "derived: nothing of the force's power is explained",
+)
+MAX_SIMULATION_ERROR_RATIO = Threshold(
+    2.0,
+    "1",
+    "simulation error at the end of the instruments' iteration, by that of least squares, beyond "
+    "which a nonlinear model has gone to another solution",
+    "chosen",
+)
+MAX_STARTING_SPEED = Threshold(
+    0.25,
+    "1",
+    "speed at the first sample of a stretch, as a share of the largest, beyond which it begins in "
+    "motion",
+    "chosen",
+)
+
+# Convergence
+
+CONVERGED = Threshold(
+    1e-2,
+    "deviations",
+    "step of the instruments' iteration up to which it has converged",
+    "chosen",
+)
+NEARLY_CONVERGED = Threshold(
+    0.1,
+    "deviations",
+    "the same where the simulated loop jumps too much for that",
+    "chosen: a hundredth of the variance",
+)
+BOUND_TOLERANCE = Threshold(
+    1e-6,
+    "1",
+    "relative distance of a nonlinear parameter from a bound up to which it is at the bound",
+    "chosen",
+)
+
+# Uncertainty
+
+INTERVAL_LEVEL = Threshold(
+    0.95,
+    "1",
+    "probability of the intervals that are printed",
+    "convention",
+)
+MIN_PRINTED_FILTER_BIAS = Threshold(
+    0.5,
+    "deviations",
+    "the filter's own bias of a parameter from which the value without it is printed",
+    "chosen",
+)
+MAX_CURVATURE = Threshold(
+    0.1,
+    "1",
+    "second-order part of a deviation, by the first, beyond which the delta method is not enough",
+    "chosen",
+)
+MIN_ROWS_PER_PARAMETER = Threshold(
+    10,
+    "rows",
+    "rows for each parameter, or that tell of one, below which deviations cannot be believed",
+    "chosen",
+)
+
+# What a record shows
+
+MIN_DISTANCE_FROM_NOISE = Threshold(
+    3.0,
+    "deviations",
+    "size from which something stands out of the noise: a parameter, a factor, a constant",
+    "convention",
+)
+MAX_CANCELLED_FORCE = Threshold(
+    10.0,
+    "1",
+    "force that a parameter would have to make to stand out of the noise, times the largest of the "
+    "record, beyond which the record does not show it",
+    "chosen: other terms may cancel a term",
+)
+MAX_TIMES_DECLARED = Threshold(
+    1e3,
+    "1",
+    "value that a parameter would have to have, times the one that was declared, beyond which the "
+    "record does not show it",
+    "chosen",
+)
+MAX_TIMES_UNIT = Threshold(
+    1e9,
+    "1",
+    "the same, times what force and motion make of its unit, where nothing was declared",
+    "chosen: the unit's size is a guess",
+)
+
+# Physical parameters from base parameters
+
+MAX_EXACT_DISTANCE = Threshold(
+    1e-6,
+    "deviations^2",
+    "square of the distance of physical parameters from the estimate up to which they reproduce it",
+    "chosen",
+)
+SAME_DISTANCE = Threshold(
+    1e-6,
+    "1",
+    "difference of two such squares, by one more than the lesser, up to which both fit as well",
+    "chosen",
+)
+SAME_PARAMETER = Threshold(
+    1e-3,
+    "1",
+    "difference of two values of a parameter, by its size and deviation, up to which they are one",
+    "chosen",
+)
+MIN_SENSITIVITY = Threshold(
+    1e-9,
+    "1",
+    "smallest singular value of the scaled map to the base parameters, by the largest, below which "
+    "the physical parameters do not follow from them",
+    "chosen",
+)

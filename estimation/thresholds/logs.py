@@ -1,0 +1,55 @@
+"""What is read out of a file: its encoding, its table, its end, its clock."""
+
+from .threshold import Threshold
+
+MIN_ZERO_BYTE_SHARE = Threshold(
+    0.3,
+    "1",
+    "share of zeros among every second byte from which a text is UTF-16 without its mark",
+    "chosen",
+)
+MIN_TABLE_ROW_SHARE = Threshold(
+    0.9,
+    "1",
+    "share of the rows that the best reading makes a table of, from which a reading is considered",
+    "chosen",
+)
+MIN_NUMBERS_BEFORE_CUT = Threshold(
+    20,
+    "numbers",
+    "numbers above the last of which it shows that the last is cut off, where its line has no end",
+    "chosen: among fewer, digits are alike by chance",
+)
+MIN_NUMBERS_BEFORE_ENDED_CUT = Threshold(
+    100,
+    "numbers",
+    "the same where the last line has its end, as one that was cut off has not",
+    "chosen",
+)
+MAX_LAST_NUMBER_BEND = Threshold(
+    5.0,
+    "1",
+    "distance of the last number from where those above it lead, times their largest second "
+    "difference, beyond which it is cut off",
+    "chosen",
+)
+MAX_INCOMPLETE_LINES = Threshold(
+    50,
+    "lines",
+    "unlike lines at the end of a table that are its incomplete end; more are another table",
+    "chosen",
+)
+MAX_MISSING_END = Threshold(
+    0.02,
+    "1",
+    "share of the span in the head of a TwinCAT export that its samples may lack at the end, with "
+    "nothing said",
+    "chosen",
+)
+MAX_FIRST_STAMP = Threshold(
+    1000,
+    "1",
+    "time from a stamp of zero to the next, in typical steps, up to which the clock began at zero; "
+    "beyond it there was no stamp",
+    "chosen",
+)

@@ -1,0 +1,35 @@
+"""What a regression can tell, and the level at which its tests speak."""
+
+from .threshold import Threshold
+
+MIN_SINGULAR_VALUE_RATIO = Threshold(
+    1e-11,
+    "1",
+    "smallest singular value of unit columns, by the largest, up to which columns are dependent",
+    "measured: filtering leaves rounding of up to 1e-12 in columns that are dependent",
+)
+SIGNIFICANCE_LEVEL = Threshold(
+    0.05,
+    "1",
+    "level at which tests of residuals, of parameters and of nested models reject",
+    "convention",
+)
+MIN_SEGMENT_ROWS = Threshold(
+    8,
+    "rows",
+    "rows of a segment below which there is no spectrum",
+    "derived: what a window and three frequencies need",
+)
+MIN_SEGMENTED_SHARE = Threshold(
+    0.5,
+    "1",
+    "share of the rows that stand in stretches of a segment or more, where there is a spectrum",
+    "chosen",
+)
+MAX_CHANCE_DEVIATION = Threshold(
+    1.96,
+    "deviations",
+    "distance from chance within which the runs of one sign, and a correlation of independent "
+    "series, stay in 95 % of cases; printed beside their tests and drawn",
+    "derived: the two-sided 5 % quantile of the normal distribution",
+)

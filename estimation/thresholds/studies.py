@@ -1,0 +1,59 @@
+"""What comparisons, validations and curves of friction are judged by."""
+
+from .threshold import Threshold
+
+EQUAL_ERROR = Threshold(
+    1.01,
+    "1",
+    "held-out error of a model, by the least, up to which it is as good, however precise both are",
+    "chosen: it is not worth a parameter",
+)
+MAX_TIED_ERROR = Threshold(
+    1.1,
+    "1",
+    "the same where the excess is within its standard error",
+    "chosen",
+)
+MIN_TRAINING_ROWS_PER_PARAMETER = Threshold(
+    5,
+    "rows",
+    "rows for each parameter that are left to estimate from, below which no block is held out",
+    "chosen",
+)
+MAX_NESTING_REMAINDER = Threshold(
+    1e-8,
+    "1",
+    "part of a column of the smaller model that the larger one's do not span, up to which it is "
+    "nested",
+    "chosen",
+)
+MAX_VALIDATION_ERROR_RATIO = Threshold(
+    2.0,
+    "1",
+    "equation error on another record, by that on the own one, up to which an estimate holds",
+    "chosen",
+)
+MAX_VALIDATION_ERROR = Threshold(
+    10.0,
+    "%",
+    "the same by itself, up to which an estimate holds whatever the other error is",
+    "chosen",
+)
+MAX_WEIGHT_DEVIATION = Threshold(
+    0.02,
+    "1",
+    "distance of a row's weight from 1 below which it is a point of the friction curve",
+    "chosen",
+)
+MAX_INSEPARABLE_FORCE = Threshold(
+    1e-6,
+    "1",
+    "part of the friction that depends on more than the velocity, up to which there is a curve",
+    "chosen",
+)
+MIN_BIN_ROWS = Threshold(
+    4,
+    "rows",
+    "rows in a bin of velocity from which their mean is shown",
+    "chosen",
+)

@@ -1,0 +1,273 @@
+"""What to do about an error or a note, as data: sentences with the settings that they speak of.
+
+A setting is an option of the command line and an argument in Python. Which is which stands in
+`ARGUMENTS` alone; whoever shows a sentence chooses how it is worded.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from types import MappingProxyType
+
+_ANY = "..."  # a value that is left to the user, in Python
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Something that can be set for a run.
+
+    Attributes
+    ----------
+    name : str
+        Of `ARGUMENTS`: that of the option, without its dashes.
+    value : str
+        As the command line takes it, or a placeholder such as ``NAME``; empty for a switch, and
+        where the value is left to the user.
+    given : bool
+        False where it is to be left out.
+    """
+
+    name: str
+    value: str = ""
+    given: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Argument:
+    """What a setting is in Python.
+
+    Attributes
+    ----------
+    of : str
+        The callable that takes it, by its name in `axisid`.
+    name : str
+        Of the argument; empty where it has none, or where the call is all there is to set.
+    call : str
+        How the callable is written around its arguments; ``{}`` for the one that is called anyway.
+    written : callable
+        Takes the values and gives the text of all of them.
+    without : str
+        How to do without it; empty where the argument is left out.
+    """
+
+    of: str
+    name: str = ""
+    call: str = "{}"
+    written: Callable[[Sequence[str]], str]
+    without: str = ""
+
+
+#: Gives the words for settings that stand together.
+Wording = Callable[[Sequence[Setting]], str]
+
+
+def as_options(settings: Sequence[Setting]) -> str:
+    """As on the command line: ``--resample auto --gaps split``."""
+    return " ".join(_option(setting) for setting in settings)
+
+
+def _option(setting: Setting) -> str:
+    option = f"--{setting.name} {setting.value}".rstrip()
+    return option if setting.given else f"leave {option} out"
+
+
+def as_arguments(settings: Sequence[Setting]) -> str:
+    """As in Python: ``repairs=Repairs(resample="auto", gaps="split")``."""
+    calls: dict[str, dict[str, list[str]]] = {}
+    for setting in settings:
+        if setting.given:
+            values = calls.setdefault(ARGUMENTS[setting.name].call, {})
+            values.setdefault(setting.name, []).append(setting.value)
+    written = [
+        call.format(", ".join(ARGUMENTS[name].written(each) for name, each in values.items()))
+        for call, values in calls.items()
+    ]
+    return ", ".join(written + [_without(each.name) for each in settings if not each.given])
+
+
+def _without(name: str) -> str:
+    argument = ARGUMENTS[name]
+    return argument.without or f"leave {argument.name} out"
+
+
+def _text(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument that is a text."""
+    return lambda values: f"{name}={_quoted(values[-1]) if values[-1] else _ANY}"
+
+
+def _number(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument that is a number, in the unit of the option."""
+    return lambda values: f"{name}={values[-1] or _ANY}"
+
+
+def _bytes(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument in bytes, whose option is in gigabytes."""
+    return lambda values: f"{name}={values[-1].replace('GB', 'BYTES') or _ANY}"
+
+
+def _mapping(name: str) -> Callable[[Sequence[str]], str]:
+    """An argument that is a mapping, whose option lists ``KEY=VALUE``."""
+
+    def written(values: Sequence[str]) -> str:
+        pairs = (pair.partition("=") for value in values for pair in value.split(","))
+        return f"{name}={{{', '.join(f'{_quoted(k)}: {_quoted(v)}' for k, _, v in pairs)}}}"
+
+    return written
+
+
+def _assigned(values: Sequence[str]) -> str:
+    """Arguments by name, of options ``NAME=VALUE+-SD``."""
+    pairs = (value.partition("=") for value in values)
+    told = ((name, *value.partition("+-")) for name, _, value in pairs)
+    return ", ".join(f"{n}=({v}, {sd})" if sd else f"{n}={v}" for n, v, _, sd in told)
+
+
+def _each_quoted(values: Sequence[str]) -> str:
+    return ", ".join(map(_quoted, values))
+
+
+def _quoted(value: str) -> str:
+    return f'"{value}"'
+
+
+_REPAIRS = "repairs=Repairs({})"
+_PREFILTER = "Prefilter({})"
+
+#: What each setting is in Python, by its name on the command line.
+ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
+    {
+        "columns": Argument(of="read_record", name="columns", written=_mapping("columns")),
+        "sample-period": Argument(
+            of="read_record", name="sample_period", written=_number("sample_period")
+        ),
+        "max-memory": Argument(of="read_record", name="max_memory", written=_bytes("max_memory")),
+        "resample": Argument(
+            of="estimation.Repairs", name="resample", call=_REPAIRS, written=_text("resample")
+        ),
+        "gaps": Argument(
+            of="estimation.Repairs", name="gaps", call=_REPAIRS, written=_text("gaps")
+        ),
+        "wrap": Argument(
+            of="estimation.Repairs", name="wrap", call=_REPAIRS, written=_text("wrap")
+        ),
+        "tail": Argument(
+            of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text("tail")
+        ),
+        "decimate": Argument(
+            of="Prefilter", name="decimate", call=_PREFILTER, written=_number("decimate")
+        ),
+        "hold": Argument(of="Prefilter", name="hold", call=_PREFILTER, written=_text("hold")),
+        "reversals": Argument(
+            of="Prefilter", name="reversals", call=_PREFILTER, written=_text("reversals")
+        ),
+        "draws": Argument(
+            of="Identification.summary",
+            name="draws",
+            call="summary({})",
+            written=_number("draws"),
+        ),
+        "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
+        "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
+        "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),
+        "stream": Argument(
+            of="estimation.identify_stream",
+            call="identify_stream",
+            written="".join,
+            without="call identify in place of identify_stream",
+        ),
+        "axis": Argument(of="load_result", name="axis", written=_text("axis")),
+        "json": Argument(of="Identification.to_dict", call="to_dict() as JSON", written="".join),
+        "output": Argument(
+            of="codegen.artefacts.write_files", name="folder", written=_text("folder")
+        ),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """What to do, in words and settings.
+
+    Attributes
+    ----------
+    parts : tuple of str or Setting
+        In their order; settings that follow one another are worded together.
+    """
+
+    parts: tuple[str | Setting, ...]
+
+    @classmethod
+    def of(cls, *parts: "str | Setting | Remedy | None") -> "Remedy":
+        """A remedy of texts, settings and remedies in their order; what is empty is passed over."""
+        flat: list[str | Setting] = []
+        for part in parts:
+            flat += part.parts if isinstance(part, Remedy) else (part,) if part else ()
+        return cls(tuple(flat))
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """What it speaks of."""
+        return tuple(part for part in self.parts if isinstance(part, Setting))
+
+    def worded(self, wording: Wording) -> str:
+        """As a text, with the settings as options or as arguments."""
+        pieces = []
+        for _, group in groupby(self.parts, lambda part: isinstance(part, str)):
+            each = [*group]
+            together = [part for part in each if isinstance(part, Setting)]
+            pieces.append(wording(together) if together else "".join(map(str, each)))
+        return "".join(pieces)
+
+    def __str__(self) -> str:
+        return self.worded(as_arguments)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something to tell the user: what there is, and what to do about it.
+
+    Attributes
+    ----------
+    text : str
+        Up to the remedy, with the blank before it.
+    remedy : Remedy or None
+        How it goes on.
+    """
+
+    text: str
+    remedy: Remedy | None = None
+
+    @classmethod
+    def of(cls, *parts: "str | Note | Remedy | None") -> "Note":
+        """One note of texts, notes and remedies in their order; nothing is said of None."""
+        text, remedy = "", Remedy.of()
+        for part in parts:
+            note = part if isinstance(part, Note) else _alone(part)
+            if remedy.parts:
+                remedy = Remedy.of(remedy, note.text, note.remedy)
+            else:
+                text, remedy = text + note.text, note.remedy or remedy
+        return cls(text, remedy if remedy.parts else None)
+
+    @classmethod
+    def joined(cls, between: str, notes: "Iterable[Note]") -> "Note":
+        """One note of several, each once, with a text between them."""
+        parts = [part for note in dict.fromkeys(notes) for part in (between, note)]
+        return cls.of(*parts[1:])
+
+    def worded(self, wording: Wording) -> str:
+        """As a text, with the settings as options or as arguments."""
+        return self.text + ("" if self.remedy is None else self.remedy.worded(wording))
+
+    def __str__(self) -> str:
+        return self.worded(as_arguments)
+
+
+def _alone(part: str | Remedy | None) -> Note:
+    """A note of a text or of a remedy alone."""
+    return Note("", part) if isinstance(part, Remedy) else Note(part or "")
+
+
+def worded(said: str | Note, wording: Wording) -> str:
+    """What is said, as a text; a plain text speaks of no settings."""
+    return said if isinstance(said, str) else said.worded(wording)

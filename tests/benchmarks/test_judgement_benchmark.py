@@ -1,0 +1,70 @@
+"""The machines of the study of judgements move as the axes that are declared of them."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import simulate
+from benchmarks.machines import Machine, autoregressive, records, white
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
+study: Any = import_module("judgement")
+
+
+@pytest.mark.parametrize("weight", [0.0, 150.0])
+def test_a_machine_moves_as_its_axis_is_simulated(weight: float) -> None:
+    machine = Machine(offset=weight, coulomb=40.0)
+    reference = study.reference_of("moves")[:1500]
+    axis = study.declared(has_offset=bool(weight))
+    truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": weight}
+    loop = simulate(axis, [truth[name] for name in axis.names], reference, machine.period)
+    (columns,) = records(machine, reference, 1, seed=1)
+    np.testing.assert_allclose(columns["position"], loop.position, atol=1e-8)
+    np.testing.assert_allclose(columns["control"], loop.control, atol=2e-3)
+
+
+def test_what_a_machine_has_besides_moves_it() -> None:
+    plain = Machine()
+    others = (
+        replace(plain, mass_at=lambda time: 110.0 if time > 0.02 else 100.0),
+        replace(plain, resistance=lambda _, __, v: 10.0 * np.abs(v)),
+        replace(plain, force_noise=white(1.0)),
+        replace(plain, resolution=1e-5),
+        replace(plain, kp=170.0),
+    )
+    reference = study.reference_of("moves")[:500]
+    (own,) = records(plain, reference, 1, seed=1)
+    for other in others:
+        (columns,) = records(other, reference, 1, seed=1)
+        assert np.abs(columns["position"] - own["position"]).max() > 1e-7
+
+
+def test_autoregressive_noise_has_its_deviation_and_its_time(rng: np.random.Generator) -> None:
+    noise = autoregressive(2.0, 0.05, 1e-3)(rng, 200, 2000)
+    assert noise.std() == pytest.approx(2.0, rel=0.05)
+    assert noise[:, 0].std() == pytest.approx(2.0, rel=0.2)
+    shared = np.mean(noise[:, 50:] * noise[:, :-50]) / noise.var()
+    assert shared == pytest.approx(np.exp(-1), abs=0.05)
+
+
+@pytest.mark.slow
+def test_study_counts_the_runs_of_a_right_and_of_a_wrong_case(root: Path) -> None:
+    assert not set(study.RIGHT) & set(study.WRONG)
+    for name, kind, of_all in (
+        ("2 s of it", "right", "held"),
+        ("missing offset", "wrong", "named"),
+    ):
+        command = [sys.executable, "benchmarks/judgement.py", "--runs", "2", "--only", name]
+        told = subprocess.run(
+            [*command, "--json", "-"], cwd=root, capture_output=True, text=True, check=True
+        )
+        shares = json.loads(told.stdout)[kind][name]
+        assert shares["runs"] == 2
+        assert of_all in shares

@@ -1,0 +1,119 @@
+"""A drive whose control does not make the force that it is said to make is refused."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import ModelError, build, load_axis
+from axisid.elements import Drive
+from axisid.modeling import LIBRARY
+from axisid.modeling.declaration.axis import Axis
+from axisid.modeling.quantities.symbols import CONTROL, FORCE
+
+CUBE = sympy.Symbol("cube", real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cubed(Drive):
+    """A force that grows with the cube of the control."""
+
+    factor: float = 1.0
+    cube: object = 2.0
+
+    @property
+    def force(self) -> sympy.Expr:
+        return CUBE * CONTROL**3
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        size = sympy.Abs(FORCE / CUBE) ** sympy.Rational(1, 3)
+        return self.factor * sympy.sign(FORCE) * size
+
+    @property
+    def constants(self) -> Mapping[sympy.Symbol, float]:
+        return {CUBE: self.cube}  # type: ignore[dict-item]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnSymbol(Drive):
+    """A gain by another symbol than that of `Drive`; `slope` times its slope."""
+
+    slope: float | None = None
+
+    @property
+    def force(self) -> sympy.Expr:
+        return CUBE * CONTROL
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        return FORCE / CUBE
+
+    @property
+    def constants(self) -> Mapping[sympy.Symbol, float]:
+        return {CUBE: self.gain}
+
+    @property
+    def force_by_gain(self) -> sympy.Expr:
+        own: sympy.Expr = Drive.force_by_gain.fget(self)  # type: ignore[attr-defined]
+        return own if self.slope is None else self.slope * self.force
+
+
+def driven(drive: Drive) -> Axis:
+    return replace(load_axis("emps2015"), drive=drive)
+
+
+def test_an_inverse_that_undoes_the_force_is_taken() -> None:
+    axis = build(driven(Cubed(gain=1.0, limit=10.0)), native=False)
+    (control,) = axis.rows("drive_control", 16.0, 0.0, 0.0)
+    assert control[0, 0] == pytest.approx(2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("limit", [10.0, math.inf, 1e-6])
+@pytest.mark.parametrize("factor", [1.001, -1.0, 0.0])
+def test_another_inverse_is_refused_with_a_control(factor: float, limit: float) -> None:
+    with pytest.raises(ModelError, match=r"the drive Cubed makes a force of .* its inverse gives"):
+        build(driven(Cubed(gain=1.0, limit=limit, factor=factor)), native=False)
+
+
+@pytest.mark.parametrize("cube", [math.nan, math.inf, "2", None])
+def test_a_constant_that_is_no_number_is_refused_by_name(cube: object) -> None:
+    with pytest.raises(ModelError, match=r"the constant cube of the drive Cubed is .* give a "):
+        build(driven(Cubed(gain=1.0, cube=cube)), native=False)
+
+
+@pytest.mark.parametrize("gain", [1e-320, 1e-150, 35.15, -1e150, 1e308])
+@pytest.mark.parametrize("limit", [1e-9, 1e9, math.inf])
+def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
+    axis = build(driven(Drive(gain=gain, limit=limit)), native=False)
+    assert axis.rows("drive_force", 1.0, 0.0, 0.0)[0][0, 0] == gain
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_the_drives_of_the_library_are_right(name: str) -> None:
+    axis = build(load_axis(name), native=False)
+    gain = axis.axis.drive.gain
+    assert axis.rows("drive_control", gain, 0.0, 0.0)[0][0, 0] == pytest.approx(1.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("slope", [None, 0.999, -1.0])
+def test_a_slope_that_is_not_what_another_gain_changes_is_refused(slope: float | None) -> None:
+    drive = OwnSymbol(gain=35.15, limit=10.0, relative_sd=0.01, slope=slope)
+    with pytest.raises(ModelError, match=r"the drive OwnSymbol changes its force by .* leave out"):
+        build(driven(drive), native=False)
+    build(driven(replace(drive, relative_sd=0.0)), native=False)
+
+
+def test_a_slope_that_is_what_another_gain_changes_is_taken() -> None:
+    drive = OwnSymbol(gain=-35.15, relative_sd=0.01, slope=1.0)
+    assert build(driven(drive), native=False).axis.drive == drive
+
+
+@pytest.mark.parametrize("gain", [1e-320, 1e-150, -1e150, 1e308])
+@pytest.mark.parametrize("limit", [1e-9, 1e9, math.inf])
+def test_the_slope_of_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
+    axis = build(driven(Drive(gain=gain, limit=limit, relative_sd=0.01)), native=False)
+    assert axis.force_by_gain(np.ones(1), np.zeros(1), np.zeros(1))[0] == gain

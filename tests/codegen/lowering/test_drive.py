@@ -1,0 +1,114 @@
+"""The drive as generated functions, and that nothing else makes a force of a control."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import Prefilter, build, elements, identify, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.modeling import LIBRARY
+from axisid.modeling.quantities import CONTROL
+from tests.axes.drives import BRAKE, braked
+from tests.recipes import recipe_blocks
+
+
+@pytest.fixture(scope="module")
+def braked_emps(emps2015: GeneratedAxis) -> GeneratedAxis:
+    return build(braked(emps2015.declared))
+
+
+def states(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    first, q, dq = rng.normal(size=(3, 50))
+    return 20 * first, q, dq
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_control_that_makes_a_force_makes_it(name: str, rng: np.random.Generator) -> None:
+    axis = build(load_axis(name), native=False)
+    control, q, dq = states(rng)
+    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    np.testing.assert_array_equal(force, axis.axis.drive.gain * control)
+    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    np.testing.assert_allclose(back, control, rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_a_force_that_is_a_gain_is_its_own_slope_to_the_bit(
+    name: str, rng: np.random.Generator
+) -> None:
+    """What the gain does to an estimate has no rounding of its own then."""
+    axis = build(load_axis(name), native=False)
+    made = states(rng)
+    np.testing.assert_array_equal(
+        axis.force_by_gain(*made), axis.rows("drive_force", *made)[0][:, 0]
+    )
+
+
+def test_a_force_by_the_motion_has_the_slope_of_its_gain_alone(
+    braked_emps: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    control, q, dq = states(rng)
+    slope = braked_emps.force_by_gain(control, q, dq)
+    np.testing.assert_array_equal(slope, braked_emps.axis.drive.gain * control)
+
+
+@pytest.mark.parametrize("native", [False, True])
+def test_force_by_the_motion_is_generated_too(
+    emps2015: GeneratedAxis, native: bool, rng: np.random.Generator
+) -> None:
+    axis = build(braked(emps2015.declared), native=native)
+    control, q, dq = states(rng)
+    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    np.testing.assert_allclose(force, axis.axis.drive.gain * control - BRAKE * dq, rtol=1e-13)
+    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    np.testing.assert_allclose(back, control, rtol=1e-12, atol=1e-12)
+
+
+def test_the_loop_applies_the_force_that_the_drive_makes(braked_emps: GeneratedAxis) -> None:
+    names = braked_emps.functions["closed_loop_step"].name_in()
+    step = braked_emps.functions["closed_loop_step"]
+    q, dq, reference = 0.01, 0.05, 0.0102
+    given = {"q": q, "dq": dq, "reference": reference, "direction": 1.0, "step": 1e-3}
+    parameters = braked_emps.nominal
+    arguments = [parameters if n == "parameters" else given.get(n, 0.0) for n in names]
+    found = dict(zip(step.name_out(), step.call(arguments), strict=True))
+    control, tau = float(found["control"]), float(found["tau"])
+    assert tau == pytest.approx(braked_emps.axis.drive.gain * control - BRAKE * dq, rel=1e-14)
+
+
+def test_an_axis_is_identified_under_the_force_that_its_drive_makes(
+    emps2015: GeneratedAxis, braked_emps: GeneratedAxis
+) -> None:
+    """As a gain alone, the drive would take its own braking for 40 N/(m/s) of friction."""
+    record = twin_record(braked_emps, seed=3)
+    methods = ["idm-ls", "idm-iv"]
+    right = identify(braked_emps, record, Prefilter(cutoff=60.0), methods=methods)
+    wrong = identify(emps2015, record, Prefilter(cutoff=60.0), methods=["idm-ls"])
+    for name in emps2015.names:
+        truth = record.provenance.truth[name]
+        assert right["idm-iv"].parameters[name].value == pytest.approx(truth, rel=5e-3)
+    apart = wrong["idm-ls"].parameters["Fv"].value - right["idm-ls"].parameters["Fv"].value
+    assert apart == pytest.approx(BRAKE, rel=0.02)
+
+
+def test_the_generated_text_knows_its_drive(emps2015: GeneratedAxis) -> None:
+    assert emps2015.signature != build(braked(emps2015.declared)).signature
+    assert CONTROL in emps2015.axis.drive.force.free_symbols
+
+
+def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator) -> None:
+    names: dict[str, Any] = {"__name__": "recipe", "dataclass": dataclass, "sympy": sympy}
+    names |= {name: getattr(elements, name) for name in ("CONTROL", "DRIVE_GAIN", "Drive", "FORCE")}
+    (recipe,) = recipe_blocks("Add a drive")
+    exec(recipe, names)
+    drive = names["Magnet"](gain=-3.0, unit="A", relative_sd=0.01)
+    axis = build(replace(load_axis("emps2015"), drive=drive), native=False)
+    control, q, dq = states(rng)
+    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    np.testing.assert_allclose(force, -3.0 * control * np.abs(control), rtol=1e-15)
+    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    np.testing.assert_allclose(back, control, rtol=1e-14)
+    np.testing.assert_allclose(axis.force_by_gain(control, q, dq), force, rtol=1e-15)

@@ -1,0 +1,90 @@
+"""Covariances are rows of a table: the recipe's goes through text, JSON, exports and back."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+
+from axisid import Identification, Record, UsageError, export, identify, load_result
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.commands.identify import identify as command
+from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimates.covariances import ResidualModel
+from tests.recipes import recipe_blocks
+
+NAME = "hc3"
+
+
+@pytest.fixture
+def added(monkeypatch: pytest.MonkeyPatch) -> None:
+    module, row = recipe_blocks("Add a covariance")
+    package = "axisid.estimation.regression"
+    names = {
+        "__name__": f"{package}.leave_one_out",
+        "__package__": package,
+        "ResidualModel": ResidualModel,
+    }
+    exec(module, names)
+    monkeypatch.setitem(COVARIANCES, NAME, eval(row, names))  # noqa: S307
+
+
+@pytest.fixture
+def result(added: None, emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, methods=["idm-ls", "ddm-ls"], covariance=NAME)
+
+
+def test_what_the_recipe_says_is_what_statsmodels_says(result: Identification) -> None:
+    estimate = result["idm-ls"]
+    fitted = sm.OLS(estimate.y, estimate.X).fit(cov_type="HC3")
+    assert estimate.covariances[NAME] == pytest.approx(fitted.cov_params(), rel=1e-9)
+
+
+def test_one_class_and_one_row_add_a_covariance(result: Identification) -> None:
+    for estimate in result.estimates.values():
+        for value, variance in zip(
+            estimate.parameters.values(), np.diag(estimate.covariances[NAME]), strict=True
+        ):
+            assert {*value.deviations} == {*COVARIANCES}
+            assert value.deviation == value.deviations[NAME] == pytest.approx(np.sqrt(variance))
+    assert "HC3" in result.summary(full=True)
+
+
+def test_its_deviations_are_written_and_read_back(result: Identification, tmp_path: Path) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file)
+    for method, estimate in result.estimates.items():
+        for name, value in estimate.parameters.items():
+            assert saved[method].parameters[name] == value
+        assert saved[method].covariances[NAME] == pytest.approx(estimate.covariances[NAME])
+        if estimate.is_direct:
+            assert saved[method].ddm_covariances[NAME] == pytest.approx(
+                estimate.ddm_covariances[NAME]
+            )
+    assert saved.summary() == result.summary()
+    assert "HC3" in export(file, "latex", axis="emps2015")
+
+
+@pytest.mark.usefixtures("added")
+def test_a_file_of_a_covariance_that_is_not_there_is_refused(
+    result: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    monkeypatch.delitem(COVARIANCES, NAME)
+    with pytest.raises(ValueError, match="there is no covariance 'hc3'"):
+        load_result(file)
+
+
+def test_no_covariance_is_known_but_those_of_the_table(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    with pytest.raises(UsageError, match="there is no covariance 'hc3'"):
+        identify(emps2015, twin, covariance=NAME)
+
+
+def test_the_command_line_knows_the_covariances_of_the_table() -> None:
+    (option,) = (each for each in command.params if each.name == "covariance")
+    assert [*option.type.choices] == [*COVARIANCES]  # type: ignore[attr-defined]

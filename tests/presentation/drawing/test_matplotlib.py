@@ -1,0 +1,56 @@
+"""Fonts of a figure: letters that the chosen one lacks, and fonts that are not there."""
+
+import warnings
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import font_manager
+
+from axisid.presentation.drawing.matplotlib import drawn, rendered
+from axisid.presentation.plots.plot import Panel, Plot, Series
+
+
+def without_superscripts(folder: Path) -> Path:
+    """A font as Liberation Sans is: under its name, and without the signs of exponents."""
+    ttlib = pytest.importorskip("fontTools.ttLib")
+    subset = pytest.importorskip("fontTools.subset")
+    font = ttlib.TTFont(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+    chosen = subset.Subsetter()
+    chosen.populate(unicodes=[*range(0x20, 0x7F), *range(0xA0, 0x100), 0x2212])
+    chosen.subset(font)
+    for record in font["name"].names:
+        if record.nameID in (1, 4, 16):
+            record.string = "Liberation Sans"
+    file = folder / "LiberationSans-Regular.ttf"
+    font.save(file)
+    return file
+
+
+@pytest.mark.parametrize("form", ["png", "pdf", "svg"])
+def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str
+) -> None:
+    manager = font_manager.fontManager
+    monkeypatch.setattr(manager, "ttflist", [f for f in manager.ttflist if "DejaVu" in f.name])
+    manager.addfont(without_superscripts(tmp_path))
+    x = np.geomspace(1e-7, 1e3, 20)
+    panel = Panel(
+        label="inertia [10⁻³ kg m²] ⁰¹⁴⁵⁶⁷⁸⁹", series=(Series(label="a", x=x, y=1e8 * x),)
+    )
+    plot = Plot(name="all", title="", caption="", x_label="s⁻¹", panels=(panel,), log=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a glyph that is missing is one
+        figure = drawn(plot, "τ and θ̈")
+        assert rendered(figure, form)
+    used = figure.axes[0].yaxis.label.get_fontfamily()
+    assert used == ["Liberation Sans", "DejaVu Sans"]
+
+
+def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
+    x = np.arange(5.0)
+    panel = Panel(label="a [mm]", series=(Series(label="a", x=x, y=x),))
+    plot = Plot(name="all", title="", caption="", x_label="t", panels=(panel,))
+    assert rendered(drawn(plot), "png")
+    assert "not found" not in caplog.text

@@ -1,0 +1,194 @@
+"""Errors have a code and a remedy, worded for Python by themselves and for the command line there.
+
+Sentences that no case here provokes have their settings from the same table: no text of the
+library speaks in options, see `test_remedy`.
+"""
+
+import ast
+import json
+import pickle
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import axisid
+from axisid import AxisidError, Record, read_record
+from axisid.codegen.artefacts import write_files
+from axisid.estimation import LogBlocks, Repairs
+from axisid.estimation.regression.simulated_rows import loop_reference
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals.filtered_record import check_filter
+from axisid.modeling.text.mistakes import TextError
+from axisid.support.errors import DataError, DeclarationError, EstimationError, UsageError
+from axisid.support.remedy import ARGUMENTS, Remedy, Setting, as_options
+
+N = 400
+TIME = 1e-3 * np.arange(N)
+FILTER = axisid.Prefilter(cutoff=20.0)
+POSITION = 3 * np.sin(30 * TIME)
+GAP = np.where(np.arange(N) < 200, TIME, TIME + 0.5)
+TEXT = "\n".join(
+    ["time,position", *(f"{t:.3f},{float(q)!r}" for t, q in zip(TIME, POSITION, strict=True))]
+)
+
+
+def log(**columns: object) -> dict[str, object]:
+    return {"time": TIME, "position": POSITION} | columns
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "log.csv"
+    file.write_text(text)
+    return file
+
+
+def emps() -> axisid.codegen.GeneratedAxis:
+    return axisid.build(axisid.load_axis("emps2015"), native=False)
+
+
+def bare() -> Record:
+    """A record of a position alone."""
+    return Record(time=TIME, position=POSITION)
+
+
+def streamed(folder: Path) -> Path:
+    """What a file of a result in blocks begins with."""
+    file = folder / "stream.json"
+    file.write_text(json.dumps({"schema": "axisid.stream/1"}))
+    return file
+
+
+Case = Callable[[Path], object]
+#: What leads to an error of each code.
+CASES: dict[str, Case] = {
+    "uneven-time": lambda _: read_record(log(time=GAP)),
+    "backward-time": lambda _: read_record(log(time=np.where(TIME < 0.2, TIME, TIME - 0.1))),
+    "slow-resampling": lambda _: read_record(log(), repairs=Repairs(resample=10.0)),
+    "gaps": lambda _: read_record(log(time=GAP), repairs=Repairs(resample="auto")),
+    "no-time": lambda _: read_record({"position": POSITION}),
+    "empty-cells": lambda _: read_record(log(position=np.where(TIME == 0.1, np.nan, POSITION))),
+    "wrapped": lambda _: read_record(log(position=np.mod(40 * TIME, 2 * np.pi))),
+    "other-modulus": lambda _: read_record(log(), repairs=Repairs(wrap=1.0)),
+    "not-in-blocks": lambda _: list(LogBlocks(file=Path("log.npz"))),
+    "broken-line": lambda folder: read_record(written(folder, f"{TEXT}\n0.4")),
+    "no-number": lambda folder: read_record(written(folder, f"{TEXT}\n0.400,a")),
+    "memory": lambda folder: read_record(written(folder, TEXT), max_memory=1.0),
+    "unknown-unit": lambda _: read_record(log(), columns={"position": "position:furlong"}),
+    "other-unit": lambda _: read_record(log(), columns={"position": "position:ms"}),
+    "no-column": lambda _: read_record({"time": TIME, "q": POSITION}),
+    "column-twice": lambda _: read_record(log(), columns={"reference": "position"}),
+    "time-unit": lambda _: check_filter(axisid.Prefilter(), emps(), N, 1.0, "log"),
+    "no-force": lambda _: FilteredRecord.bind(emps(), bare(), FILTER).force,
+    "no-reference": lambda _: loop_reference(emps(), bare()),
+    "too-few-candidates": lambda _: axisid.compare([emps()], bare()),
+    "not-written": lambda folder: write_files(written(folder, ""), {Path("a"): "text"}),
+    "other-document": lambda folder: axisid.load_result(streamed(folder)),
+}
+
+
+@pytest.mark.parametrize("code", CASES)
+def test_error_speaks_in_arguments_and_to_the_command_line_in_options(
+    code: str, tmp_path: Path
+) -> None:
+    with pytest.raises(AxisidError) as refused:
+        CASES[code](tmp_path)
+    error = refused.value
+    assert error.code == code
+    assert error.remedy is not None
+    assert error.remedy.settings
+    assert "--" not in str(error)
+    options = error.worded(as_options)
+    assert all(f"--{setting.name}" in options for setting in error.remedy.settings)
+    assert options.endswith((".", ")"))
+
+
+@pytest.mark.parametrize("code", CASES)
+def test_code_and_remedy_survive_a_pickle(code: str, tmp_path: Path) -> None:
+    with pytest.raises(AxisidError) as refused:
+        CASES[code](tmp_path)
+    kept = pickle.loads(pickle.dumps(refused.value))  # noqa: S301
+    assert (kept.code, kept.remedy, str(kept)) == (
+        code,
+        refused.value.remedy,
+        str(refused.value),
+    )
+
+
+def test_error_without_a_code_of_its_own_has_that_of_its_class() -> None:
+    assert UsageError("a").code == "usage"
+    assert DataError("a").code == "data"
+    assert axisid.ModelError("a").code == "model"
+    assert EstimationError("a").code == "estimation"
+    assert (str(DataError("a")), DataError("a").remedy) == ("a", None)
+
+
+@pytest.mark.parametrize(
+    "error", [DeclarationError("two mistakes:", ["a", "b\nc"]), TextError("why.", "a + ", 4)]
+)
+def test_errors_of_several_parts_survive_a_pickle(error: AxisidError) -> None:
+    kept = pickle.loads(pickle.dumps(error))  # noqa: S301
+    assert str(kept) == str(error)
+    assert vars(kept) == vars(error)
+
+
+def test_every_setting_in_the_library_is_one_of_the_table(root: Path) -> None:
+    named = {
+        node.args[0].value
+        for node in _calls(root)
+        if isinstance(node.func, ast.Name)
+        and node.func.id == "Setting"
+        and isinstance(node.args[0], ast.Constant)
+    }
+    assert named == {*ARGUMENTS}
+
+
+def test_page_of_errors_lists_every_code(root: Path) -> None:
+    page = (root / "docs" / "api" / "errors.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^\| `([a-z-]+)`", page, re.MULTILINE))
+    assert listed == {*_codes(root)}
+    assert {*CASES} <= listed
+
+
+def _calls(root: Path) -> Iterator[ast.Call]:
+    for file in _files(root):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                yield node
+
+
+def _files(root: Path) -> list[Path]:
+    folders = (root / "modeling", root / "codegen", root / "estimation", root / "src" / "axisid")
+    return [file for folder in folders for file in folder.rglob("*.py")]
+
+
+def _codes(root: Path) -> Iterator[str]:
+    """Codes that errors of the library are given, as they are or by the name of a constant."""
+    constants = {
+        target.id: node.value.value
+        for file in _files(root)
+        for node in ast.parse(file.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    for call in _calls(root):
+        for keyword in call.keywords:
+            if keyword.arg != "code":
+                continue
+            if isinstance(keyword.value, ast.Constant):
+                yield str(keyword.value.value)
+            elif isinstance(keyword.value, ast.Name) and keyword.value.id.isupper():
+                yield constants[keyword.value.id]
+
+
+def test_remedy_of_an_error_is_data() -> None:
+    remedy = Remedy.of("resample it (", Setting("resample", "auto"), ").")
+    error = DataError("it is uneven; ", remedy, code="uneven-time")
+    assert str(error) == 'it is uneven; resample it (repairs=Repairs(resample="auto")).'
+    assert error.worded(as_options) == "it is uneven; resample it (--resample auto)."
+    assert error.problem == "it is uneven; "

@@ -1,0 +1,150 @@
+"""Settings are worded as options and as arguments, and are both in truth."""
+
+import ast
+import inspect
+import pickle
+from collections.abc import Iterator
+from functools import reduce
+from pathlib import Path
+
+import click
+import pytest
+
+import axisid
+from axisid.commands.main import cli
+from axisid.support.remedy import ARGUMENTS, Note, Remedy, Setting, as_arguments, as_options
+
+RESAMPLE, SPLIT = Setting("resample", "auto"), Setting("gaps", "split")
+UNNAMED = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_setting_is_an_option_of_a_command(name: str) -> None:
+    options = {
+        option
+        for command in cli.commands.values()
+        for parameter in command.params
+        if isinstance(parameter, click.Option)
+        for option in parameter.opts
+    }
+    assert f"--{name}" in options
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_setting_is_an_argument_in_python(name: str) -> None:
+    argument = ARGUMENTS[name]
+    called = reduce(getattr, argument.of.split("."), axisid)
+    parameters = inspect.signature(called).parameters
+    if argument.name:
+        assert argument.name in parameters
+    elif "{}" in argument.call:
+        assert any(each.kind in UNNAMED for each in parameters.values())
+    head = argument.call.partition("(")[0].rpartition("=")[2]
+    assert head in ("{}", argument.of.rpartition(".")[2])
+
+
+def test_repairs_are_an_argument_of_read_record() -> None:
+    assert "repairs" in inspect.signature(axisid.read_record).parameters
+
+
+@pytest.mark.parametrize(
+    ("settings", "options", "arguments"),
+    [
+        (
+            (RESAMPLE, SPLIT),
+            "--resample auto --gaps split",
+            'repairs=Repairs(resample="auto", gaps="split")',
+        ),
+        (
+            (Setting("columns", "time=NAME,force=NAME:N"), Setting("wrap", "360:deg")),
+            "--columns time=NAME,force=NAME:N --wrap 360:deg",
+            'columns={"time": "NAME", "force": "NAME:N"}, repairs=Repairs(wrap="360:deg")',
+        ),
+        ((Setting("sample-period"),), "--sample-period", "sample_period=..."),
+        ((Setting("sample-period", "0.002"),), "--sample-period 0.002", "sample_period=0.002"),
+        ((Setting("max-memory", "GB"),), "--max-memory GB", "max_memory=BYTES"),
+        ((Setting("hold", "zoh"),), "--hold zoh", 'Prefilter(hold="zoh")'),
+        (
+            (Setting("leave-out", "a"), Setting("leave-out", "b")),
+            "--leave-out a --leave-out b",
+            'leave_out(axis, "a", "b")',
+        ),
+        ((Setting("fix", "m=VALUE"),), "--fix m=VALUE", "fix(axis, m=VALUE)"),
+        ((Setting("fix", "m=2+-0.1"),), "--fix m=2+-0.1", "fix(axis, m=(2, 0.1))"),
+        ((Setting("draws", "50"),), "--draws 50", "summary(draws=50)"),
+        ((Setting("stream"),), "--stream", "identify_stream"),
+        ((Setting("axis"),), "--axis", "axis=..."),
+        ((Setting("json"),), "--json", "to_dict() as JSON"),
+        (
+            (Setting("stream", given=False),),
+            "leave --stream out",
+            "call identify in place of identify_stream",
+        ),
+        ((Setting("wrap", given=False),), "leave --wrap out", "leave wrap out"),
+    ],
+)
+def test_settings_are_worded_as_options_and_as_arguments(
+    settings: tuple[Setting, ...], options: str, arguments: str
+) -> None:
+    assert as_options(settings) == options
+    assert as_arguments(settings) == arguments
+
+
+def test_remedy_words_neighbouring_settings_together() -> None:
+    remedy = Remedy.of("Cut it (", SPLIT, ") or ", None, Remedy.of(RESAMPLE, SPLIT), "", ".")
+    assert remedy.settings == (SPLIT, RESAMPLE, SPLIT)
+    assert remedy.worded(as_options) == "Cut it (--gaps split) or --resample auto --gaps split."
+    assert '(repairs=Repairs(gaps="split")) or repairs=Repairs(resample' in str(remedy)
+
+
+def test_notes_go_on_in_one_another() -> None:
+    cut = Note("there is a gap: ", Remedy.of("cut it (", SPLIT, ")"))
+    whole = Note.of("log: ", cut, "; ", "look again", Note("."))
+    assert whole.text == "log: there is a gap: "
+    assert whole.worded(as_options) == "log: there is a gap: cut it (--gaps split); look again."
+    assert Note.of("plain", None, " text") == Note("plain text")
+    assert Note.joined("; ", [cut, Note("b"), cut]).worded(as_options) == (
+        "there is a gap: cut it (--gaps split); b"
+    )
+    assert pickle.loads(pickle.dumps(whole)) == whole  # noqa: S301
+
+
+def test_no_sentence_of_the_library_speaks_in_options(root: Path) -> None:
+    """Docstrings may: whoever reads them has the code before them."""
+    folders = (root / "modeling", root / "codegen", root / "estimation")
+    files = [file for folder in folders for file in folder.rglob("*.py")]
+    source = root / "src" / "axisid"
+    files += [source / "presentation" / "schema" / "reading.py"]
+    for room in ("support", "exports", "presentation/documents"):
+        files += (source / room).glob("*.py")
+    found = [
+        f"{file.relative_to(root)}:{line}: {text}"
+        for file in files
+        for line, text in _texts(ast.parse(file.read_text(encoding="utf-8")))
+        if _names_an_option(text)
+    ]
+    assert found == []
+
+
+def _names_an_option(text: str) -> bool:
+    words = (word.lstrip("(`'\"") for word in text.split())
+    return any(word.startswith("--") and word[2:3].isalpha() for word in words)
+
+
+def test_a_sentence_that_speaks_in_options_is_found() -> None:
+    found = [*_texts(ast.parse('"""Says --a."""\nx = f"{y}: add (--gaps split)."'))]
+    assert [_names_an_option(text) for _, text in found] == [True]
+
+
+def _texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """The texts in a module, with their lines, but for its docstrings."""
+    told = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))
+        and node.body
+        and isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in told:
+            yield node.lineno, node.value
