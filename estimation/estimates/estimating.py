@@ -143,7 +143,7 @@ def _bias_and_slopes(
     slopes: tuple[Array | None, Array | None] = (None, None)
     if _gain_relative_sd(problem):
         with suppress(DataError, EstimationError):  # rows of another gain may not be solved
-            slopes = slopes_by_gain(form, problem, fit.instruments)
+            slopes = slopes_by_gain(form, problem, fit.solution, fit.instruments)
     if fit.follows:
         with suppress(DataError, EstimationError):  # nor those of a simulated record
             bias = filter_bias(form, problem, fit.loops, physical, fit.instruments)

@@ -12,6 +12,9 @@ from axisid.estimation.regression import (
     Equations,
     Factored,
     Form,
+    InverseForm,
+    Solution,
+    checked_columns,
     factor,
     instrumental_variables,
     least_squares,
@@ -61,13 +64,17 @@ def filter_bias(
 
 
 def slopes_by_gain(
-    form: Form, problem: Problem, instruments: Factored | None
+    form: Form, problem: Problem, solution: Solution, instruments: Factored | None
 ) -> tuple[Array, Array]:
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
 
     Without known terms every linear parameter is proportional to the gain; a known term keeps its
     size, so that the others take what it leaves. So does what the drive makes without its gain.
     """
+    if isinstance(form, InverseForm):  # the force is on the left alone
+        rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
+        slope = solution.influence.T @ rows
+        return slope, slope
     ahead, behind = (
         _solved(form, [_with_gain(data, scale) for data in problem.data], problem, instruments)
         for scale in (1 + _STEP, 1 - _STEP)
@@ -103,8 +110,8 @@ def _solved(
         for of_one, data in zip(signals, problem.data, strict=True)
     ]
     rows = Equations.stacked(pieces)
-    regressor = factor(rows.regressor, [q.expression or q.name for q in form.quantities])
+    names = [q.expression or q.name for q in form.quantities]
     left = rows.left - rows.known
     if instruments is None:
-        return least_squares(left, regressor).theta
-    return instrumental_variables(left, regressor, instruments).theta
+        return least_squares(left, factor(rows.regressor, names)).theta
+    return instrumental_variables(left, checked_columns(rows.regressor, names), instruments).theta

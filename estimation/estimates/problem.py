@@ -110,9 +110,14 @@ class Problem:
 
     def factored(self, form: Form, measured: Equations) -> Factored:
         """The regressor of measured rows, or an error that says what the motion lacks."""
+        if measured is self._linear.get(type(form)) and type(form) in self._factored:
+            return self._factored[type(form)]
         names = [q.expression or q.name for q in form.quantities]
         with adding(lambda: self.lacking):
-            return factor(measured.regressor, names, neighbours=self.neighbours)
+            regressor = factor(measured.regressor, names, neighbours=self.neighbours)
+        if measured is self._linear.get(type(form)):
+            self._factored[type(form)] = regressor
+        return regressor
 
     def check_loop(self) -> None:
         """Refuse what cannot be simulated; see `loop_reference`."""
@@ -154,6 +159,11 @@ class Problem:
     @cached_property
     def _linear(self) -> dict[type[Form], Equations]:
         """Rows by form, which are the same wherever they are asked for if the axis is linear."""
+        return {}
+
+    @cached_property
+    def _factored(self) -> dict[type[Form], Factored]:
+        """The regressors of `_linear`."""
         return {}
 
     def _check(self, every: list[Equations], rows: Equations) -> None:

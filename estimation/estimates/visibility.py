@@ -221,6 +221,9 @@ def _unexplained(regressor: Array, left: Array, rows: int) -> float:
     """Deviation of what the model leaves of the left side."""
     norms = np.linalg.norm(regressor, axis=0)
     unit = regressor[:, norms > 0] / norms[norms > 0]
+    # The triangular factor has the same residuals, and may be of fewer rows.
+    triangle = np.asarray(np.linalg.qr(np.column_stack([unit, left]), mode="r"))
+    unit, left = triangle[:, :-1], triangle[:, -1]
     residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
     return float(np.linalg.norm(residuals)) / float(np.sqrt(rows - regressor.shape[1]))
 

@@ -21,6 +21,7 @@ from .forms import Form as Form
 from .forms import InverseForm as InverseForm
 from .linear import Factored as Factored
 from .linear import Solution as Solution
+from .linear import checked_columns as checked_columns
 from .linear import condition_number as condition_number
 from .linear import factor as factor
 from .linear import instrumental_variables as instrumental_variables

@@ -37,15 +37,25 @@ class Equations:
 
     def reduced(self, data: FilteredRecord) -> "Equations":
         """The rows that the record's filter keeps, every column filtered alike."""
-        known, regressor = self.reduced_right(data)
-        return Equations(left=data.reduce(self.left), known=known, regressor=regressor)
+        regressor, left, known = self._filtered(data, self.left)
+        return Equations(left=left, known=known, regressor=regressor)
 
     def reduced_right(self, data: FilteredRecord) -> tuple[Array, Array]:
         """Known part and regressor of `reduced`, where the left side is not needed."""
-        regressor = data.reduce(self.regressor)
-        if not np.any(self.known):
-            return np.zeros(len(regressor)), regressor
-        return data.reduce(self.known), regressor
+        regressor, known = self._filtered(data)
+        return known, regressor
+
+    def _filtered(self, data: FilteredRecord, *left: Array) -> tuple[Array, ...]:
+        """Regressor, left side if it is wanted, and known part, in one pass of the filter."""
+        known = (self.known,) if np.any(self.known) else ()
+        beside = [*left, *known]
+        every = np.column_stack([self.regressor, *beside]) if beside else self.regressor
+        regressor, *rest = np.split(
+            data.reduce(every), range(self.regressor.shape[1], every.shape[1]), axis=1
+        )
+        if not known:
+            rest.append(np.zeros((len(regressor), 1)))
+        return regressor, *(np.ravel(column) for column in rest)
 
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":

@@ -21,8 +21,8 @@ Wide = NDArray[np.longdouble]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Factored:
-    """Full-rank columns as ``Q R``, scaled to unit norm before.
+class Columns:
+    """Columns that are finite and none of which is zero.
 
     Attributes
     ----------
@@ -30,10 +30,6 @@ class Factored:
         As they were given.
     scale : (k,) array
         Their norms.
-    basis : (n, k) wide array
-        Orthonormal, Q.
-    inverse : (k, k) wide array
-        G with ``G G' = (W'W)^-1`` for the columns W.
     names : tuple of str
         Of the columns' parameters, for messages.
     neighbours : Neighbours
@@ -42,10 +38,24 @@ class Factored:
 
     columns: Array
     scale: Array
-    basis: Wide
-    inverse: Wide
     names: tuple[str, ...]
     neighbours: Neighbours
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factored(Columns):
+    """Full-rank columns as ``Q R``, scaled to unit norm before.
+
+    Attributes
+    ----------
+    basis : (n, k) wide array
+        Orthonormal, Q.
+    inverse : (k, k) wide array
+        G with ``G G' = (W'W)^-1`` for the columns W.
+    """
+
+    basis: Wide
+    inverse: Wide
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,13 +84,13 @@ class Solution:
     neighbours: Neighbours
 
 
-def factor(
+def checked_columns(
     columns: Array,
     names: Sequence[str],
     what: str = "the record",
     neighbours: Neighbours | None = None,
-) -> Factored:
-    """Factor a regressor or instruments.
+) -> Columns:
+    """A regressor, checked column by column.
 
     Parameters
     ----------
@@ -95,7 +105,8 @@ def factor(
     Raises
     ------
     EstimationError
-        The columns are not finite or have not full rank; the combination is named.
+        The columns are not finite, or one of them is zero, which is named; or there are too few
+        rows.
     """
     n, k = columns.shape
     if n <= k:
@@ -119,15 +130,37 @@ def factor(
             f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
             "Record a motion that excites it, or leave the parameter out."
         )
-    q, r = _orthonormal(columns.astype(np.longdouble) / scale)
-    _check_rank(r.astype(float), n, scale, names, what)
-    return Factored(
+    return Columns(
         columns=columns,
         scale=scale,
-        basis=q,
-        inverse=_inverse(r) / scale[:, None],
         names=tuple(names),
         neighbours=neighbours or Neighbours.consecutive(n),
+    )
+
+
+def factor(
+    columns: Array,
+    names: Sequence[str],
+    what: str = "the record",
+    neighbours: Neighbours | None = None,
+) -> Factored:
+    """Factor a regressor or instruments; parameters as of `checked_columns`.
+
+    Raises
+    ------
+    EstimationError
+        As there; or the columns have not full rank, the combination is named.
+    """
+    given = checked_columns(columns, names, what, neighbours)
+    q, r = _orthonormal(columns.astype(np.longdouble) / given.scale)
+    _check_rank(r.astype(float), len(columns), given.scale, names, what)
+    return Factored(
+        columns=columns,
+        scale=given.scale,
+        basis=q,
+        inverse=_inverse(r) / given.scale[:, None],
+        names=given.names,
+        neighbours=given.neighbours,
     )
 
 
@@ -166,7 +199,7 @@ def least_squares(y: Array, X: Factored) -> Solution:
     )
 
 
-def instrumental_variables(y: Array, X: Factored, Z: Factored) -> Solution:
+def instrumental_variables(y: Array, X: Columns, Z: Factored) -> Solution:
     """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
 
     Raises

@@ -153,8 +153,9 @@ class SampledFilter:
         no weight: the decimation filter would otherwise carry what is wrong there inwards, or
         continue the record from the last sample that is kept, and give it much weight.
         """
-        weighted = np.array(signals, dtype=float)
-        for first, last in self.weightless_ends(len(signals)):
+        ends = self.weightless_ends(len(signals))
+        weighted = np.array(signals, dtype=float) if ends else np.asarray(signals, dtype=float)
+        for first, last in ends:
             weighted[first:last] = 0.0
         start, end = self.cut
         kept = weighted[start : len(weighted) - end]

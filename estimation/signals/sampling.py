@@ -129,8 +129,10 @@ class Sampling:
 
     def _reduced(self, signals: Array) -> Array:
         """`reduce` with the rows that are masked or have no weight among them."""
-        weighted = np.array(signals, dtype=float)
-        weighted[self.is_excluded] = 0.0
+        weighted = signals
+        if self.excluded:
+            weighted = np.array(signals, dtype=float)
+            weighted[self.is_excluded] = 0.0
         pieces = [self.filter.reduce(weighted[a:b]) for a, b in self.spans]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
