@@ -59,9 +59,10 @@ class Reach:
         if not kept.any():
             return None
         position = signals.position[kept]
+        columns = np.ascontiguousarray(equations.regressor[kept].T)  # quicker one by one
         return cls(
             force=float(np.abs(equations.left[kept]).max()),
-            columns=np.abs(equations.regressor[kept]).max(axis=0),
+            columns=np.abs(columns).max(axis=1),
             travel=(float(position.min()), float(position.max())),
             velocity=float(np.abs(signals.velocity[kept]).max()),
             acceleration=float(np.abs(signals.acceleration[kept]).max()),

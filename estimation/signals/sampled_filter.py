@@ -88,7 +88,7 @@ class SampledFilter:
         """Samples over which the low-pass and the decimation filter decay to a level."""
         if self.settings.decimate == 1:
             return self._transient(level), 0
-        sections = _decimation_filter(self.settings.decimate)
+        sections = _decimation_filter(self.settings.decimate).sections
         slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
         return self._transient(level), math.ceil(math.log(level) / math.log(slowest))
 
@@ -138,11 +138,9 @@ class SampledFilter:
 
     def motion(self, position: Array) -> tuple[Array, Array, Array]:
         """Filtered position, velocity and acceleration of one stretch, each (N,), SI."""
-        from scipy.signal import sosfiltfilt
-
         order = self.settings.order
-        sections = _low_pass(order, 2 * self.settings.cutoff * self.period)
-        q = np.asarray(sosfiltfilt(sections.copy(), position, padlen=3 * order), dtype=float)
+        low_pass = _low_pass(order, 2 * self.settings.cutoff * self.period)
+        q = low_pass.without_phase(position, 3 * order)
         dq = np.gradient(q, self.period)
         return q, dq, np.gradient(dq, self.period)
 
@@ -172,12 +170,8 @@ class SampledFilter:
 
     def smoothed(self, signals: Array) -> Array:
         """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
-        from scipy.signal import sosfiltfilt
-
-        sections = _decimation_filter(self.settings.decimate)
-        return np.asarray(
-            sosfiltfilt(sections.copy(), signals, axis=0, padlen=3 * _DECIMATION_ORDER), dtype=float
-        )
+        decimation = _decimation_filter(self.settings.decimate)
+        return decimation.without_phase(signals, 3 * _DECIMATION_ORDER)
 
     def rows(self, samples: int) -> Array:
         """Sample numbers of the rows of one stretch, (n,)."""
@@ -205,18 +199,49 @@ class SampledFilter:
         return decimate - (decimate * math.ceil(samples / decimate) - samples) - 1
 
 
+@dataclass(frozen=True, slots=True)
+class _Filter:
+    """Second-order sections, (s, 6), and their state after a step has settled, (s, 2)."""
+
+    sections: Array
+    settled: Array
+
+    @classmethod
+    def of(cls, sections: Array) -> "_Filter":
+        from scipy.signal import sosfilt_zi
+
+        return cls(frozen(sections), frozen(sosfilt_zi(sections)))
+
+    def without_phase(self, signals: Array, padding: int) -> Array:
+        """Forward and backward along the first axis, with odd extensions at both ends.
+
+        As `scipy.signal.sosfiltfilt`, which works the settled state out at every call.
+        """
+        from scipy.signal import sosfilt
+
+        given = np.atleast_2d(np.asarray(signals, dtype=float).T)
+        before = 2 * given[:, :1] - given[:, padding:0:-1]
+        after = 2 * given[:, -1:] - given[:, -2 : -padding - 2 : -1]
+        passed = np.concatenate([before, given, after], axis=1)
+        for _ in range(2):
+            state = self.settled[:, None] * passed[:, :1]
+            passed = sosfilt(self.sections.copy(), passed, axis=1, zi=state)[0][:, ::-1]
+        passed = passed[:, padding : padding + given.shape[1]]
+        return passed[0] if signals.ndim == 1 else passed.T
+
+
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=32)
-def _low_pass(order: int, edge: float) -> Array:
-    """Second-order sections of a Butterworth filter, its edge in units of the Nyquist frequency."""
+def _low_pass(order: int, edge: float) -> _Filter:
+    """A Butterworth filter, its edge in units of the Nyquist frequency."""
     from scipy.signal import butter
 
-    return frozen(butter(order, edge, output="sos"))
+    return _Filter.of(butter(order, edge, output="sos"))
 
 
 @lru_cache(maxsize=32)
-def _decimation_filter(decimate: int) -> Array:
-    """Second-order sections of the decimation filter."""
+def _decimation_filter(decimate: int) -> _Filter:
+    """The filter before decimation, of Chebyshev's first kind."""
     from scipy.signal import cheby1
 
-    return frozen(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))
+    return _Filter.of(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))

@@ -46,6 +46,20 @@ def test_scipy_alignment_is_scipys_decimate_away_from_the_ends(rng: np.random.Ge
     assert got[50:-50] == pytest.approx(expected[50:-50], abs=1e-6 * np.ptp(y))
 
 
+@pytest.mark.parametrize("columns", [(), (1,), (5,)])
+def test_both_filters_are_scipys_forward_and_backward_to_the_last_bit(
+    rng: np.random.Generator, columns: tuple[int, ...]
+) -> None:
+    y = np.cumsum(rng.normal(size=(2003, *columns)), axis=0)
+    decimation = signal.cheby1(8, 0.05, 0.08, output="sos")
+    expected = signal.sosfiltfilt(decimation, y, axis=0, padlen=24)
+    assert np.array_equal(sampled(decimate=10).smoothed(y), expected)
+    low_pass = signal.butter(4, 0.2, output="sos")
+    flat = y.reshape(len(y), -1)[:, 0]
+    expected = signal.sosfiltfilt(low_pass, flat, padlen=12)
+    assert np.array_equal(sampled(cutoff=100.0).motion(flat)[0], expected)
+
+
 def test_matlab_alignment_ends_with_the_last_sample() -> None:
     f = sampled(decimate=10, drop=(49, 0))
     rows = f.rows(24841)
