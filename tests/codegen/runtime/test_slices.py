@@ -38,12 +38,15 @@ def interrupted_after(run: Callable[[], object], seconds: float) -> float:
         os.kill(os.getpid(), signal.SIGINT)
 
     timer = threading.Timer(seconds, interrupt)
+    # Whoever starts the tests in the background may have them ignore Ctrl-C.
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
             run()
     finally:
         timer.cancel()
+        signal.signal(signal.SIGINT, usual)
     return time.process_time() - sent[0]
 
 
@@ -56,6 +59,7 @@ import numpy as np
 from axisid import build, load_axis, simulate
 from axisid.estimation import simulate_batch
 
+signal.signal(signal.SIGINT, signal.default_int_handler)
 lanes = int(sys.argv[1])
 axis = build(load_axis("emps"))
 assert axis.native.library() is not None
