@@ -233,7 +233,10 @@ class _Batch:
         """What to say of lanes that no simulation starts from."""
         given, refused = (self.axis, self.parameters, self.start), {}
         has_mass, held = has_inertia(*given), holds(*given)
-        for lane, theta in enumerate(self.parameters):
+        low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
+        inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
+        for lane in map(int, np.flatnonzero(~(inside & has_mass & held))):
+            theta = self.parameters[lane]
             refusal = bounds_refusal(self.axis, theta)
             if not has_mass[lane]:
                 refused[lane] = no_inertia(self.axis, theta, float(self.start[lane]))

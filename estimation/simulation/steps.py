@@ -131,11 +131,12 @@ def _from_rest(
         forces, directions = zip(*cases, strict=True)
         arguments = (position[0], 0.0, forces, directions, parameters[0])
         return list(axis.rows("direct_dynamics", *arguments)[0])
+    forces, directions = np.repeat(np.array(cases).T, len(position), axis=1)
+    lanes = [np.tile(position, len(cases)), np.zeros(len(forces)), forces, directions]
+    columns = [values[None, :] for values in lanes]
     dynamics = axis.functions["direct_dynamics"]
-    return [
-        dynamics.call([position[None, :], 0.0, tau, s, parameters.T])[0].full()[0]
-        for tau, s in cases
-    ]
+    accelerations = dynamics.call([*columns, np.tile(parameters.T, len(cases))])[0].full()
+    return list(accelerations.reshape(len(cases), -1))
 
 
 def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
