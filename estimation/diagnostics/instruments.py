@@ -192,9 +192,10 @@ def endogeneity_of(iv: Estimate | None) -> Endogeneity | Missing:
     if iv is None or iv.Z is None:
         return NO_ENDOGENEITY
     try:
-        return endogeneity(
-            iv.X @ iv.theta + iv.residuals, iv.X, iv.Z, iv.covariance_model, iv.neighbours
-        )
+        # Behind the same filter the loop differs from the record by noise alone.
+        Z = iv.Z if iv.noise_free is None else iv.noise_free.regressor
+        left = iv.X @ iv.theta + iv.net_residuals
+        return endogeneity(left, iv.X, Z, iv.covariance_model, iv.neighbours)
     except EstimationError:
         return NO_ENDOGENEITY
 

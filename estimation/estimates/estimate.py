@@ -27,6 +27,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
+from .filter_bias import NoiseFree
 from .value import Named, Value, derived_value, value_with_interval
 
 if TYPE_CHECKING:
@@ -88,6 +89,8 @@ class Estimate(Shown):
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
     ddm_covariances : dict of str to (m, m) array
+    freedom, ddm_freedom : dict of str to array
+        Degrees of freedom of the variances in these, (p,) and (m,).
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
@@ -131,9 +134,9 @@ class Estimate(Shown):
         Of the physical parameters by the logarithm of the gain; None where it is exact.
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
-    filter_bias : (p,) array or None
-        What the prefilter alone moves the physical parameters by; None where the loop could not be
-        simulated.
+    noise_free : NoiseFree or None
+        The rows of the loops simulated with the estimate, behind the same filter; None where they
+        could not be simulated, or move otherwise than the records.
     """
 
     method: str
@@ -145,6 +148,8 @@ class Estimate(Shown):
     jacobian: Array
     ddm_quantities: tuple[Quantity, ...]
     ddm_covariances: Mapping[str, Array]
+    freedom: Mapping[str, Array]
+    ddm_freedom: Mapping[str, Array]
     y: Array
     X: Array
     Z: Array | None
@@ -166,7 +171,7 @@ class Estimate(Shown):
     gain_relative_sd: float = 0.0
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
-    filter_bias: Array | None = None
+    noise_free: NoiseFree | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -177,9 +182,15 @@ class Estimate(Shown):
         return bool(self.ddm_quantities)
 
     @property
-    def dof(self) -> int:
-        """Degrees of freedom of the residuals, n - k."""
-        return int(len(self.y) - self.X.shape[1])
+    def filter_bias(self) -> Array | None:
+        """What the prefilter alone moves the physical parameters by, (p,), where it is known."""
+        return None if self.noise_free is None else self.noise_free.bias
+
+    @property
+    def net_residuals(self) -> Array:
+        """Residuals less what the filter alone leaves of the noise-free loop, (n,)."""
+        own = 0.0 if self.noise_free is None else self.noise_free.residuals
+        return self.residuals - own
 
     @property
     def corrected(self) -> Array:
@@ -210,7 +221,12 @@ class Estimate(Shown):
     def parameters(self) -> Named:
         """Physical parameters by name."""
         return self._values(
-            self.quantities, self.physical, self.covariances, self.gain_slopes, self.filter_bias
+            self.quantities,
+            self.physical,
+            self.covariances,
+            self.freedom,
+            self.gain_slopes,
+            self.filter_bias,
         )
 
     @property
@@ -223,6 +239,7 @@ class Estimate(Shown):
             self.ddm_quantities,
             self.theta_ddm,
             self.ddm_covariances,
+            self.ddm_freedom,
             self.theta_gain_slopes,
             biases,
         )
@@ -305,17 +322,18 @@ class Estimate(Shown):
                 f"there is no covariance {covariance!r}; choose from {', '.join(self.covariances)}."
             )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
+        freedom = (self.ddm_freedom or self.freedom)[covariance]
         drawn, lost = drawn_parameters(
-            self.form, self.theta, self._of_theta(covariance), self.dof, draws, seed
+            self.form, self.theta, self._of_theta(covariance), freedom, draws, seed
         )
         drawn += self.corrected - self.physical
         return summarised(read.value, self.physical, str(read.unit), drawn, lost, seed)
 
     @property
     def residual_tests(self) -> ResidualTests:
-        """Tests of the residuals, against the instruments or the regressor of least squares."""
+        """Tests of the net residuals, against the instruments or the regressor of least squares."""
         return residual_tests(
-            self.residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
+            self.net_residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
         )
 
     def plot_force(self) -> "Figure":
@@ -346,6 +364,7 @@ class Estimate(Shown):
         quantities: tuple[Quantity, ...],
         theta: Array,
         covariances: Mapping[str, Array],
+        freedom: Mapping[str, Array],
         slopes: Array | None,
         biases: Array | None,
     ) -> Named:
@@ -356,6 +375,7 @@ class Estimate(Shown):
                     float(theta[i]),
                     q.unit,
                     {name: float(c[i, i]) for name, c in covariances.items()},
+                    float(freedom[self.chosen][i]),
                     None if slopes is None else float(slopes[i]),
                     None if biases is None else float(biases[i]),
                 ),
@@ -368,9 +388,10 @@ class Estimate(Shown):
         value: float,
         unit: str,
         variances: Mapping[str, float],
+        freedom: float,
         by_gain: float | None,
         filter_bias: float | None = None,
     ) -> Value:
-        """A value from its variances and its slope by the logarithm of the drive gain."""
+        """A value from its variances, their freedom and its slope by the logarithm of the gain."""
         sd_gain = 0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain)
-        return value_with_interval(self, value, unit, variances, sd_gain, filter_bias)
+        return value_with_interval(self, value, unit, variances, sd_gain, filter_bias, freedom)

@@ -25,7 +25,7 @@ from axisid.support.remedy import Note
 
 from .covariances import COVARIANCES
 from .estimate import Estimate, NotSimulated
-from .filter_bias import filter_bias, slopes_by_gain
+from .filter_bias import NoiseFree, noise_free, slopes_by_gain
 from .fit import Fit
 from .method import Method
 from .problem import Problem
@@ -58,8 +58,9 @@ def estimate_by(
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
     covariances = _covariances(method, fit, models)
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
+    freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
-    bias, slopes = _bias_and_slopes(form.at(physical), problem, fit, physical)
+    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
@@ -71,6 +72,8 @@ def estimate_by(
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
         ddm_covariances=covariances if direct else {},
+        freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
+        ddm_freedom=freedom if direct else {},
         y=y,
         X=fit.measured.regressor,
         Z=None if fit.instruments is None else fit.instruments.columns,
@@ -94,7 +97,7 @@ def estimate_by(
         gain_relative_sd=_gain_relative_sd(problem),
         gain_slopes=slopes[0],
         theta_gain_slopes=slopes[1],
-        filter_bias=bias,
+        noise_free=quiet,
     )
 
 
@@ -111,6 +114,11 @@ def _mapped(method: Method, form: Form, covariance: Array, jacobian: Array) -> A
     if not np.all(np.isfinite(mapped)):
         raise _not_finite(method, form)
     return mapped
+
+
+def _fewest(freedom: Array, jacobian: Array) -> Array:
+    """Degrees of freedom of mapped parameters, (p,): the fewest of those that each is made of."""
+    return np.asarray(np.min(np.where(jacobian != 0, freedom, np.inf), axis=1), dtype=float)
 
 
 def _not_finite(method: Method, form: Form) -> EstimationError:
@@ -135,19 +143,19 @@ def _row_times(problem: Problem) -> Array | None:
     )
 
 
-def _bias_and_slopes(
+def _noise_free_and_slopes(
     form: Form, problem: Problem, fit: Fit, physical: Array
-) -> tuple[Array | None, tuple[Array | None, Array | None]]:
-    """What the filter and the gain alone move the estimate by."""
-    bias: Array | None = None
+) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
+    """What the filter makes of the estimate's own loop, and what the gain moves it by."""
+    quiet: NoiseFree | None = None
     slopes: tuple[Array | None, Array | None] = (None, None)
     if _gain_relative_sd(problem):
         with suppress(DataError, EstimationError):  # rows of another gain may not be solved
             slopes = slopes_by_gain(form, problem, fit.solution, fit.instruments)
     if fit.follows:
         with suppress(DataError, EstimationError):  # nor those of a simulated record
-            bias = filter_bias(form, problem, fit.loops, physical, fit.instruments)
-    return bias, slopes
+            quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
+    return quiet, slopes
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

@@ -4,7 +4,7 @@ Both keep the instruments: only what was measured is changed.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,14 +29,33 @@ from .problem import Problem
 _STEP = 1e-4  # of the gain
 
 
-def filter_bias(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseFree:
+    """Rows of the loops that were simulated with an estimate, behind the same filter.
+
+    Attributes
+    ----------
+    regressor : (n, k) array
+    residuals : (n,) array
+        What the same estimator leaves of these rows: the filter's own error, but for what moves the
+        estimate.
+    bias : (p,) array
+        What that moves the physical parameters by.
+    """
+
+    regressor: Array
+    residuals: Array
+    bias: Array
+
+
+def noise_free(
     form: Form,
     problem: Problem,
     loops: tuple[Simulation, ...],
     physical: Array,
     instruments: Factored | None,
-) -> Array:
-    """What filtering, differencing and decimation alone move the estimate by, (p,).
+) -> NoiseFree:
+    """What filtering, differencing and decimation alone do to the rows and to the estimate.
 
     The loops simulated with the estimate are records without noise, delay or unknown friction;
     what the same filter and estimator make of them should be the estimate. Mostly it is rounding
@@ -56,11 +75,16 @@ def filter_bias(
     """
     # Rows are those of the estimate, whose instruments they are held against.
     signals = [
-        _noise_free(data, of_one).signals
+        _of_loops(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
-    theta = _solved(form, signals, problem, instruments)
-    return np.asarray(form.physical(theta)[0] - physical, dtype=float)
+    rows = _rows(form, signals, problem)
+    solution = _solved(form, rows, instruments)
+    return NoiseFree(
+        regressor=rows.regressor,
+        residuals=solution.residuals,
+        bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
+    )
 
 
 def slopes_by_gain(
@@ -76,14 +100,16 @@ def slopes_by_gain(
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        _solved(form, [_with_gain(data, scale) for data in problem.data], problem, instruments)
-        for scale in (1 + _STEP, 1 - _STEP)
+        _solved(form, _rows(form, signals, problem), instruments).theta
+        for signals in (
+            [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
+        )
     )
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
     return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
 
 
-def _noise_free(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
+def _of_loops(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
     """The record as its simulated loops have it."""
     record = data.record
     simulated = replace(
@@ -102,16 +128,17 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
     return replace(signals, force=(signals.force - fixed) * scale + fixed)
 
 
-def _solved(
-    form: Form, signals: Sequence[Signals], problem: Problem, instruments: Factored | None
-) -> Array:
+def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations:
     pieces = [
         form.equations(of_one).reduced(data)
         for of_one, data in zip(signals, problem.data, strict=True)
     ]
-    rows = Equations.stacked(pieces)
+    return Equations.stacked(pieces)
+
+
+def _solved(form: Form, rows: Equations, instruments: Factored | None) -> Solution:
     names = [q.expression or q.name for q in form.quantities]
     left = rows.left - rows.known
     if instruments is None:
-        return least_squares(left, factor(rows.regressor, names)).theta
-    return instrumental_variables(left, checked_columns(rows.regressor, names), instruments).theta
+        return least_squares(left, factor(rows.regressor, names))
+    return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

@@ -109,6 +109,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
                 float(found.theta[j]),
                 base.declared.parameters[j].unit,
                 {name: float(c[i, i]) for name, c in covariances.items()},
+                float(np.min(estimate.freedom[estimate.chosen])),
                 None if by_gain is None else float(by_gain[j]),
             )
             for i, j in enumerate(kept)

@@ -32,8 +32,8 @@ class Value:
     deviations : mapping of str to float
         Standard deviation under each of `COVARIANCES`.
     interval : (float, float)
-        95 %, about `corrected`, from `deviation` and Student's distribution with n - k degrees of
-        freedom.
+        95 %, about `corrected`, from `deviation` and Student's distribution with the degrees of
+        freedom that the chosen covariance has.
     sd_gain : float
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
@@ -143,13 +143,13 @@ class Estimated(Protocol):
         """Of `covariances`, what intervals are of."""
 
     @property
-    def dof(self) -> int:
-        """Degrees of freedom of the residuals."""
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of their variances, (p,), by name of the covariance."""
 
 
-def student_interval(centre: float, deviation: float, dof: int) -> tuple[float, float]:
+def student_interval(centre: float, deviation: float, freedom: float) -> tuple[float, float]:
     """The 95 % interval about an estimate, by Student's distribution."""
-    reach = float(stdtrit(dof, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
+    reach = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
     return centre - reach, centre + reach
 
 
@@ -160,8 +160,9 @@ def value_with_interval(
     variances: Mapping[str, float],
     sd_gain: float,
     filter_bias: float | None,
+    freedom: float,
 ) -> Value:
-    """A value from its variance under each covariance."""
+    """A value from its variance under each covariance; `freedom` is that of the chosen one."""
     # Rounding may leave a variance of nothing a little below zero.
     sds = {name: 0.0 if v < 0 else math.sqrt(v) for name, v in variances.items()}
     corrected = value - (filter_bias or 0.0)
@@ -169,7 +170,7 @@ def value_with_interval(
         value=value,
         unit=unit,
         deviations=sds,
-        interval=student_interval(corrected, sds[estimate.chosen], estimate.dof),
+        interval=student_interval(corrected, sds[estimate.chosen], freedom),
         sd_gain=sd_gain,
         filter_bias=filter_bias,
         chosen=estimate.chosen,
@@ -229,4 +230,5 @@ def derived_value(
         {name: float(gradient @ c @ gradient) for name, c in estimate.covariances.items()},
         abs(float(gradient @ moved_by_gain)),
         None if bias is None else float(gradient @ bias),
+        float(np.min(estimate.freedom[estimate.chosen], where=gradient != 0, initial=np.inf)),
     )

@@ -7,14 +7,11 @@ Knows nothing of verdicts.
 from .covariance import Classical as Classical
 from .covariance import Covariance as Covariance
 from .covariance import Hac as Hac
+from .covariance import LongRun as LongRun
 from .covariance import Published as Published
 from .covariance import Robust as Robust
-from .covariance import bartlett as bartlett
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
-from .covariance import first_lags as first_lags
-from .covariance import lags_of as lags_of
-from .covariance import most_lags as most_lags
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form

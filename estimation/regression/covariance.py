@@ -6,12 +6,14 @@ differ in what they assume of e.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.regression import MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
@@ -24,6 +26,11 @@ class Covariance(ABC):
     @abstractmethod
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
+
+    def freedom(self, solution: Solution) -> Array:
+        """Degrees of freedom of each variance, for Student's distribution, (k,)."""
+        n, k = solution.influence.shape
+        return np.full(k, float(n - k))
 
     @abstractmethod
     def describe(self, solution: Solution) -> str:
@@ -99,19 +106,23 @@ class Robust(Covariance):
 class Hac(Covariance):
     """Heteroscedasticity- and autocorrelation-consistent: Bartlett kernel [NeweyWest1987]_.
 
-    Rows count as neighbours by their distance in time, as in [Parzen1963]_: scores of rows that are
-    missing are zero.
+    The scores of each parameter are whitened by an autoregression of first order, and the long-run
+    covariance is recoloured, as in [AndrewsMonahan1992]_. Rows count as neighbours by their
+    distance in time, as in [Parzen1963]_: scores of rows that are missing are zero.
 
     Attributes
     ----------
     lags : int or None
         How many neighbours of a row are correlated with it; None takes the plug-in rule of
         [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
+    prewhitened : bool or None
+        None does so where the lags are not given, which are else those of the scores themselves.
     corrected : bool
         Multiply by ``n/(n - k)``, for small samples.
     """
 
     lags: int | None = None
+    prewhitened: bool | None = None
     corrected: bool = True
 
     def __post_init__(self) -> None:
@@ -121,30 +132,139 @@ class Hac(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        scores, lags = _scores(solution), self.chosen_lags(solution)
-        pairs = (solution.neighbours.pairs(lag) for lag in range(lags + 1))
-        products = [scores[late].T @ scores[early] for late, early in pairs]
-        return _correction(solution, corrected=self.corrected) * bartlett(products)
+        products = partial(score_products, _scores(solution), solution.neighbours)
+        total = self.long_run(products, len(solution.residuals)).covariance
+        return _correction(solution, corrected=self.corrected) * total
 
-    def chosen_lags(self, solution: Solution) -> int:
-        """The lags that are used: those given, or the plug-in rule's."""
-        n = len(solution.residuals)
-        if self.lags is not None and self.lags > n // 4:
-            raise UsageError(f"{self.lags} lags are too many for {n} rows; give {n // 4} or fewer.")
-        if self.lags is not None:
-            return int(self.lags)
-        # Each parameter's scores by themselves, so that neither units nor signs enter.
-        return int(min(plug_in_lags(_scores(solution), solution.neighbours), most_lags(n)))
+    def freedom(self, solution: Solution) -> Array:
+        """See `Covariance.freedom`; fewer where many lags count or the scores are sluggish."""
+        products = partial(score_products, _scores(solution), solution.neighbours)
+        found = self.long_run(products, len(solution.residuals)).freedom
+        return np.minimum(found, Covariance.freedom(self, solution))
 
     def describe(self, solution: Solution) -> str:
         """See `Covariance.describe`."""
-        most = most_lags(len(solution.residuals))
-        capped = self.lags is None and self.chosen_lags(solution) == most
-        rule = "as given" if self.lags is not None else f"plug-in rule{', capped' * capped}"
-        return (
-            f"HAC, Bartlett kernel, {self.chosen_lags(solution)} lags ({rule})"
-            f"{_named_correction(corrected=self.corrected)}"
+        products = partial(score_products, _scores(solution), solution.neighbours)
+        found = self.long_run(products, len(solution.residuals))
+        return f"{found.description}{_named_correction(corrected=self.corrected)}"
+
+    def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
+        """The long-run covariance of scores, from their products up to so many lags.
+
+        Parameters
+        ----------
+        products : callable
+            ``sum s_t s_(t-lag)'`` of the scores at lags 0 to the one that it is given,
+            (lags + 1, k, k).
+        rows : int
+
+        Raises
+        ------
+        UsageError
+            The lags that were given are too many for the rows.
+        """
+        if self.lags is not None and self.lags > rows // 4:
+            raise UsageError(
+                f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer."
+            )
+        whiten = self.lags is None if self.prewhitened is None else self.prewhitened
+        looked_at = first_lags(rows) if self.lags is None else int(self.lags)
+        raw = products(looked_at + 1)
+        colour = _autoregression(raw) if whiten else np.zeros(raw.shape[1])
+        white = _whitened(raw, colour)
+        lags = looked_at
+        if self.lags is None:
+            # Each parameter's scores by themselves, so that neither units nor signs enter.
+            sums = np.diagonal(white, axis1=1, axis2=2) / rows
+            lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
+        if lags > looked_at:
+            white = _whitened(products(lags + 1), colour)
+        return LongRun(
+            power=raw[0],
+            white=bartlett(list(white[: lags + 1])),
+            colour=colour,
+            lags=lags,
+            rows=rows,
+            prewhitened=whiten,
+            given=self.lags is not None,
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LongRun:
+    """A long-run covariance of scores.
+
+    Attributes
+    ----------
+    power : (k, k) array
+        Products of the scores at lag 0, for independent ones.
+    white : (k, k) array
+        Of the whitened scores.
+    colour : (k,) array
+        Autoregression of each parameter's scores; 0 where they were not whitened.
+    lags, rows : int
+    prewhitened, given : bool
+        Whether the scores were whitened, and the lags were given.
+    """
+
+    power: Array
+    white: Array
+    colour: Array
+    lags: int
+    rows: int
+    prewhitened: bool
+    given: bool
+
+    @property
+    def covariance(self) -> Array:
+        """Recoloured, (k, k)."""
+        gain = 1 / (1 - self.colour)
+        return np.asarray(self.white * np.outer(gain, gain), dtype=float)
+
+    @property
+    def freedom(self) -> Array:
+        """Degrees of freedom of the chi-squared with the variances' relative error, (k,).
+
+        That of the kernel, ``2/n sum w^2``, and by the delta method that of the autoregression,
+        whose variance is ``(1 - rho^2)/n``.
+        """
+        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, self.lags + 1) / (self.lags + 1)) ** 2))
+        coloured = 2 * (1 + self.colour) / (1 - self.colour) if self.prewhitened else 0.0
+        return np.asarray(self.rows / (kernel + coloured) * np.ones_like(self.colour), dtype=float)
+
+    @property
+    def description(self) -> str:
+        """Kernel, lags and whitening, for notes."""
+        capped = not self.given and self.lags == most_lags(self.rows)
+        rule = "as given" if self.given else f"plug-in rule{', capped' * capped}"
+        whitened = "scores prewhitened by AR(1), " * self.prewhitened
+        return f"HAC, {whitened}Bartlett kernel, {self.lags} lags ({rule})"
+
+
+def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+    pairs = (neighbours.pairs(lag) for lag in range(lags + 1))
+    return np.array([scores[late].T @ scores[early] for late, early in pairs])
+
+
+def _autoregression(products: Array) -> Array:
+    """Of first order, of each parameter's scores, (k,), kept from a root of one."""
+    power, next_to = (np.diagonal(products[lag]) for lag in (0, 1))
+    there = power > 0
+    slope = np.divide(next_to, power, out=np.zeros_like(power), where=there)
+    most = MAX_AUTOREGRESSION.value
+    return np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
+
+
+def _whitened(products: Array, colour: Array) -> Array:
+    """Products of ``s_t - rho s_(t-1)`` from those of the scores, at one lag less.
+
+    Scores are zero before the first row and after the last, so that this is exact.
+    """
+    left, right = colour[:, None], colour[None, :]
+    before = np.concatenate([products[1].T[None], products[:-2]])
+    here, after = products[:-1], products[1:]
+    return np.asarray(here + left * here * right - left * before - after * right, dtype=float)
 
 
 def bartlett(products: Sequence[Array]) -> Array:
@@ -163,24 +283,6 @@ def most_lags(n: int) -> int:
 def first_lags(n: int) -> int:
     """How many lags the plug-in rule looks at."""
     return int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
-
-
-def plug_in_lags(series: Array, neighbours: Neighbours) -> int:
-    """Lags for the Bartlett kernel by the plug-in rule of [NeweyWest1994]_.
-
-    Parameters
-    ----------
-    series : (n,) or (n, k) array
-        Scores of one parameter, or of several, of which the one counts that asks for most.
-    neighbours : Neighbours
-        Of the rows.
-    """
-    n = len(series)
-    columns = series.reshape(n, -1)
-    pairs = (neighbours.pairs(lag) for lag in range(first_lags(n) + 1))
-    products = (np.einsum("ij,ij->j", columns[late], columns[early]) for late, early in pairs)
-    sums = np.array([*products]) / n
-    return max(lags_of(list(of_one), n) for of_one in sums.T)
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:

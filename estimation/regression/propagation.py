@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
 from axisid.estimation.simulation import has_inertia
 from axisid.support.arrays import Array
@@ -122,7 +123,7 @@ def root(covariance: Array) -> Array:
 
 
 def drawn_parameters(
-    form: Form, theta: Array, covariance: Array, dof: int, draws: int, seed: int
+    form: Form, theta: Array, covariance: Array, freedom: Array, draws: int, seed: int
 ) -> tuple[Array, int]:
     """Physical parameters of draws from a multivariate Student distribution, and how many are lost.
 
@@ -130,8 +131,8 @@ def drawn_parameters(
     ----------
     form : Form
     theta, covariance : (k,) and (k, k) arrays
-    dof : int
-        Of Student's distribution, as for the intervals.
+    freedom : (k,) array
+        Of Student's distribution of each, as for the intervals.
     draws, seed : int
 
     Returns
@@ -148,8 +149,9 @@ def drawn_parameters(
         raise UsageError(f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.")
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(draws, len(theta))) @ root(covariance).T
-    stretch = np.sqrt(dof / rng.chisquare(dof, size=draws))
-    drawn = theta + normal * stretch[:, None]
+    # One chance for all parameters, so that those of equal freedom are stretched alike.
+    stretch = np.sqrt(freedom / chdtri(freedom, rng.random(size=(draws, 1))))
+    drawn = theta + normal * stretch
     with np.errstate(all="ignore"):
         physical = np.array([form.physical(each)[0] for each in drawn])
     finite = np.all(np.isfinite(physical), axis=1)

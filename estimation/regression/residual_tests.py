@@ -40,7 +40,7 @@ class ResidualTests:
     runs_z, runs_p : float
         Wald-Wolfowitz runs about zero, normal; negative for fewer runs than chance has.
     autocorrelation : (lags + 1,) array
-        From lag 0.
+        Of the residuals less their mean, from lag 0.
     bound : float
         What a correlation of independent series stays below in 95 % of cases, ``1.96/sqrt(n)``.
     cross_correlation : (2 lags + 1, k) array
@@ -101,7 +101,9 @@ def residual_tests(
     power = float(residuals @ residuals)
     pairs = [order.pairs(lag) for lag in range(count + 1)]
     counts = np.array([len(residuals[late]) for late, _ in pairs])
-    sums = np.array([float(residuals[late] @ residuals[early]) for late, early in pairs]) / power
+    about = residuals - residuals.mean()
+    products = np.array([float(about[late] @ about[early]) for late, early in pairs])
+    sums = products / products[0]
     box, freedom = _ljung_box(sums[1:], counts[1:], n)
     standardised = (residuals - residuals.mean()) / residuals.std()
     skewness = float(np.mean(standardised**3))

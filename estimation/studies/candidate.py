@@ -206,7 +206,8 @@ class _Checks:
     def _p_value(self, column: int) -> float:
         value = self.estimate.physical[column]
         deviation = float(np.sqrt(self.estimate.covariances["hac"][column, column]))
-        return float(2 * stdtr(self.estimate.dof, -abs(value) / deviation)) if deviation else 0.0
+        freedom = float(self.estimate.freedom["hac"][column])
+        return float(2 * stdtr(freedom, -abs(value) / deviation)) if deviation else 0.0
 
     def _held_out(self, poorer: Rows) -> HeldOut | None:
         """Error of a model; None if it has no parameters."""

@@ -33,6 +33,8 @@ class StreamedEstimate(Shown):
         ``iid``, ``robust`` and ``hac``, as `Estimate` has them.
     lags : int
         Of the HAC covariance.
+    freedom : (p,) array
+        Its degrees of freedom.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``
     condition_number : float
@@ -52,6 +54,7 @@ class StreamedEstimate(Shown):
     physical: Array
     covariances: Mapping[str, Array]
     lags: int
+    freedom: Array
     equation_error_percent: float
     condition_number: float
     excluded_samples: int
@@ -61,13 +64,14 @@ class StreamedEstimate(Shown):
     def parameters(self) -> Named:
         """Parameters by name; intervals are HAC."""
         sds = {name: np.sqrt(np.diag(c)) for name, c in self.covariances.items()}
-        dof = self.rows - len(self.physical)
         values = (
             Value(
                 value=float(self.physical[i]),
                 unit=q.unit,
                 deviations={name: float(sd[i]) for name, sd in sds.items()},
-                interval=student_interval(float(self.physical[i]), float(sds["hac"][i]), dof),
+                interval=student_interval(
+                    float(self.physical[i]), float(sds["hac"][i]), float(self.freedom[i])
+                ),
             )
             for i, q in enumerate(self.axis.parameters)
         )

@@ -10,6 +10,7 @@ in a further pass, the products of neighbouring scores.
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 
 import numpy as np
@@ -20,15 +21,13 @@ from axisid.estimation.estimates import Reach, check_identifiable, check_shown
 from axisid.estimation.records import Extent, extent, other_period
 from axisid.estimation.regression import (
     Equations,
+    Hac,
     InverseForm,
+    LongRun,
     Solution,
-    bartlett,
     condition_number,
     factor,
-    first_lags,
-    lags_of,
     least_squares,
-    most_lags,
 )
 from axisid.estimation.signals import (
     Information,
@@ -119,7 +118,7 @@ def identify_stream(
     )
     with np.errstate(all="ignore"):
         solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, origin.source))
-    robust, hac, lags = _hac(rows, solution, size)
+    robust, hac, long_run = _hac(rows, solution, size)
     apart = other_period(generated.axis.control, found.period, found.clock)
     squares = float(solution.residuals @ solution.residuals)
     gram = solution.inverse_factor @ solution.inverse_factor.T
@@ -132,7 +131,8 @@ def identify_stream(
         rows=size,
         physical=solution.theta,
         covariances={"iid": squares / (size - 1) * gram, "robust": robust, "hac": hac},
-        lags=lags,
+        lags=long_run.lags,
+        freedom=np.minimum(long_run.freedom, size - len(names)),
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
         excluded_samples=rows.excluded_samples,
@@ -316,16 +316,11 @@ def _factored(rows: _LogRows) -> tuple[Array, int, float]:
     return triangle, size, math.sqrt(squares)
 
 
-def _hac(rows: _LogRows, solution: Solution, size: int) -> tuple[Array, Array, int]:
-    """Covariances as `Robust` and `Hac` have them, and the lags of the latter."""
-    looked_at = first_lags(size)
-    products = _score_products(rows, solution, looked_at)
-    sums = np.diagonal(products, axis1=1, axis2=2) / size
-    lags = min(max(lags_of(list(of_one), size) for of_one in sums.T), most_lags(size))
-    if lags > looked_at:
-        products = _score_products(rows, solution, lags)
+def _hac(rows: _LogRows, solution: Solution, size: int) -> tuple[Array, Array, LongRun]:
+    """Covariances as `Robust` and `Hac` have them, and how the latter was found."""
+    found = Hac().long_run(partial(_score_products, rows, solution), size)
     factor = size / (size - len(solution.theta))
-    return factor * products[0], factor * bartlett(list(products[: lags + 1])), lags
+    return factor * found.power, factor * found.covariance, found
 
 
 def _score_products(rows: _LogRows, solution: Solution, lags: int) -> Array:

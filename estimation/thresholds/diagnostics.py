@@ -37,6 +37,13 @@ MAX_FACTOR_ERROR = Threshold(
     "distance of a factor of a law that does not fit from a round one, beyond which it is off",
     "chosen",
 )
+MAX_CONTROL_LEAN = Threshold(
+    0.01,
+    "1",
+    "constant, or half of a drift, that the recorded control has beside its law, as a share of its "
+    "root mean square",
+    "chosen",
+)
 MAX_REPAIRED_RESIDUAL = Threshold(
     0.5,
     "1",

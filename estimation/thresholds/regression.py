@@ -14,6 +14,12 @@ SIGNIFICANCE_LEVEL = Threshold(
     "level at which tests of residuals, of parameters and of nested models reject",
     "convention",
 )
+MAX_AUTOREGRESSION = Threshold(
+    0.97,
+    "1",
+    "autoregression of scores up to which the HAC covariance whitens them",
+    "[AndrewsMonahan1992]: nearer to one it would recolour without end",
+)
 MIN_SEGMENT_ROWS = Threshold(
     8,
     "rows",

@@ -149,6 +149,7 @@ PROGRAM = """
 import signal
 from axisid import build, load_axis
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+signal.signal(signal.SIGINT, signal.default_int_handler)
 build(load_axis("emps")).native.{call}()
 """
 

@@ -164,6 +164,7 @@ def estimate_document(
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
+        freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
         residual_tests=residual_document(estimate.residual_tests),
         remarks=tuple(remark.worded(as_options) for remark in estimate.remarks),
         drawn=drawn,

@@ -148,9 +148,11 @@ class SavedEstimate(Shown):
         return self.document.covariance_names
 
     @property
-    def dof(self) -> int:
-        """Degrees of freedom of the residuals, n - k."""
-        return self.document.rows - len(self.form.quantities)
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of the variances of `physical`, (p,), of the chosen covariance."""
+        written = self.document.freedom or {}
+        usual = self.document.rows - len(self.form.quantities)
+        return {self.chosen: frozen([written.get(q.name, usual) for q in self.quantities])}
 
     @property
     def equation_error_percent(self) -> float:

@@ -58,6 +58,10 @@ class WrittenEstimate(Written, frozen=True, kw_only=True):
             "is enough up to 0.1."
         ),
     ]
+    freedom: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Degrees of freedom, of Student's distribution, of each physical interval_95."),
+    ] = UNSET
     residual_tests: WrittenResidualTests
     remarks: tuple[str, ...]
     drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET

@@ -76,7 +76,8 @@ def _notes(estimate: StreamedEstimate) -> tuple[str, ...]:
         )
         quiet = f"are kept{biased}"
     return (
-        f"HAC, Bartlett kernel, {estimate.lags} lags (plug-in rule), times n/(n - k).",
+        f"HAC, scores prewhitened by AR(1), Bartlett kernel, {estimate.lags} lags (plug-in rule), "
+        "times n/(n - k).",
         f"i.i.d., residual variance with n - 1 = {estimate.rows - 1}.",
         f"{estimate.rows} rows: {start} samples dropped at the start, {end} at the end, one in "
         f"{f.decimate} kept; Butterworth {f.cutoff:g} Hz, order {f.order}; hold {f.hold}. "
