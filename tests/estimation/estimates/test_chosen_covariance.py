@@ -20,7 +20,7 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
     for method in ("idm-iv", "ddm-ls"):
         estimate = result[method]
         covariance = estimate.covariances[chosen]
-        reach = stdtrit(estimate.dof, 0.975) * np.sqrt(np.diag(covariance))
+        reach = stdtrit(estimate.freedom[chosen], 0.975) * np.sqrt(np.diag(covariance))
         for value, r, sd in zip(
             estimate.parameters.values(), reach, np.sqrt(np.diag(covariance)), strict=True
         ):

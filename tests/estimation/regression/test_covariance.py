@@ -1,18 +1,22 @@
 """Covariances against statsmodels and linearmodels; least squares against certified figures."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import statsmodels.api as sm
 from linearmodels.iv import IV2SLS
+from scipy.signal import lfilter
 from statsmodels.stats.sandwich_covariance import S_hac_simple
 
 from axisid import UsageError
 from axisid.estimation.regression.covariance import (
     Classical,
     Hac,
+    LongRun,
     Robust,
     correlation,
-    plug_in_lags,
+    score_products,
 )
 from axisid.estimation.regression.linear import (
     Solution,
@@ -66,7 +70,9 @@ def test_hac_is_that_of_statsmodels(data: tuple[np.ndarray, ...], lags: int) -> 
     for corrected in (False, True):
         options = {"maxlags": lags, "use_correction": corrected}
         expected = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=options).cov_params()
-        assert Hac(lags, corrected).matrix(by_ls(data)) == pytest.approx(expected, rel=1e-7)
+        assert Hac(lags, corrected=corrected).matrix(by_ls(data)) == pytest.approx(
+            expected, rel=1e-7
+        )
 
 
 def test_instrumental_variables_are_those_of_linearmodels(data: tuple[np.ndarray, ...]) -> None:
@@ -87,23 +93,83 @@ def test_hac_without_lags_is_robust(data: tuple[np.ndarray, ...]) -> None:
     assert np.array_equal(Hac(0).matrix(by_ls(data)), Robust().matrix(by_ls(data)))
 
 
+def long_run(scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0) -> LongRun:
+    """Of scores (n, k), of which a part is missing."""
+    kept = np.random.default_rng(0).random(len(scores)) >= missing
+    order = Neighbours.consecutive(len(scores))[kept]
+    return (hac or Hac()).long_run(partial(score_products, scores[kept], order), int(kept.sum()))
+
+
+def autoregressive(rng: np.random.Generator, rows: int, kept: float) -> np.ndarray:
+    return lfilter([1.0], [1.0, -kept], rng.normal(size=(rows, 1)), axis=0)
+
+
 def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) -> None:
-    white = rng.normal(size=3000)
-    coloured = np.convolve(white, np.exp(-np.arange(100) / 20.0), "same")
-    following = Neighbours.consecutive(3000)
-    assert plug_in_lags(white, following) < 30 < plug_in_lags(coloured, following)
+    plain = Hac(prewhitened=False)
+    white = rng.normal(size=(3000, 1))
+    coloured = np.convolve(white[:, 0], np.exp(-np.arange(100) / 20.0), "same")[:, None]
+    assert long_run(white, plain).lags < 30 < long_run(coloured, plain).lags
+    assert long_run(coloured).lags < 20  # the autoregression has most of it
+
+
+@pytest.mark.parametrize("kept", [-0.8, 0.0, 0.5, 0.9])
+def test_long_run_of_an_autoregression_is_what_theory_says(
+    rng: np.random.Generator, kept: float
+) -> None:
+    rows = 200_000
+    found = long_run(autoregressive(rng, rows, kept))
+    assert found.colour == pytest.approx([kept], abs=0.01)
+    assert found.covariance[0, 0] / rows == pytest.approx(1 / (1 - kept) ** 2, rel=0.06)
+
+
+def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator) -> None:
+    scores = np.cumsum(rng.normal(size=(300, 2)), axis=0)
+    found = long_run(scores, Hac(4, prewhitened=True))
+    padded = np.vstack([np.zeros((1, 2)), scores, np.zeros((1, 2))])
+    white = padded[1:] - found.colour * padded[:-1]
+    assert max(found.colour) == 0.97  # it would else recolour without end
+    expected = sum(
+        (1 - abs(lag) / 5)
+        * white[max(lag, 0) : len(white) + min(lag, 0)].T
+        @ white[max(-lag, 0) : len(white) + min(-lag, 0)]
+        for lag in range(-4, 5)
+    )
+    gain = 1 / (1 - found.colour)
+    assert found.covariance == pytest.approx(expected * np.outer(gain, gain), rel=1e-9)
+
+
+def test_rows_that_are_missing_count_as_scores_of_zero(rng: np.random.Generator) -> None:
+    scores = autoregressive(rng, 4000, 0.8)
+    there = np.random.default_rng(0).random(4000) >= 0.3
+    zeros = long_run(np.where(there[:, None], scores, 0.0), Hac(6, prewhitened=True))
+    found = long_run(scores, Hac(6, prewhitened=True), missing=0.3)
+    assert found.covariance == pytest.approx(zeros.covariance, rel=1e-9)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.6, 0.9])
+def test_freedom_is_that_of_the_scatter_of_the_variance(kept: float) -> None:
+    rng = np.random.default_rng(5)
+    found = [
+        long_run(autoregressive(rng, 1000, kept), Hac(3, prewhitened=True)) for _ in range(600)
+    ]
+    variances = np.array([each.covariance[0, 0] for each in found])
+    scatter = 2 * variances.mean() ** 2 / variances.var()
+    assert np.median([each.freedom[0] for each in found]) == pytest.approx(scatter, rel=0.35)
 
 
 def test_lags_do_not_depend_on_the_units_of_the_parameters(data: tuple[np.ndarray, ...]) -> None:
     y, X, _ = data
     scaled = least_squares(y, factor(X * [1e3, 1e-6, 1e9], NAMES))
-    assert Hac().chosen_lags(scaled) == Hac().chosen_lags(by_ls(data))
+    assert Hac().describe(scaled) == Hac().describe(by_ls(data))
+    assert Hac().freedom(scaled) == pytest.approx(Hac().freedom(by_ls(data)), rel=1e-9)
 
 
 def test_names_say_kernel_lags_and_correction(data: tuple[np.ndarray, ...]) -> None:
     solution = by_ls(data)
     assert Hac(5).describe(solution) == "HAC, Bartlett kernel, 5 lags (as given), times n/(n - k)"
+    assert "scores prewhitened by AR(1)" in Hac().describe(solution)
     assert "plug-in rule" in Hac().describe(solution)
+    assert "prewhitened" not in Hac(prewhitened=False).describe(solution)
     assert Robust(corrected=False).describe(solution) == "heteroscedasticity-robust"
     with pytest.raises(UsageError, match="lags are -1"):
         Hac(-1)

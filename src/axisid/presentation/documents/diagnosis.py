@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from msgspec import UNSET
+
 from axisid.estimation.diagnostics import (
     Alignment,
     Check,
@@ -26,11 +28,12 @@ from axisid.presentation.schema import (
     WrittenNormality,
     WrittenResidualTests,
     WrittenRuns,
+    WrittenSetting,
     WrittenStrength,
 )
 from axisid.support.arrays import Array, finite, finite_tree
 from axisid.support.missing import Missing
-from axisid.support.remedy import as_options
+from axisid.support.remedy import Setting, as_options
 
 #: How the meaning of a law's check begins that could not be made.
 NOT_EVALUATED = "not evaluated: "
@@ -135,7 +138,15 @@ def check_document(check: Check) -> WrittenCheck:
         threshold=finite_tree(check.threshold),
         p_value=finite_tree(check.p_value),
         source=check.source,
+        remedy=UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts)),
     )
+
+
+def _part(part: str | Setting) -> str | WrittenSetting:
+    """A text or a setting of a remedy."""
+    if isinstance(part, str):
+        return part
+    return WrittenSetting(name=part.name, value=part.value, given=part.given)
 
 
 def residual_document(tests: ResidualTests) -> WrittenResidualTests:

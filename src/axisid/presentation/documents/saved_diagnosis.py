@@ -27,9 +27,11 @@ from axisid.presentation.schema import (
     WrittenInstruments,
     WrittenLawCheck,
     WrittenResidualTests,
+    WrittenSetting,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting, as_options
 
 from .diagnosis import NOT_EVALUATED
 
@@ -48,15 +50,23 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
 
 
 def _check(written: WrittenCheck) -> Check:
+    remedy = None if written.remedy is UNSET else Remedy.of(*map(_part, written.remedy))
+    said = "" if remedy is None else remedy.worded(as_options)
     return Check(
         name=written.name,
         status=written.status,
-        meaning=written.meaning,
+        meaning=written.meaning.removesuffix(said),
+        remedy=remedy if written.meaning.endswith(said) else None,
         figure=written.figure,
         threshold=written.threshold,
         p_value=written.p_value,
         source=written.source,
     )
+
+
+def _part(part: str | WrittenSetting) -> str | Setting:
+    """A text or a setting of a remedy."""
+    return part if isinstance(part, str) else Setting(part.name, part.value, part.given)
 
 
 def _law(written: WrittenLawCheck) -> LawCheck | Missing:

@@ -19,6 +19,7 @@ from .diagnosis import WrittenEndogeneity as WrittenEndogeneity
 from .diagnosis import WrittenExcitation as WrittenExcitation
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate
 from .identification import WrittenIdentification as WrittenIdentification

@@ -94,6 +94,14 @@ class WrittenAlignment(Written, frozen=True, kw_only=True):
     reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
 
 
+class WrittenSetting(Written, frozen=True, kw_only=True):
+    """Something that can be set for a run."""
+
+    name: Annotated[str, about("Of the option, without its dashes.")]
+    value: Annotated[str, about("As the command line takes it, or a placeholder.")]
+    given: Annotated[bool, about("False where it is to be left out.")]
+
+
 class WrittenCheck(Written, frozen=True, kw_only=True):
     """One check of the verdict."""
 
@@ -104,3 +112,10 @@ class WrittenCheck(Written, frozen=True, kw_only=True):
     threshold: float | None
     p_value: float | None
     source: Annotated[str, about("Where the threshold comes from.")]
+    remedy: Annotated[
+        tuple[str | WrittenSetting, ...] | UnsetType,
+        about(
+            "The end of the meaning, where it speaks of settings: texts and settings, worded as "
+            "options there."
+        ),
+    ] = UNSET
