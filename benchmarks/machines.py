@@ -61,7 +61,7 @@ class Machine:
     kp, kv, period : float
         Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
     resolution : float
-        Step of the encoder, m; 0 for none.
+        Step of the encoder, m; 0 for none. Where its steps lie is drawn for each run.
     position_noise, force_noise, control_noise : callable, optional
         In the measured position, within the loop; in the force; in the recorded control only.
     """
@@ -91,11 +91,12 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     of_position, of_force, of_control = (
         np.zeros((runs, n)) if noise is None else noise(rng, runs, n) for noise in drawn
     )
+    phase = machine.resolution * rng.random(runs)
     q, v = np.full(runs, reference[0]), np.zeros(runs)
     positions, controls = np.empty((runs, n)), np.empty((runs, n))
-    last = _encoder(machine, q + of_position[:, 0])
+    last = _encoder(machine, q + of_position[:, 0], phase)
     for k in range(n):
-        measured = _encoder(machine, q + of_position[:, k])
+        measured = _encoder(machine, q + of_position[:, k], phase)
         speed = (measured - last) / machine.period
         wanted = machine.kv * (machine.kp * (reference[k] - measured) - speed)
         control = np.clip(wanted, -machine.limit, machine.limit)
@@ -109,10 +110,10 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     ]
 
 
-def _encoder(machine: Machine, position: Array) -> Array:
+def _encoder(machine: Machine, position: Array, phase: Array) -> Array:
     if not machine.resolution:
         return position
-    return machine.resolution * np.floor(position / machine.resolution + 0.5)
+    return machine.resolution * np.floor((position + phase) / machine.resolution + 0.5) - phase
 
 
 def _sample(machine: Machine, k: int, q: Array, v: Array, force: Array) -> tuple[Array, Array]:

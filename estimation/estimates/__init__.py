@@ -10,6 +10,7 @@ from .estimate import Iterate as Iterate
 from .estimate import NotSimulated as NotSimulated
 from .estimating import estimate_by as estimate_by
 from .fit import Fit as Fit
+from .loop_turns import bound_record as bound_record
 from .method import Method as Method
 from .methods import METHODS as METHODS
 from .physical import Physical as Physical

@@ -5,10 +5,17 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import COVARIANCES, METHODS, Estimate, Problem, estimate_by
+from axisid.estimation.estimates import (
+    COVARIANCES,
+    METHODS,
+    Estimate,
+    Problem,
+    bound_record,
+    estimate_by,
+)
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.remedy import Note
@@ -53,7 +60,7 @@ def identify(
     requested = (methods,) if isinstance(methods, str) else methods
     _check_arguments(requested, record, covariance)
     given = prefilter or Prefilter.suited(record.period)
-    data = FilteredRecord.bind(generated, record, given)
+    data = bound_record(generated, record, given)
     problem = Problem(axis=generated, data=(data,))
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}

@@ -63,15 +63,22 @@ class FilteredRecord:
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        left_out = replace(
-            kept,
-            prefilter=replace(settings, reversals="leave-out"),
-            excluded=kept.sampling.turns(kept.motion[1]),
-        )
-        vars(left_out)["motion"] = kept.motion  # the same, whatever is left out of the rows
+        left_out = kept._without(kept.sampling.turns(kept.motion[1]))
         if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
             return kept
         return left_out
+
+    def turning_as(self, position: Array) -> "FilteredRecord":
+        """The record without the samples near the reversals and rests of another motion, (N,)."""
+        return self._without(self.sampling.turns(self.sampling.motion(position)[1]))
+
+    def _without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
+        """With other samples that have no weight."""
+        settings = replace(self.prefilter, reversals="leave-out")
+        other = replace(self, prefilter=settings, excluded=excluded)
+        same = ("motion", "force", "signals")  # whatever is left out of the rows
+        vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
+        return other
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is computed when it is asked for."""
