@@ -26,6 +26,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_EXPLAINED_RESIDUAL,
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
+    MAX_LIMIT_EXCESS,
     MAX_REPAIRED_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
@@ -248,7 +249,7 @@ def _compared(
     limited[:settle] = True
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
-        return control, terms, ~limited
+        return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
     smooth = SampledFilter(low_pass, record.period)
     _, velocity, _ = smooth.motion(record.position)
@@ -257,8 +258,16 @@ def _compared(
         control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
         terms = np.column_stack(columns)
     limited[-settle:] = True
+    limited |= _cut(control, terms, axis.axis.drive.limit)
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
+
+
+def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
+    """Where the law asks for more than the limit, and gets it but for a converter's noise, (N,)."""
+    wanted = terms.sum(axis=1)
+    there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
+    return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
 def _factors(

@@ -20,6 +20,7 @@ from .filter_bias import filter_bias
 from .force import force_check, limit_check
 from .left_over import constant_check, ripple_check
 from .motion import conditioning, precision, within_bounds
+from .near_reversals import near_reversals, near_reversals_check
 from .residuals import independence, left_of_the_motion, normality, sign_runs
 from .simulation import following, rest_check
 
@@ -114,6 +115,13 @@ def _alignment(case: Case) -> Check | Missing:
     return alignment_check(case.preferred, case.alignment, hold, weak=case.weak)
 
 
+def _near_reversals(case: Case) -> Check | Missing | None:
+    if case.data.prefilter.reversals != "leave-out":
+        return None
+    unit = case.data.axis.axis.coordinate.force_unit
+    return near_reversals_check(near_reversals(case.data, case.preferred), str(unit))
+
+
 def _fixed_values(case: Case) -> Check | Missing | None:
     return case.fixed if case.data.axis.base.known else None
 
@@ -155,6 +163,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="independent residuals", check=_independence),
         Diagnostic(name="runs of one sign", check=_sign_runs),
         Diagnostic(name="residuals against the motion", check=_left_of_the_motion, rank=14),
+        Diagnostic(name="near reversals", check=_near_reversals, rank=16),
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),
         Diagnostic(name="alignment", check=_alignment, rank=8),

@@ -72,9 +72,13 @@ class FilteredRecord:
         """The record without the samples near the reversals and rests of another motion, (N,)."""
         return self._without(self.sampling.turns(self.sampling.motion(position)[1]))
 
+    def keeping_reversals(self) -> "FilteredRecord":
+        """The record with the samples near reversals and rests."""
+        return self._without(())
+
     def _without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
         """With other samples that have no weight."""
-        settings = replace(self.prefilter, reversals="leave-out")
+        settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
         other = replace(self, prefilter=settings, excluded=excluded)
         same = ("motion", "force", "signals")  # whatever is left out of the rows
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
