@@ -102,8 +102,13 @@ def alignment_of(
     data: FilteredRecord,
     physical: Array | None = None,
     instruments: tuple[Array, Array] | None = None,
+    quiet: FilteredRecord | None = None,
 ) -> Alignment:
-    """`profile_alignment` of a record that is filtered already."""
+    """`profile_alignment` of a record that is filtered already.
+
+    With the noise-free loop under the same filter, `quiet`, the delay that the filter alone makes
+    there is taken off.
+    """
     axis = data.axis
     form = InverseForm(axis, physical)
     equations = form.equations(data.signals)
@@ -121,9 +126,10 @@ def alignment_of(
     deviation = _deviation(rows, best, reduced.known, regressor)
     if instruments is not None:
         start = min(max(best, 0.0), 1.0)
-        best, deviation, at_the_end = _by_instruments(
-            rows, start, reduced.known, regressor, *instruments
-        )
+        given = (start, reduced.known, regressor, *instruments)
+        best, deviation, at_the_end = _by_instruments(rows, *given)
+        if quiet is not None and not at_the_end:
+            best -= _filter_shift(quiet, form, *instruments)
     slopes = np.gradient(found, _DELAYS, axis=0)
     return Alignment(
         delays=_DELAYS.copy(),
@@ -246,6 +252,23 @@ def _by_instruments(
     return delay, deviation, False
 
 
+def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated: Array) -> float:
+    """What the filter alone moves the delay by: of the noise-free loop's it is known."""
+    equations = form.equations(quiet.signals)
+    reduced = equations.reduced(quiet)
+    used = _held(quiet.prefilter.hold)
+    regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
+    rows = _Rows(quiet, quiet.force, equations)
+    given = (rows, used, reduced.known, regressor, Z, simulated)
+    delay, deviation, at_the_end = _by_instruments(*given)
+    return 0.0 if at_the_end or not np.isfinite(deviation) else delay - used
+
+
+def _held(hold: str | None) -> float:
+    """The delay that a hold takes, samples."""
+    return 0.5 if hold == "zoh" else 0.0
+
+
 def alignment_check(
     preferred: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
 ) -> Check | Missing:
@@ -254,7 +277,7 @@ def alignment_check(
         return profile
     if weak:
         return Missing("the instruments are too weak to measure a delay")
-    used = 0.5 if hold == "zoh" else 0.0
+    used = _held(hold)
     apart = profile.best - used
     if profile.deviation > MAX_DELAY_DEVIATION.value:
         return Missing(

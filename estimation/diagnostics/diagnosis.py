@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from axisid.estimation.estimates import Estimate, Reach
-from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests
+from axisid.estimation.estimates import Estimate, Reach, noise_free_record
+from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
@@ -129,7 +129,7 @@ class Case:
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, or why it cannot be measured."""
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments)
+            return alignment_of(self.data, self.preferred.physical, self._instruments, self._quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
 
@@ -137,6 +137,14 @@ class Case:
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
         return fixed_check(self.preferred)
+
+    @property
+    def _quiet(self) -> FilteredRecord | None:
+        """The loop that is simulated with the judged estimate, under the record's filter."""
+        if self.preferred.noise_free is None:
+            return None
+        loops = simulated_loops(self.data.axis, self.data.record, self.preferred.physical)
+        return noise_free_record(self.data, loops)
 
     @property
     def _instruments(self) -> tuple[Array, Array] | None:

@@ -47,9 +47,7 @@ def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check | Missing:
     longest = len(tests.run_lengths)
     return Check(
         name="runs of one sign",
-        status=passed(
-            by_chance, matters=tests.runs_z < 0 or not COVARIANCES[chosen].allows_autocorrelation
-        ),
+        status=passed(by_chance, matters=not COVARIANCES[chosen].allows_autocorrelation),
         figure=tests.runs_z if abs(tests.runs_z) < float("inf") else None,
         threshold=MAX_CHANCE_DEVIATION.value,
         p_value=tests.runs_p,
@@ -58,14 +56,18 @@ def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check | Missing:
         if by_chance
         else (
             f"the residuals keep their sign longer than by chance (for {longest} of {rows} rows at "
-            "most): something slow is not in the model, such as friction that depends on the "
-            "position or on time"
+            "most), as sluggish noise or what is not in the model makes them" + _allowed(chosen)
         )
         if tests.runs_z < 0
         else "the residuals change their sign more often than by chance, as the edge of the "
-        "decimation filter or a vibration makes them; the HAC deviations allow for it"
-        + ("" if COVARIANCES[chosen].allows_autocorrelation else ", which were not chosen here"),
+        "decimation filter or a vibration makes them" + _allowed(chosen),
     )
+
+
+def _allowed(chosen: str) -> str:
+    """What HAC deviations make of neighbours that are alike or opposed."""
+    said = "; the HAC deviations allow for it"
+    return said + ", which were not chosen here" * (not COVARIANCES[chosen].allows_autocorrelation)
 
 
 def left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:

@@ -9,6 +9,7 @@ from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
 from .estimate import NotSimulated as NotSimulated
 from .estimating import estimate_by as estimate_by
+from .filter_bias import noise_free_record as noise_free_record
 from .fit import Fit as Fit
 from .loop_turns import bound_record as bound_record
 from .method import Method as Method

@@ -75,7 +75,7 @@ def noise_free(
     """
     # Rows are those of the estimate, whose instruments they are held against.
     signals = [
-        _of_loops(data, of_one).signals
+        noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
     rows = _rows(form, signals, problem)
@@ -109,8 +109,8 @@ def slopes_by_gain(
     return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
 
 
-def _of_loops(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
-    """The record as its simulated loops have it."""
+def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
+    """The record as its simulated loops have it, under the same filter."""
     record = data.record
     simulated = replace(
         record,

@@ -123,13 +123,13 @@ MAX_MISALIGNMENT = Threshold(
     "chosen: rounding by the filter may look like up to 0.15 samples",
 )
 MAX_DELAY_DISTANCE = Threshold(
-    2.0,
+    3.0,
     "deviations",
     "the same in deviations of that delay, where this is more",
-    "convention: about 95 %",
+    "convention: a chance of 0.3 %",
 )
 MAX_DELAY_DEVIATION = Threshold(
-    0.5,
+    0.25,
     "samples",
     "deviation of the delay beyond which nothing is said of it",
     "chosen",
