@@ -1,5 +1,6 @@
 """The record: what was measured, checked once, then read-only."""
 
+import hashlib
 import math
 from dataclasses import dataclass, field, fields, replace
 from operator import index
@@ -148,6 +149,15 @@ class Record(Shown):
             "force": self.force,
         }
         return {role: values for role, values in columns.items() if values is not None}
+
+    @property
+    def digest(self) -> str:
+        """Sha256 of the samples: of each channel its role, then its values as 64-bit floats."""
+        digest = hashlib.sha256()
+        for role, values in self.channels().items():
+            digest.update(role.encode())
+            digest.update(np.ascontiguousarray(values, dtype="<f8").data)
+        return digest.hexdigest()
 
     def _name(self) -> str:
         return self.provenance.source

@@ -170,6 +170,10 @@ class OwnRecord(Protocol):
     def period(self) -> float:
         """Sampling period, s."""
 
+    @property
+    def digest(self) -> str:
+        """Of the samples."""
+
 
 class FrozenResult(Protocol):
     """An identification: a live one, or what a file holds of one."""
@@ -220,15 +224,20 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         rescaled = requested.at_period(result.record.period, record.period)
         data = FilteredRecord.bind(result.axis, record, rescaled)
         methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
-    own, other = result.record.provenance.sha256, record.provenance.sha256
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        same_record=record is result.record or (bool(own) and own == other),
+        same_record=_is_same(result.record, record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
+
+
+def _is_same(own: OwnRecord, other: Record) -> bool:
+    """Whether two records are of the same samples, or read from the same file."""
+    file = own.provenance.sha256
+    return own.digest == other.digest or (bool(file) and file == other.provenance.sha256)
 
 
 def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidation:

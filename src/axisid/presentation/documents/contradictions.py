@@ -86,6 +86,7 @@ def _estimate(of: WrittenEstimate) -> Iterator[str]:
         yield f"the covariances of {of.method} are not of its {len(of.parameters)} parameters"
     yield from _values(of.parameters, covariances, of.method)
     yield from _direct(of)
+    yield from _gain(of)
     yield from _iterations(of)
     sizes = (of.equation_error_percent, of.simulation_error_percent or 0.0)
     if min(*sizes, *(c or 0.0 for c in of.curvatures.values())) < 0:
@@ -104,6 +105,23 @@ def _direct(of: WrittenEstimate) -> Iterator[str]:
     if any((matrix is None) != (of.theta_ddm is None) for matrix in always):
         yield f"the direct model's parameters of {of.method} and their covariances are not of one"
     yield from _values(of.theta_ddm or {}, written_ddm_covariances(of), of.method)
+
+
+def _gain(of: WrittenEstimate) -> Iterator[str]:
+    """What the drive gain's deviation adds, against the slopes by the gain."""
+    if not 0 <= of.gain_relative_sd < 1:
+        yield f"the drive gain of {of.method} has the relative deviation {of.gain_relative_sd:g}"
+    for values, slopes in (
+        (of.parameters, of.gain_slopes),
+        (of.theta_ddm or {}, of.theta_ddm_gain_slopes),
+    ):
+        if slopes is not None and {*slopes} != {*values}:
+            yield f"the slopes by the drive gain of {of.method} are of other parameters"
+            return
+        for name, value in values.items():
+            moved = of.gain_relative_sd * abs(slopes[name]) if slopes else 0.0
+            if not _same(value.sd_gain, moved):
+                yield f"what the drive gain adds to {name} by {of.method} is not of its slope"
 
 
 def _iterations(of: WrittenEstimate) -> Iterator[str]:

@@ -92,7 +92,7 @@ def fitted_axis(
         The file cannot be read, or is no identification.
     """
     if isinstance(result, Identification):
-        return _identified(result, derive(result.axis.axis), result.axis.signature)
+        return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
         return _identified(result, derive(result.known_axis), result.signature)
     saved = result if isinstance(result, SavedIdentification) else read_fit(result)

@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+from msgspec.structs import asdict
+
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.diagnostics import Check, Diagnosis
 from axisid.estimation.estimates import Named
@@ -39,6 +41,8 @@ class SavedRecord:
         s.
     segments, masked : tuple of (int, int)
         First row and the one after the last of each.
+    digest : str
+        Of the samples, as `Record.digest`.
     """
 
     provenance: Provenance
@@ -46,6 +50,7 @@ class SavedRecord:
     period: float
     segments: tuple[tuple[int, int], ...]
     masked: tuple[tuple[int, int], ...]
+    digest: str
 
     def __len__(self) -> int:
         return self.samples
@@ -196,8 +201,9 @@ class SavedIdentification(Shown):
 
     @property
     def requested(self) -> Prefilter | None:
-        """None: what was left open of the filter before it suited the record is in no file."""
-        return None
+        """The prefilter before what it left open was chosen for the record, if that is known."""
+        written = self.document.requested
+        return None if written is None else Prefilter(**asdict(written))
 
     @property
     def skipped(self) -> Mapping[str, str]:
@@ -286,6 +292,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         period=written.sample_period,
         segments=written.segments,
         masked=written.masked,
+        digest=written.samples_sha256,
     )
 
 

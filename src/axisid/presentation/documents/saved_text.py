@@ -83,13 +83,11 @@ def _live(saved: SavedIdentification) -> Identification:
 
 def _live_estimate(estimate: SavedEstimate) -> Estimate:
     rows = np.arange(estimate.document.rows, dtype=np.float64)
-    relative = estimate.gain_relative_sd
     own = {
         "y": rows,
         "rows": rows,
         "neighbours": Neighbours.consecutive(len(rows)),
         "period": estimate.row_period,
-        "gain_relative_sd": relative if relative == relative else 0.0,
     }
     return cast(Estimate, _Like(estimate, **own))
 
