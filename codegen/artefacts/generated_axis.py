@@ -40,7 +40,7 @@ class Quantity:
     expression: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class GeneratedAxis:
     """An axis as named CasADi functions, with the labels its results need.
 
@@ -83,6 +83,9 @@ class GeneratedAxis:
     unidentifiable: tuple[str, ...]
     functions: Mapping[str, Any]
     native: Native
+
+    def __repr__(self) -> str:
+        return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
 
     def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
         """The declaration, from which another process makes the same again."""

@@ -11,6 +11,7 @@ from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import UsageError
+from axisid.support.given import given
 from axisid.support.remedy import Note
 from axisid.support.shown import Shown, shown_by
 
@@ -149,7 +150,7 @@ class Identification(Shown):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
             )
         return self.estimates[name]
 

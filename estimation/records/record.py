@@ -77,6 +77,11 @@ class Record(Shown):
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.provenance, Provenance):
+            raise UsageError(
+                f"the provenance of the record is {given(self.provenance)}; give a Provenance, or "
+                "leave it out."
+            )
         for role in ("time", "position"):
             if getattr(self, role) is None:
                 raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
@@ -182,8 +187,8 @@ class Record(Shown):
             return tuple((index(start), index(stop)) for start, stop in spans)
         except (TypeError, ValueError) as error:
             raise UsageError(
-                f"{self._name()}: the {name} are {spans!r}; give pairs of rows, the first and the "
-                "one after the last."
+                f"{self._name()}: the {name} are {given(spans)}; give pairs of rows, the first "
+                "and the one after the last."
             ) from error
 
     def _check_lengths(self) -> None:
@@ -273,7 +278,9 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
 def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
     if period is not None and not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the sampling period is {period!r}; give a positive number of seconds.")
+        raise UsageError(
+            f"the sampling period is {given(period)}; give a positive number of seconds."
+        )
 
 
 def check_varies(source: str, role: str, least: float, most: float) -> None:

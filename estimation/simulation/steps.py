@@ -13,6 +13,7 @@ from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAV
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
 
 _PROBE = 1e-6  # of position and velocity, for the plant's rates
@@ -54,15 +55,15 @@ def check_loop(
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
         raise UsageError("the reference is empty or not finite; give finite positions.")
     if not (is_real(period) and math.isfinite(period) and period > 0):
-        raise UsageError(f"the period is {period!r} s; give a positive number.")
+        raise UsageError(f"the period is {given(period)} s; give a positive number.")
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
-            f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
-            "takes no samples."
+            f"the resolution is {given(resolution)}; give 0 or more, and 0 with a continuous law, "
+            "which takes no samples."
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
-        raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
+        raise UsageError(f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.")
 
 
 def check_period(axis: GeneratedAxis, period: float) -> None:

@@ -23,12 +23,13 @@ from axisid.estimation.diagnostics import (
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
@@ -113,13 +114,17 @@ def sweep(
     EstimationError
         No cut-off gave an estimate.
     """
-    generated, base = as_generated(axis), prefilter or Prefilter()
+    check_record(record)
+    base = Prefilter() if prefilter is None else prefilter
+    if not isinstance(base, Prefilter):
+        raise UsageError(f"the prefilter is {given(base)}; give a Prefilter, or leave it out.")
+    generated = as_generated(axis)
     rate = 1 / record.period
     if cutoffs is None:
         cutoffs = default_cutoffs(rate)
     several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {cutoffs!r}; give positive numbers, in Hz.")
+        raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
     if not len(cutoffs):
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results: list[Identification] = []

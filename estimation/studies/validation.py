@@ -95,7 +95,7 @@ class Validation(Shown):
         found = next((each for each in self.methods if each.method == str(method).lower()), None)
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
-            raise UsageError(f"the validation has no {method!r}; choose from {methods}.")
+            raise UsageError(f"the validation has no {given(method)}; choose from {methods}.")
         return found
 
     def __repr__(self) -> str:

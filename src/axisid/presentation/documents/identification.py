@@ -29,6 +29,7 @@ from axisid.presentation.schema import (
     plain,
 )
 from axisid.support.arrays import Array, finite
+from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, as_options
 
 from .diagnosis import diagnosis_members, residual_document
@@ -58,7 +59,7 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         estimates=tuple(
             estimate_document(
                 e,
-                drawn=_drawn(e, draws) if draws else None,
+                drawn=None if is_nothing(draws) else _drawn(e, draws),
                 physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
             )
             for name, e in result.estimates.items()

@@ -14,12 +14,15 @@ from axisid.estimation.regression import Drawn, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.schema import (
     Matrix,
+    WrittenDrawn,
     WrittenEstimate,
     WrittenPhysical,
     WrittenValue,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
+from axisid.support.real_numbers import is_whole
 from axisid.support.shown import Shown
 
 from .saved_diagnosis import read_residual_tests
@@ -244,13 +247,7 @@ class SavedEstimate(Shown):
         UsageError
             The file has no such draws.
         """
-        drawn = (self.document.drawn or {}).get(function)
-        held = 0 if drawn is None else drawn.draws + drawn.lost
-        if drawn is None or draws not in (None, held):
-            raise UsageError(
-                f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{'any' if draws is None else draws}; identify again and write as many."
-            )
+        drawn = self._drawn(function, draws)
         median, low, high = (
             math.nan if x is None else x for x in (drawn.median, *drawn.interval_95)
         )
@@ -264,6 +261,23 @@ class SavedEstimate(Shown):
             lost=drawn.lost,
             seed=drawn.seed,
         )
+
+    def _drawn(self, function: object, draws: object) -> WrittenDrawn:
+        """The draws of a parameter, if the file has them."""
+        written = self.document.drawn or {}
+        if not is_among(function, written):
+            raise UsageError(
+                f"the file holds no draws of {given(function)} by {self.method}; identify again "
+                "and write some."
+            )
+        drawn = written[function]
+        held = drawn.draws + drawn.lost
+        if not (draws is None or (is_whole(draws) and draws == held)):
+            raise UsageError(
+                f"the file holds {held} draws of {function!r} by {self.method}, not "
+                f"{given(draws)}; identify again and write as many."
+            )
+        return drawn
 
     def _curvature(self, gradient: Array, hessian: Array) -> float:
         """Second-order part of a function's deviation against the first.

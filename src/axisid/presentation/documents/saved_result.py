@@ -23,6 +23,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+from axisid.support.given import given
 from axisid.support.shown import Shown, shown_by
 
 from .saved_diagnosis import read_diagnosis
@@ -140,7 +141,7 @@ class SavedIdentification(Shown):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
             )
         return self.estimates[name]
 
