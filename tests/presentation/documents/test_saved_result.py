@@ -345,6 +345,17 @@ def test_draws_are_those_that_were_written(pair: Pair) -> None:
     assert estimate.propagate(name) == estimate.propagate(name, draws=20)
     with pytest.raises(UsageError, match=r"holds 20 draws of .* not 21"):
         estimate.propagate(name, draws=21)
+    with pytest.raises(UsageError, match=r"holds no draws of 'no such' by .*; identify again"):
+        estimate.propagate("no such")
+
+
+def test_physical_parameters_are_asked_for_alike(pair: Pair) -> None:
+    for method, live in pair.result.physical.items():
+        read = pair.saved.physical[method]
+        assert type(read.parameters) is type(live.parameters)
+        assert read.parameters == live.parameters
+        with pytest.raises(UsageError, match="there is no 'no such'; choose from"):
+            live.parameters["no such"]
 
 
 @pytest.fixture(scope="module")
@@ -412,6 +423,17 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
     if refused.value.code != "other-document":
         assert "written with to_dict() as JSON." in message
         assert refused.value.worded(as_options).endswith(" written with --json.")
+
+
+def test_a_covariance_that_is_not_registered_is_no_contradiction(
+    written: Path, tmp_path: Path
+) -> None:
+    content = json.loads(written.read_text())
+    _first(content)["chosen_covariance"] = "mine"
+    file = tmp_path / "x.json"
+    file.write_text(json.dumps(content))
+    with pytest.raises(DataError, match="covariance 'mine', which this program does not have"):
+        load_result(file)
 
 
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from axisid.presentation.schema import (
     WrittenValue,
 )
 from axisid.support.errors import DataError
+from axisid.support.given import given
 from axisid.support.result_file import WRITE_AGAIN
 
 from .saved_estimate import (
@@ -35,9 +36,22 @@ def refuse_contradictions(document: WrittenIdentification | WrittenStream, file:
     ------
     DataError
     """
+    if not isinstance(document, WrittenStream):
+        _refuse_unknown(document, file)
     found = _streamed(document) if isinstance(document, WrittenStream) else _identified(document)
     if problem := next(found, ""):
         raise contradiction(file, problem)
+
+
+def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
+    """Refuse a file of a program that has a covariance more: it may well be whole."""
+    for estimate in document.estimates:
+        if estimate.chosen_covariance not in COVARIANCES:
+            raise DataError(
+                f"{file} has intervals by the covariance {given(estimate.chosen_covariance)}, "
+                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
+                "register it as the program did that wrote the file, or identify again."
+            )
 
 
 def contradiction(file: str, problem: str) -> DataError:
@@ -80,7 +94,7 @@ def _estimate(of: WrittenEstimate) -> Iterator[str]:
     if of.method not in METHODS:
         yield f"there is no method {of.method!r}"
     covariances = written_covariances(of)
-    if of.chosen_covariance not in COVARIANCES or of.chosen_covariance not in covariances:
+    if of.chosen_covariance not in covariances:
         yield f"there is no covariance {of.chosen_covariance!r}"
     if any(len(c) != len(of.parameters) for c in (*covariances.values(), of.correlation)):
         yield f"the covariances of {of.method} are not of its {len(of.parameters)} parameters"
