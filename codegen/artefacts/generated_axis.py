@@ -40,7 +40,7 @@ class Quantity:
     expression: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class GeneratedAxis:
     """An axis as named CasADi functions, with the labels its results need.
 
@@ -90,6 +90,13 @@ class GeneratedAxis:
     def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
         """The declaration, from which another process makes the same again."""
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it was made of the same declaration, compiled or not."""
+        return isinstance(other, GeneratedAxis) and self.declared == other.declared
+
+    def __hash__(self) -> int:
+        return hash(self.signature)
 
     def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
         return self  # nothing in it changes

@@ -21,7 +21,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import Neighbours
 from axisid.modeling.text import FunctionLike, parameter_function
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
@@ -49,8 +49,8 @@ class NotSimulated(Missing):
     by_estimate: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Iterate:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Iterate(Exact):
     """One iterate of the instrumental-variable estimate.
 
     Attributes
@@ -67,8 +67,8 @@ class Iterate:
     simulation_error_percent: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Estimate(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Estimate(Shown, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes

@@ -15,7 +15,7 @@ from axisid.estimation.thresholds.records import (
     MAX_STATED_PERIOD_DEVIATION,
     MIN_RECORD_ROWS,
 )
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
@@ -34,8 +34,8 @@ from .time_steps import (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Record(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Record(Shown, Exact):
     """A closed-loop record at one sampling period, in SI units.
 
     Attributes

@@ -11,7 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_whole, real_array
@@ -37,8 +37,8 @@ from .steps import (
 _MOST_THREADS = 1024
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BatchSimulation:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BatchSimulation(Exact):
     """Many simulations side by side.
 
     Attributes

@@ -18,7 +18,7 @@ from axisid.codegen.lowering import STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.estimation.signals import Signals
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
@@ -41,8 +41,8 @@ from .steps import (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Simulation(Exact):
     """A simulated closed loop, at the reference's samples, (N,) each, SI.
 
     Force, acceleration and friction direction are those just after the control was updated at the

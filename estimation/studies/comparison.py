@@ -19,6 +19,7 @@ from axisid.estimation.thresholds.estimates import NO_RELATION
 from axisid.estimation.thresholds.studies import EQUAL_ERROR, MAX_TIED_ERROR
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
+from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
@@ -33,8 +34,8 @@ from .nesting import NestedTest, nested_tests
 _METHODS = ("idm-ls", "idm-iv")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Comparison(Shown, Exact):
     """Candidates on the same rows of one record, with a recommendation.
 
     Attributes

@@ -28,6 +28,7 @@ from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
@@ -41,8 +42,8 @@ _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
 _LEAST_PERCENT = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sweep(Shown, Exact):
     """Results by cut-off, ascending.
 
     Attributes

@@ -20,7 +20,7 @@ from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds.studies import MAX_VALIDATION_ERROR, MAX_VALIDATION_ERROR_RATIO
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.remedy import Note, Remedy, Setting
@@ -65,8 +65,8 @@ class MethodValidation:
         return self.equation_error_percent <= max(times * self.own_equation_error_percent, most)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Validation(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Validation(Shown, Exact):
     """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
 
     Attributes

@@ -21,7 +21,7 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.shown import Shown, shown_by
@@ -84,8 +84,8 @@ class SavedBase:
     combined: tuple[tuple[Parameter, str], ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedPhysical:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SavedPhysical(Exact):
     """Declared parameters that follow from base parameters and known values, as `Physical`.
 
     Attributes
