@@ -55,6 +55,16 @@ def test_what_the_recipe_estimates_is_that_of_statsmodels(
     assert np.all((ratio > 0.5) & (ratio < 2)), "of one size, whatever the unit of the weights"
 
 
+@pytest.mark.usefixtures("added")
+def test_checks_of_the_loop_say_that_the_method_simulates_none(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    verdict = {c.name: c for c in identify(emps2015, twin, Prefilter(), NAME).verdict}
+    for name in ("simulation", "filter bias"):
+        assert verdict[name].status == "not evaluated"
+        assert verdict[name].meaning == "the method simulates no loop"
+
+
 def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:
     with pytest.raises(UsageError, match="there is no method 'idm-wls'"):
         identify(emps2015, twin, methods=[NAME])
