@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import comparing
 from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
@@ -29,8 +30,6 @@ from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
-_METHODS = ("idm-ls", "idm-iv")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison(Shown):
@@ -41,7 +40,7 @@ class Comparison(Shown):
     data : FilteredRecord
         With the filter that suits all.
     method : str
-        ``idm-ls`` or ``idm-iv``.
+        Of those that `compare` knows.
     candidates : tuple of Candidate
         In the order that they were given.
     failures : mapping of str to Note
@@ -107,7 +106,8 @@ def compare(
     record : Record
     prefilter : Prefilter, optional
         The same for all.
-    method : {"idm-ls", "idm-iv"}
+    method : str
+        ``idm-ls``, ``idm-iv`` or another one whose row in `axisid.estimation.choices` says so.
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
@@ -121,8 +121,8 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if method not in _METHODS:
-        raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
+    if method not in (known := comparing()):
+        raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(known)}.")
     named = _named(axes)
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
