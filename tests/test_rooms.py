@@ -18,6 +18,7 @@ FLOORS = (
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
     ("modeling.wording",),
+    ("codegen.thresholds",),
     ("codegen.lowering",),
     ("codegen.accuracy",),
     ("codegen.printers",),
@@ -56,6 +57,7 @@ FACES = ("", "modeling", "codegen", "estimation")
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
+    "codegen.thresholds",
     "estimation.thresholds",
     "estimation.choices",
     "presentation",
@@ -73,6 +75,7 @@ TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.declaration",
     "modeling.wording": "modeling.derivation",
+    "codegen.thresholds": "estimation.thresholds",
 }
 
 Import = tuple[str, int, str, str]  # module, its line, what it imports from, the name
