@@ -20,7 +20,7 @@ from axisid.codegen.runtime import (
     execute,
     slices,
 )
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
 from axisid.modeling.wording import describe_direction, describe_loss
@@ -266,6 +266,20 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
     if isinstance(axis, GeneratedAxis):
         return axis
     return build(axis)
+
+
+def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
+    """Return the declaration of a generated axis, and a declared one or None as it is.
+
+    Raises
+    ------
+    UsageError
+        It is none of them.
+    """
+    declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
+    if declared is not None:
+        check_axis(declared)
+    return declared
 
 
 def _ddm_parameters(model: AxisModel) -> tuple[Quantity, ...] | Missing:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import comparing
 from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record, check_record
@@ -31,8 +32,6 @@ from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
-_METHODS = ("idm-ls", "idm-iv")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison(Shown, Exact):
@@ -43,7 +42,7 @@ class Comparison(Shown, Exact):
     data : FilteredRecord
         With the filter that suits all.
     method : str
-        ``idm-ls`` or ``idm-iv``.
+        Of those that `compare` knows.
     candidates : tuple of Candidate
         In the order that they were given.
     failures : mapping of str to Note
@@ -114,7 +113,8 @@ def compare(
     record : Record
     prefilter : Prefilter, optional
         The same for all.
-    method : {"idm-ls", "idm-iv"}
+    method : str
+        ``idm-ls``, ``idm-iv`` or another one whose row in `axisid.estimation.choices` says so.
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
@@ -128,9 +128,9 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if not is_among(method, _METHODS):
+    if not is_among(method, known := comparing()):
         raise UsageError(
-            f"there is no comparison by {given(method)}; choose {' or '.join(_METHODS)}."
+            f"there is no comparison by {given(method)}; choose {' or '.join(known)}."
         )
     check_record(record)
     named = _named(axes)

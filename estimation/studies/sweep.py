@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import same_estimates
 from axisid.estimation.diagnostics import (
     Check,
     LawCheck,
@@ -21,7 +22,7 @@ from axisid.estimation.diagnostics import (
     filter_bias,
     instrument_tests,
 )
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import METHODS, Estimate
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import Prefilter, matching_decimation
@@ -78,6 +79,12 @@ class Sweep(Shown, Exact):
     def cutoffs(self) -> tuple[float, ...]:
         """Of the results, Hz."""
         return tuple(result.prefilter.cutoff for result in self.results)
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Of the results, without one that gives the same estimate as another of them."""
+        found = [m for m in METHODS if any(m in result.estimates for result in self.results)]
+        return tuple(m for m in found if m not in same_estimates(found))
 
     def estimates(self, method: str) -> tuple[Estimate | None, ...]:
         """One method's estimates over the cut-offs; None where it gave none."""

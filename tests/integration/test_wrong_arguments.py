@@ -24,7 +24,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
-from axisid.estimation import identify_stream
+from axisid.estimation import LogBlocks, identify_stream
 
 _HUGE: Any = 10**400  # beyond floating point
 
@@ -87,6 +87,10 @@ CASES: dict[str, tuple[Callable[[Given], object], str]] = {
     "one axis to compare": (
         lambda g: axisid.compare(g.axis, g.record),
         "1 candidate cannot be compared; give two axes or more",
+    ),
+    "a name as axis of blocks": (
+        lambda _: LogBlocks(file="log.csv", axis="emps"),  # type: ignore[arg-type]
+        "the axis is 'emps'; give an Axis",
     ),
     "a file as blocks": (
         lambda g: identify_stream(g.axis, "log.csv"),  # type: ignore[arg-type]
