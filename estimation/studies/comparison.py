@@ -129,9 +129,7 @@ def compare(
         The record identifies none of the candidates.
     """
     if not is_among(method, known := comparing()):
-        raise UsageError(
-            f"there is no comparison by {given(method)}; choose {' or '.join(known)}."
-        )
+        raise UsageError(f"there is no comparison by {given(method)}; choose {' or '.join(known)}.")
     check_record(record)
     named = _named(axes)
     _check_comparable(named)
