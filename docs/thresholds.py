@@ -2,7 +2,8 @@
 # # Thresholds
 #
 # Every number by which something is judged: a check passes, a note is written, a log is refused or
-# repaired, a column counts as not shown. Each is one row of `axisid.estimation.thresholds`, and this page
+# repaired, a column counts as not shown, a compiled library is taken. Each is one row of
+# `axisid.estimation.thresholds`, or of `axisid.codegen.thresholds` for what is generated, and this page
 # prints the rows as they are in the code, with the modules that judge by them.
 #
 # The unit is 1 for a ratio or a share; what it is a share of is said beside it. The *source* says how much a

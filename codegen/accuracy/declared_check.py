@@ -14,6 +14,7 @@ import numpy as np
 import sympy
 
 from axisid.codegen.lowering import Program
+from axisid.codegen.thresholds.generation import MAX_DECLARED_ROUNDING, MAX_SUMMED_DIFFERENCE
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Parameter, with_numbers
 from axisid.support.errors import ModelError
@@ -28,8 +29,6 @@ Point = dict[sympy.Symbol, float]  # motion and declared parameters, SI
 _ANYWHERE = ((0.317, 0.73, -1.1), (-0.8137, -0.21, 0.6), (0.0113, -0.013, 2.0), (2.71, -31.0, 90.0))
 _BESIDE = (0.5, -1e-3)  # values of a sum near its zero
 _MOST_SUMS = 3  # whose zeros are tried; powers of sums lose most digits, so they come first
-# What is allowed: times the rounding of the declared expression, and of what the columns add up.
-_TIMES, _SHARE = 1e3, 1e-12
 
 
 def check_programs(model: AxisModel, programs: Sequence[Program]) -> None:
@@ -146,7 +145,7 @@ class _Check:
 
 def _sum_of_sizes(parts: Array) -> Array:
     """What rounding makes of a sum of parts, (N, parts); 0 where it has no value."""
-    sizes: Array = _SHARE * np.sum(np.abs(parts), axis=1)
+    sizes: Array = MAX_SUMMED_DIFFERENCE.value * np.sum(np.abs(parts), axis=1)
     return np.where(np.isfinite(sizes), sizes, 0.0)
 
 
@@ -163,7 +162,9 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
             whole, slope = oracle(force), oracle(inertia)
         except UndecidedError:
             continue
-        error = _TIMES * (whole.error + abs(point[q.acceleration]) * slope.error)
+        error = MAX_DECLARED_ROUNDING.value * (
+            whole.error + abs(point[q.acceleration]) * slope.error
+        )
         own = model.base.at([point[p.symbol] for p in axis.parameters])
         motion = [point[s] for s in (q.symbol, q.velocity, q.acceleration)]
         rows.append([*motion, *map(float, (whole.exact, slope.exact, error)), *own])

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.lowering import Program, drive_force, drive_force_by_gain
+from axisid.codegen.thresholds.generation import MAX_CONTROL_DIFFERENCE, MAX_GAIN_SLOPE_DIFFERENCE
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, FORCE
 from axisid.support.errors import ModelError
@@ -18,9 +19,7 @@ _SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
 _POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
 _VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
 _LEAST = 1e-300
-_ALLOWED = 1e-9  # of the largest control: an inverse may cancel
 _STEP = 1e-4  # of the gain
-_ALLOWED_SLOPE = 1e-5  # of the largest force or slope: the difference is of second order
 
 
 def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
@@ -44,7 +43,7 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     again = _result(of_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
     held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
-    wrong = held & ~(np.abs(again - controls) <= _ALLOWED * most)
+    wrong = held & ~(np.abs(again - controls) <= MAX_CONTROL_DIFFERENCE.value * most)
     if not np.any(wrong):
         return
     i, unit = int(np.argmax(wrong)), axis.drive.unit
@@ -67,7 +66,7 @@ def _check_slope(model: AxisModel, given: Mapping[str, Array], force: Array) -> 
     said = _result(drive_force_by_gain(axis), given)
     size = np.fmax.reduce(np.abs([force, found, said]))
     held = (size > _LEAST) & np.isfinite(size)
-    wrong = held & ~(np.abs(said - found) <= _ALLOWED_SLOPE * size)
+    wrong = held & ~(np.abs(said - found) <= MAX_GAIN_SLOPE_DIFFERENCE.value * size)
     if not np.any(wrong):
         return
     i = int(np.argmax(wrong))

@@ -11,6 +11,7 @@ from .folder import replace_file as replace_file
 from .folder import write_files as write_files
 from .generated_axis import GeneratedAxis as GeneratedAxis
 from .generated_axis import Quantity as Quantity
+from .generated_axis import as_declared as as_declared
 from .generated_axis import as_generated as as_generated
 from .generated_axis import build as build
 from .texts import MANIFEST as MANIFEST

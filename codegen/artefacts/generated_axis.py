@@ -20,7 +20,7 @@ from axisid.codegen.runtime import (
     execute,
     slices,
 )
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
 from axisid.modeling.wording import describe_direction, describe_loss
@@ -40,7 +40,7 @@ class Quantity:
     expression: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class GeneratedAxis:
     """An axis as named CasADi functions, with the labels its results need.
 
@@ -84,9 +84,19 @@ class GeneratedAxis:
     functions: Mapping[str, Any]
     native: Native
 
+    def __repr__(self) -> str:
+        return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
+
     def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
         """The declaration, from which another process makes the same again."""
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it was made of the same declaration, compiled or not."""
+        return isinstance(other, GeneratedAxis) and self.declared == other.declared
+
+    def __hash__(self) -> int:
+        return hash(self.signature)
 
     def __deepcopy__(self, _: dict[int, Any]) -> "GeneratedAxis":
         return self  # nothing in it changes
@@ -256,6 +266,20 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
     if isinstance(axis, GeneratedAxis):
         return axis
     return build(axis)
+
+
+def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
+    """Return the declaration of a generated axis, and a declared one or None as it is.
+
+    Raises
+    ------
+    UsageError
+        It is none of them.
+    """
+    declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
+    if declared is not None:
+        check_axis(declared)
+    return declared
 
 
 def _ddm_parameters(model: AxisModel) -> tuple[Quantity, ...] | Missing:

@@ -11,9 +11,12 @@ from .feed_forward import FeedForward as FeedForward
 from .feed_forward import feed_forward as feed_forward
 from .loop_settings import BLOCK as BLOCK
 from .loop_settings import PASSED as PASSED
+from .loop_settings import PROBE as PROBE
+from .loop_settings import PROBED as PROBED
 from .loop_settings import RESOLVED as RESOLVED
 from .loop_settings import SIGNALS as SIGNALS
 from .loop_settings import STATUSES as STATUSES
+from .loop_settings import STUCK as STUCK
 from .loop_settings import LoopSettings as LoopSettings
 from .program import OPERATIONS as OPERATIONS
 from .program import Input as Input

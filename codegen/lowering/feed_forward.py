@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import UsageError
 
 from .axis_functions import inverse_dynamics, within
 from .drive import drive_control
@@ -46,7 +46,7 @@ class FeedForward:
     force_about : str
         What it gives, in a sentence.
     control : Program
-        From ``tau``: what the drive makes it of, within its limit.
+        From ``tau``, position and velocity: what the drive makes it of, within its limit.
     control_about : str
     """
 
@@ -139,13 +139,8 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
 
 def _control(model: AxisModel) -> Program:
     drive, q = model.axis.drive, model.axis.coordinate
-    if drive.inverse.free_symbols & {q.symbol, q.velocity}:
-        raise ModelError(
-            f"the drive of axis {model.axis.name!r} takes another control for the same force where "
-            "the axis moves; a feed-forward is exported for a drive with a gain only."
-        )
     builder = Builder()
-    tau, none = builder.scalar(FORCE.name), builder.constant(0)
-    (control,) = builder.inline(drive_control(model), (tau,), (none,), (none,))["control"]
+    signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]
+    (control,) = builder.inline(drive_control(model), *signals)["control"]
     builder.output("control", [[within(drive.limit, builder, control)]])
     return builder.program("control", "Control for a force.")

@@ -16,6 +16,12 @@ RESOLVED = 0.025
 #: Way times wave number of a step that passes a wave; with Simpson's rule, which a Runge-Kutta step
 #: is along a given way, the wave's mean is then right within 2e-6 of its size.
 PASSED = 0.25
+#: Of position and velocity, SI, over which the plant's rates are probed.
+PROBE = 1e-6
+#: At most, the part of the way on which the acceleration varies.
+PROBED = 0.01
+#: The largest direction at rest.
+STUCK = 1 - 2.0**-53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

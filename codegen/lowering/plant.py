@@ -12,7 +12,7 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
 from .drive import drive_force
-from .loop_settings import PASSED, RESOLVED
+from .loop_settings import PASSED, PROBE, PROBED, RESOLVED
 from .lower import Arguments
 from .program import Builder, Program
 from .switching import Switching, switching
@@ -20,8 +20,6 @@ from .switching import Switching, switching
 # What is held between samples, under a sampled law and under a continuous one.
 HELD_FORCE = ("tau",)
 HELD_REFERENCE = ("reference", "reference_rate", "measurement_error")
-_PROBE = 1e-6  # of position and velocity, for rates
-_PROBED = 0.01  # at most, of the way on which the acceleration varies
 
 
 def plant_programs(
@@ -219,11 +217,11 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
     """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
-    probe = way = builder.constant(_PROBE)
+    probe = way = builder.constant(PROBE)
     wave = builder.constant(0)
     if found.wave_numbers:
         wave = _largest(plant.arguments, found)
-        shorter = build("mul", builder.constant(_PROBE / _PROBED), wave)
+        shorter = build("mul", builder.constant(PROBE / PROBED), wave)
         way = build("div", probe, build("add", builder.constant(1), shorter))
     here = plant.accelerate(q, dq, None)
 

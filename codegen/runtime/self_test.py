@@ -9,6 +9,13 @@ from numpy.typing import NDArray
 
 from axisid.codegen.accuracy import rounding_bounds
 from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.thresholds.generation import (
+    MAX_FUNCTION_DIFFERENCE,
+    MAX_LOOP_DIFFERENCE,
+    MAX_MAGNIFIED_DIFFERENCE,
+    MAX_ROUNDING_SHARE,
+    MAX_TESTED_RATE,
+)
 from axisid.support.real_numbers import Array
 
 from .arguments import by_sample, is_scalar
@@ -20,17 +27,14 @@ if TYPE_CHECKING:
 
 _Result = tuple[int, int, dict[str, NDArray[np.float64]]]  # status, its sample, signals
 
-_TEST_SAMPLES, _TEST_TOLERANCE = 32, 1e-12
+_TEST_SAMPLES = 32
 _LARGE, _SMALL = 0.5, -4  # how many of the samples have arguments about 1; decades of the others
 # A model may be too fast for a step, or for a period: it then magnifies rounding, and would any
 # fault, so that nothing could be told from the results. They are cut until it is not.
 _STEP, _CUT, _MOST_CUTS = 1e-3, 0.1, 12
-_RESOLVED = 1e-9  # share of a result that rounding may take
-_SLOW = 0.25  # a plant's rate times a step that resolves it
 # Few samples, since an unstable loop magnifies rounding from each to the next; how much it does is
 # seen from a start and parameters that are a little off.
-_LOOP_SAMPLES, _LOOP_TOLERANCE = 8, 1e-9
-_LITTLE, _MAGNIFIED = 1e-15, 1e3
+_LOOP_SAMPLES, _LITTLE = 8, 1e-15
 _NEWTON = 5  # steps to where a side changes
 _TRIED = (0, 3, 11, 24, BLOCK)  # lanes; the last lies in the second block
 _BOUNDED = 3  # the lane that soon leaves its range
@@ -61,7 +65,7 @@ def _check_function(library: "NativeLibrary", name: str, function: Any) -> None:
     results = library.rows(name, arguments)
     for got, wanted, bound in zip(results, expected, bounds, strict=True):
         with np.errstate(invalid="ignore"):
-            allowed = bound + _TEST_TOLERANCE * (1 + np.abs(wanted))
+            allowed = bound + MAX_FUNCTION_DIFFERENCE.value * (1 + np.abs(wanted))
             same = (np.abs(got - wanted) <= allowed) | (got == wanted)
         same |= np.isnan(got) & np.isnan(wanted) | np.isinf(bound)
         if not same.all():
@@ -97,7 +101,9 @@ def _resolved(function: Any, arguments: list[Array]) -> list[Array]:
     finite = np.isfinite(_side_by_side(function, least)).all(axis=1)
     for _ in range(_MOST_CUTS):
         sizes = np.abs(_side_by_side(function, arguments))
-        blurred = np.hstack(bounds) > _RESOLVED * sizes + _TEST_TOLERANCE
+        blurred = (
+            np.hstack(bounds) > MAX_ROUNDING_SHARE.value * sizes + MAX_FUNCTION_DIFFERENCE.value
+        )
         cut = np.flatnonzero(np.any(blurred | ~np.isfinite(sizes), axis=1) & finite)
         if not cut.size:
             break
@@ -211,14 +217,16 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
     arguments = [q, dq, held, direction, lanes.parameters[lane][:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))
     step = lanes.settings.period / lanes.settings.substeps
-    return not np.any(step * np.maximum(damping, np.sqrt(stiffness)) > _SLOW)
+    return not np.any(step * np.maximum(damping, np.sqrt(stiffness)) > MAX_TESTED_RATE.value)
 
 
 def _is_resolved(expected: _Result, shaken: _Result) -> bool:
     """Whether a little remains a little."""
     if expected[:2] != shaken[:2] or STATUSES[expected[0]] == "not finite":
         return False
-    return all(moved <= _RESOLVED * size for _, size, moved in _moves(expected, shaken))
+    return all(
+        moved <= MAX_ROUNDING_SHARE.value * size for _, size, moved in _moves(expected, shaken)
+    )
 
 
 def _moves(expected: _Result, shaken: _Result) -> Iterator[tuple[str, float, float]]:
@@ -254,7 +262,7 @@ def _same(got: _Result, expected: _Result, shaken: _Result) -> bool:
         return False
     until = end if status else _LOOP_SAMPLES
     for name, size, moved in _moves(expected, shaken):
-        allowed = _LOOP_TOLERANCE * size + _MAGNIFIED * moved
+        allowed = MAX_LOOP_DIFFERENCE.value * size + MAX_MAGNIFIED_DIFFERENCE.value * moved
         if not np.allclose(
             got[2][name][:until], signals[name][:until], rtol=0, atol=allowed, equal_nan=True
         ):

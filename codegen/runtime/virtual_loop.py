@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings
 from axisid.support.real_numbers import Array
 
 from .virtual_plant import Buffered, Mode, Moved, VirtualPlant
@@ -19,7 +19,6 @@ _MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter 
 _MOST_STEPS = 16384  # that a step may be divided into
 _MOST_REFINEMENTS = 60
 _JUST_LEFT = 1e-6  # of the time left in a sample
-_STUCK = 1 - 2.0**-53  # the largest direction at rest
 _AT_START = RESOLVED * (1 + 1e-6)  # so that rounding does not decide for round numbers
 _CAUGHT = 1 / 1024  # of a step
 _DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
@@ -158,7 +157,7 @@ class VirtualLoop:
                 if from_rest and q == before and mode.direction == direction:
                     # It turned back before its position changed: what moves it is rounding.
                     plant.pass_time(left)
-                    return q, dq, mode.directed(_STUCK * direction)
+                    return q, dq, mode.directed(STUCK * direction)
             event += reversed_ or passed is not None
             if left <= 0:
                 return q, dq, mode

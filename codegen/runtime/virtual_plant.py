@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from axisid.codegen.lowering import STUCK
 from axisid.support.real_numbers import Array
-
-_STUCK = 1 - 2.0**-53  # the largest direction at rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +141,7 @@ class VirtualPlant:
             return mode.directed(-1.0)
         # Not a number if the force is not one.
         share = 0.0 if backward == forward else (backward + forward) / (backward - forward)
-        return mode.directed(_STUCK if share >= 1 else -_STUCK if share <= -1 else share)
+        return mode.directed(STUCK if share >= 1 else -STUCK if share <= -1 else share)
 
     def chosen_at_rest(self, q: float, mode: Mode) -> Mode:
         """The mode of an axis at rest that may leave."""

@@ -1,4 +1,4 @@
-"""The tables of thresholds: every row of `axisid.estimation.thresholds`, and which modules use it.
+"""The tables of thresholds: every row of the rooms of thresholds, and which modules use it.
 
 Both are read where they are, the rows from the modules and their use from the imports, so that the
 page cannot say anything else than the code.
@@ -8,14 +8,17 @@ import ast
 import re
 from collections.abc import Iterator, Mapping
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
-from axisid.estimation.thresholds.threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOM = "axisid.estimation.thresholds"
-#: Subjects in the order in which a log becomes a result, with their headings.
+ROOMS = ("axisid.codegen.thresholds", "axisid.estimation.thresholds")
+_STAGES = ("codegen", "estimation")
+#: Modules of them, in the order in which an axis and a log become a result, with their headings.
 SUBJECTS: Mapping[str, str] = {
+    "generation": "Generated code",
     "logs": "Reading a log",
     "records": "From a table to a record",
     "signals": "Filter and motion",
@@ -29,7 +32,8 @@ SUBJECTS: Mapping[str, str] = {
 
 def rows_of(subject: str) -> dict[str, Threshold[int] | Threshold[float]]:
     """The rows of a subject by name, as they are declared."""
-    module = import_module(f"{ROOM}.{subject}")
+    (name,) = (f"{room}.{subject}" for room in ROOMS if find_spec(f"{room}.{subject}"))
+    module = import_module(name)
     return {name: row for name, row in vars(module).items() if isinstance(row, Threshold)}
 
 
@@ -38,17 +42,22 @@ def users() -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for module, file in _modules():
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(f"{ROOM}."):
+            if isinstance(node, ast.ImportFrom) and _is_of_rooms(node.module):
                 for alias in node.names:
                     found.setdefault(alias.name, []).append(module)
     return found
 
 
+def _is_of_rooms(module: str | None) -> bool:
+    return (module or "").rpartition(".")[0] in ROOMS
+
+
 def _modules() -> Iterator[tuple[str, Path]]:
-    for folder, above in (("estimation", ROOT), ("src/axisid", ROOT / "src" / "axisid")):
+    for folder in (*_STAGES, "src/axisid"):
+        above = ROOT if folder in _STAGES else ROOT / folder
         for file in sorted((ROOT / folder).rglob("*.py")):
             name = ".".join(file.relative_to(above).with_suffix("").parts)
-            if folder == "estimation" or not name.startswith("estimation."):
+            if folder in _STAGES or name.partition(".")[0] not in _STAGES:
                 yield name.removesuffix(".__init__"), file
 
 

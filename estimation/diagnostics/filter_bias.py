@@ -1,6 +1,6 @@
 """Whether the prefilter itself moves the estimate, as a check."""
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.thresholds.diagnostics import MAX_FILTER_BIAS, NEGLIGIBLE_FILTER_BIAS
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.support.missing import Missing
@@ -17,10 +17,7 @@ _ADVICE = {
 def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check | Missing:
     """The filter's own bias against the deviations; the advice depends on the reversals."""
     if estimate.filter_bias is None:
-        error = estimate.simulation_error_percent
-        simulated = error is not None and error >= MAX_SIMULATION_ERROR.value
-        why = "does not follow the record" if simulated else "could not be simulated"
-        return Missing(f"the closed loop {why}")
+        return _untold(estimate)
     moved = {n: v for n, v in estimate.parameters.items() if v.shift > MAX_FILTER_BIAS.value}
     worst = max(v.shift for v in estimate.parameters.values())
     large = any(
@@ -42,3 +39,13 @@ def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check | Mis
         "of it; to make it smaller, ",
         remedy=_ADVICE.get(reversals, _ADVICE[None]) if moved else None,
     )
+
+
+def _untold(estimate: Estimate) -> Missing:
+    """Why there is no bias: there is no loop, or none that stands for the record."""
+    if isinstance(estimate.simulated, NotSimulated):
+        return estimate.simulated
+    error = estimate.simulation_error_percent
+    away = error is not None and error >= MAX_SIMULATION_ERROR.value
+    why = "does not follow the record" if away else "could not be simulated"
+    return Missing(f"the closed loop {why}")

@@ -43,6 +43,8 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
             meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
             f"recorded can: {str(simulated).removesuffix('.')}",
         )
+    if isinstance(simulated, NotSimulated):
+        return simulated
     if error is None:
         return Missing("the closed loop could not be simulated")
     good = error < MAX_SIMULATION_ERROR.value

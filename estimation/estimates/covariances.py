@@ -1,33 +1,39 @@
-"""What may be assumed of residuals, by the name that users give."""
+"""What may be assumed of residuals, from the rows of `axisid.estimation.choices.covariances`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pkgutil import resolve_name
 
-from axisid.estimation.regression import Covariance, Hac, Published, Robust
+from axisid.estimation.choices.covariances import COVARIANCE_ROWS, CovarianceRow
+from axisid.estimation.regression import Covariance
 
 
 @dataclass(frozen=True, slots=True)
 class ResidualModel:
-    """What is assumed of residuals.
+    """What is assumed of residuals, and what follows for an estimate."""
 
-    Attributes
-    ----------
-    label : str
-        In tables.
-    allows_autocorrelation : bool
-        Whether residuals that follow one another may be correlated.
-    covariance : callable
-        What follows for the estimate, for given lags (None lets the data choose).
-    """
+    row: CovarianceRow
+    made: Callable[..., Covariance]
 
-    label: str
-    allows_autocorrelation: bool
-    covariance: Callable[[int | None], Covariance]
+    @classmethod
+    def of(cls, row: CovarianceRow) -> "ResidualModel":
+        """Return what a row names."""
+        return cls(row, resolve_name(row.covariance))
+
+    @property
+    def label(self) -> str:
+        """In tables."""
+        return self.row.label
+
+    @property
+    def allows_autocorrelation(self) -> bool:
+        """Whether residuals that follow one another may be correlated."""
+        return self.row.allows_autocorrelation
+
+    def covariance(self, lags: int | None) -> Covariance:
+        """The covariance of an estimate; None for lags lets the data choose."""
+        return self.made(lags) if self.row.takes_lags else self.made()
 
 
-#: Residuals that are autocorrelated; of any variance; alike and independent.
-COVARIANCES: dict[str, ResidualModel] = {
-    "hac": ResidualModel("HAC", True, Hac),
-    "robust": ResidualModel("robust", False, lambda _: Robust()),
-    "iid": ResidualModel("i.i.d.", False, lambda _: Published()),
-}
+#: By name: residuals that are autocorrelated; of any variance; alike and independent.
+COVARIANCES: dict[str, ResidualModel] = {row.name: ResidualModel.of(row) for row in COVARIANCE_ROWS}

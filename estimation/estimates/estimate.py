@@ -21,9 +21,11 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import Neighbours
 from axisid.modeling.text import FunctionLike, parameter_function
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
+from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
@@ -48,8 +50,8 @@ class NotSimulated(Missing):
     by_estimate: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Iterate:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Iterate(Exact):
     """One iterate of the instrumental-variable estimate.
 
     Attributes
@@ -66,8 +68,8 @@ class Iterate:
     simulation_error_percent: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Estimate(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Estimate(Shown, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes
@@ -314,13 +316,16 @@ class Estimate(Shown):
         Raises
         ------
         UsageError
-            As in `derive`; or there are too few or too many draws, or no such covariance.
+            As in `derive`; or there are too few or too many draws, no such covariance or seed.
         """
-        covariance = covariance or self.chosen
-        if covariance not in self.covariances:
+        covariance = self.chosen if covariance is None else covariance
+        if not is_among(covariance, self.covariances):
             raise UsageError(
-                f"there is no covariance {covariance!r}; choose from {', '.join(self.covariances)}."
+                f"there is no covariance {given(covariance)}; choose from "
+                f"{', '.join(self.covariances)}."
             )
+        if not (is_whole(seed) and seed >= 0):
+            raise UsageError(f"the seed is {given(seed)}; give a whole number of 0 or more.")
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.ddm_freedom or self.freedom)[covariance]
         drawn, lost = drawn_parameters(

@@ -1,18 +1,17 @@
-"""Every method of estimation, by the name that users give."""
+"""Every method of estimation as it is run, from the rows of `axisid.estimation.choices.methods`."""
 
-from axisid.estimation.regression import DirectForm, InverseForm
+from pkgutil import resolve_name
 
-from .instrumental import Instruments
-from .least_squares import LeastSquares
+from axisid.estimation.choices.methods import METHOD_ROWS, MethodRow
+
 from .method import Method
 
+
+def method_of(row: MethodRow) -> Method:
+    """Return the method that a row names."""
+    made: Method = resolve_name(row.method)(name=row.name, form=resolve_name(row.form))
+    return made
+
+
 #: In the order in which they are run.
-METHODS: dict[str, Method] = {
-    method.name: method
-    for method in (
-        LeastSquares(name="idm-ls", form=InverseForm),
-        LeastSquares(name="ddm-ls", form=DirectForm),
-        Instruments(name="idm-iv", form=InverseForm),
-        Instruments(name="ddm-iv", form=DirectForm),
-    )
-}
+METHODS: dict[str, Method] = {row.name: method_of(row) for row in METHOD_ROWS}

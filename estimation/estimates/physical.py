@@ -22,15 +22,15 @@ from axisid.estimation.thresholds.estimates import (
 from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 
 from .base_distance import BaseMap, Distance
 from .estimate import Estimate
-from .value import Value
+from .value import Named
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Physical:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Physical(Exact):
     """Physical parameters of one estimate.
 
     Attributes
@@ -38,7 +38,7 @@ class Physical:
     method : str
         Of the estimate.
     base : BaseModel
-    parameters : mapping of str to Value
+    parameters : Named
         The declared parameters that follow, by name.
     covariances : mapping of str to array
         Of these, in their order: ``iid``, ``robust`` and ``hac``.
@@ -53,7 +53,7 @@ class Physical:
 
     method: str
     base: BaseModel
-    parameters: Mapping[str, Value]
+    parameters: Named
     covariances: Mapping[str, Array]
     undetermined: tuple[str, ...]
     statistic: float
@@ -104,16 +104,19 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
     return Physical(
         method=estimate.method,
         base=base,
-        parameters={
-            names[j]: estimate.valued(
-                float(found.theta[j]),
-                base.declared.parameters[j].unit,
-                {name: float(c[i, i]) for name, c in covariances.items()},
-                float(np.min(estimate.freedom[estimate.chosen])),
-                None if by_gain is None else float(by_gain[j]),
+        parameters=Named(
+            (
+                names[j],
+                estimate.valued(
+                    float(found.theta[j]),
+                    base.declared.parameters[j].unit,
+                    {name: float(c[i, i]) for name, c in covariances.items()},
+                    float(np.min(estimate.freedom[estimate.chosen])),
+                    None if by_gain is None else float(by_gain[j]),
+                ),
             )
             for i, j in enumerate(kept)
-        },
+        ),
         covariances=covariances,
         undetermined=describe_undetermined(base),
         statistic=found.cost if dof else 0.0,
@@ -136,7 +139,7 @@ def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Phys
     return Physical(
         method=estimate.method,
         base=base,
-        parameters={},
+        parameters=Named(),
         covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
         undetermined=reasons,
         statistic=0.0,

@@ -19,6 +19,7 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.given import given, is_among
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,8 +111,10 @@ class Value:
 class Named(dict[str, Value]):
     """Values by name; a name that is not among them is told with those that are."""
 
-    def __missing__(self, name: str) -> Value:
-        raise UsageError(f"there is no {name!r}; choose from {', '.join(self)}.")
+    def __getitem__(self, name: str) -> Value:
+        if not is_among(name, self):
+            raise UsageError(f"there is no {given(name)}; choose from {', '.join(self)}.")
+        return super().__getitem__(name)
 
     def listed(self) -> str:
         """Every value with its deviation and unit, on one line."""

@@ -18,6 +18,7 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.given import given, is_among
 from axisid.support.remedy import Note
 
 from .result import Identification
@@ -57,10 +58,10 @@ def identify(
         See each; a method asked for by name raises, whatever the reason.
     """
     generated = as_generated(axis)
-    requested = (methods,) if isinstance(methods, str) else methods
-    _check_arguments(requested, record, covariance)
-    given = prefilter or Prefilter.suited(record.period)
-    data = bound_record(generated, record, given)
+    _check_arguments(record, covariance)
+    requested = _requested(methods)
+    asked = Prefilter.suited(record.period) if prefilter is None else prefilter
+    data = bound_record(generated, record, asked)
     problem = Problem(axis=generated, data=(data,))
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
@@ -83,20 +84,30 @@ def identify(
         estimates=estimates,
         skipped=skipped,
         failed=failed,
-        requested=given,
+        requested=asked,
     )
 
 
-def _check_arguments(requested: Sequence[str] | None, record: object, covariance: str) -> None:
-    if requested is not None and not isinstance(requested, Iterable):
-        raise UsageError(f"the methods are {requested!r}; give a list of names.")
-    for method in requested or ():
-        if method not in METHODS:
-            raise UsageError(f"there is no method {method!r}; choose from {', '.join(METHODS)}.")
-    if requested is not None and not requested:
+def _requested(methods: object) -> tuple[str, ...] | None:
+    """The methods that are asked for by name; None for all."""
+    if methods is None:
+        return None
+    if not isinstance(methods, Iterable):
+        raise UsageError(f"the methods are {given(methods)}; give a list of names.")
+    listed = (methods,) if isinstance(methods, str) else tuple(methods)
+    for method in listed:
+        if not is_among(method, METHODS):
+            raise UsageError(
+                f"there is no method {given(method)}; choose from {', '.join(METHODS)}."
+            )
+    if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+    return listed
+
+
+def _check_arguments(record: object, covariance: object) -> None:
     check_record(record)
-    if covariance not in COVARIANCES:
+    if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {covariance!r}; choose from {', '.join(COVARIANCES)}."
+            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}."
         )

@@ -10,7 +10,9 @@ from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, preferred_
 from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
+from axisid.support.given import given
 from axisid.support.remedy import Note
 from axisid.support.shown import Shown, shown_by
 
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class Identification(Shown):
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Identification(Shown, Exact):
     """The estimates of one axis from one record.
 
     Attributes
@@ -149,7 +151,7 @@ class Identification(Shown):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
             )
         return self.estimates[name]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 
-from .formats import GZIP, format_by_content, format_of
+from .formats import GZIP, ZIP, format_by_content, format_of
 
 _PIECE = 1 << 20  # bytes that are unpacked before they are counted
 HEAD = 4096  # bytes that tell the kind
@@ -92,15 +92,16 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
     for start, kind, advice in _NO_LOGS:
         if head.startswith(start):
             return kind, advice
-    if head.startswith(b"PK\x03\x04"):
-        return None if ending == ".npz" else _archive(file)
+    named = format_of(file)
+    if head.startswith(ZIP):
+        return None if named.start == ZIP else _archive(file)
     if head.startswith(_GZIP_START):
         return None if ending == GZIP else ("compressed by gzip", f"{_ASK}.gz, as in .csv.gz")
     if ending == GZIP:
         return "not compressed by gzip", f"{_ASK}of what it is"
-    if not format_of(file).is_text:
-        return ("text", f"{_ASK}.csv") if _is_text(head) else None
-    return _marked_up(head)
+    if named.is_text:
+        return _marked_up(head)
+    return ("text", f"{_ASK}.csv") if named.is_binary and _is_text(head) else None
 
 
 def _archive(file: Path) -> tuple[str, str]:

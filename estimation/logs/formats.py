@@ -16,6 +16,8 @@ from .rosbag import read_bag
 
 #: Of what any format may be packed by.
 GZIP = ".gz"
+#: First bytes of an archive, whatever is in it.
+ZIP = b"PK\x03\x04"
 
 
 class Signature(NamedTuple):
@@ -38,6 +40,9 @@ class Format:
         In lower case, first the one that advice gives.
     signatures : tuple of Signature
         By which a file is known that has another ending.
+    start : bytes
+        First bytes that its files share with other kinds. A format with neither is known by its
+        ending alone, and its files may be text.
     read : callable or None
         The table of a file's content, from its path, content and the memory that there is.
     read_file : callable or None
@@ -52,6 +57,7 @@ class Format:
     name: str
     endings: tuple[str, ...]
     signatures: tuple[Signature, ...] = ()
+    start: bytes = b""
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
     blocks: Callable[..., Iterator[Table]] | None = None
@@ -61,6 +67,11 @@ class Format:
     def is_text(self) -> bool:
         """Whether it is read as delimited text."""
         return self.read is None and self.read_file is None
+
+    @property
+    def is_binary(self) -> bool:
+        """Whether its files are known not to be text."""
+        return bool(self.signatures or self.start)
 
 
 #: In the order of messages.
@@ -87,7 +98,7 @@ FORMATS = (
         extra="parquet",
     ),
     # An archive is known by what is in it.
-    Format(name="NumPy", endings=(".npz",), read=read_npz),
+    Format(name="NumPy", endings=(".npz",), start=ZIP, read=read_npz),
     Format(
         name="MDF",
         endings=(".mf4", ".mdf"),

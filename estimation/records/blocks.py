@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_told
 from axisid.estimation.logs.text import cut_end_told, encoding_of
 from axisid.estimation.tables import LogClock, Provenance, Table
@@ -42,7 +43,7 @@ class LogBlocks:
     Attributes
     ----------
     file : Path
-    axis : Axis or None
+    axis : Axis, GeneratedAxis or None
     columns : mapping of str to str
         As in `read_record`.
     rows : int
@@ -50,7 +51,7 @@ class LogBlocks:
     """
 
     file: Path
-    axis: Axis | None = None
+    axis: Axis | GeneratedAxis | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     rows: int = ROWS
     _passes: "_Passes" = field(init=False, repr=False, compare=False)
@@ -59,6 +60,7 @@ class LogBlocks:
         if not isinstance(self.file, (str, Path)):
             raise UsageError(f"the log is {self.file!r}; give the path of a file.")
         object.__setattr__(self, "file", Path(self.file))
+        object.__setattr__(self, "axis", as_declared(self.axis))
         object.__setattr__(self, "_passes", _Passes(self.file))
 
     def __iter__(self) -> Iterator[dict[str, Array]]:
@@ -78,7 +80,7 @@ class LogBlocks:
         try:
             check_kind(self.file)
             for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
-                yield Chosen(table, self.axis, dict(self.columns))
+                yield Chosen(table, as_declared(self.axis), dict(self.columns))
         except OSError as error:
             raise DataError(
                 f"{self.file} cannot be read: {error.strerror}. Check the path."

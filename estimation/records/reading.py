@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
-from axisid.modeling.declaration import Axis, check_axis
+from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import UsageError
 from axisid.support.given import given
@@ -75,9 +75,7 @@ def read_record(
         that are resampled by times of their own.
     """
     check_sample_period(sample_period)
-    declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
-    if declared is not None:
-        check_axis(declared)
+    declared = as_declared(axis)
     if columns is not None and not isinstance(columns, Mapping):
         raise UsageError(
             f"the columns are {given(columns)}; give names by role, such as {{'position': 'q:mm'}}."

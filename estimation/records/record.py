@@ -1,5 +1,6 @@
 """The record: what was measured, checked once, then read-only."""
 
+import hashlib
 import math
 from dataclasses import dataclass, field, fields, replace
 from operator import index
@@ -14,7 +15,7 @@ from axisid.estimation.thresholds.records import (
     MAX_STATED_PERIOD_DEVIATION,
     MIN_RECORD_ROWS,
 )
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
@@ -33,8 +34,8 @@ from .time_steps import (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Record(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Record(Shown, Exact):
     """A closed-loop record at one sampling period, in SI units.
 
     Attributes
@@ -76,6 +77,11 @@ class Record(Shown):
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.provenance, Provenance):
+            raise UsageError(
+                f"the provenance of the record is {given(self.provenance)}; give a Provenance, or "
+                "leave it out."
+            )
         for role in ("time", "position"):
             if getattr(self, role) is None:
                 raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
@@ -149,6 +155,15 @@ class Record(Shown):
         }
         return {role: values for role, values in columns.items() if values is not None}
 
+    @property
+    def digest(self) -> str:
+        """Sha256 of the samples: of each channel its role, then its values as 64-bit floats."""
+        digest = hashlib.sha256()
+        for role, values in self.channels().items():
+            digest.update(role.encode())
+            digest.update(np.ascontiguousarray(values, dtype="<f8").data)
+        return digest.hexdigest()
+
     def _name(self) -> str:
         return self.provenance.source
 
@@ -172,8 +187,8 @@ class Record(Shown):
             return tuple((index(start), index(stop)) for start, stop in spans)
         except (TypeError, ValueError) as error:
             raise UsageError(
-                f"{self._name()}: the {name} are {spans!r}; give pairs of rows, the first and the "
-                "one after the last."
+                f"{self._name()}: the {name} are {given(spans)}; give pairs of rows, the first "
+                "and the one after the last."
             ) from error
 
     def _check_lengths(self) -> None:
@@ -263,7 +278,9 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
 def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
     if period is not None and not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the sampling period is {period!r}; give a positive number of seconds.")
+        raise UsageError(
+            f"the sampling period is {given(period)}; give a positive number of seconds."
+        )
 
 
 def check_varies(source: str, role: str, least: float, most: float) -> None:

@@ -15,6 +15,7 @@ from axisid.estimation.thresholds.records import (
     MIN_SPIKE,
     MIN_SPIKE_SHARE,
     MIN_SPIKE_TIP,
+    MIN_SPIKE_WINDOWS,
     SELDOM_EXCEEDED,
 )
 from axisid.modeling.declaration import Axis
@@ -71,7 +72,7 @@ def spikes_told(
 def spikes(values: Array) -> list[tuple[int, float]]:
     """Samples at which spikes of (N,) values are largest, and by how much, the largest first."""
     around = 2 * _REACH + 1
-    if len(values) < 10 * around:
+    if len(values) < MIN_SPIKE_WINDOWS.value * around:
         return []
     bends = np.abs(np.diff(values, 2))
     least = max(

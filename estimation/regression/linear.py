@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds.regression import MIN_SINGULAR_VALUE_RATIO
+from axisid.estimation.thresholds.regression import MIN_SINGULAR_VALUE_RATIO, MIN_TRADE_WEIGHT
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -258,7 +258,7 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     trade = ", ".join(
         f"{name} {weight:+.4g}"
         for name, weight in zip(names, direction, strict=True)
-        if abs(weight) > 1e-6
+        if abs(weight) > MIN_TRADE_WEIGHT.value
     )
     raise EstimationError(
         f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
 
 from .motion import resting
@@ -25,8 +26,8 @@ from .without_turns import Information
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class FilteredRecord:
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class FilteredRecord(Exact):
     """A record of an axis under a prefilter, filtered once.
 
     Attributes
@@ -54,7 +55,9 @@ class FilteredRecord:
             The prefilter cannot serve the record, see `check_filter`.
         """
         if not isinstance(prefilter, Prefilter):
-            raise UsageError(f"the prefilter is {prefilter!r}; give a Prefilter, or leave it out.")
+            raise UsageError(
+                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out."
+            )
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
         kept = cls(axis=axis, record=record, prefilter=settings)

@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
-
 from axisid.estimation.thresholds.signals import SAME_FILTER_FREQUENCY
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
+from axisid.support.real_numbers import is_real, is_whole
 
 #: Edge of the decimation filter, of the rate that it leaves.
 DECIMATION_EDGE = 0.4
@@ -70,13 +70,13 @@ class Prefilter:
         ends = (0, 0) if self.drop is None else self.drop
         pair = isinstance(ends, (tuple, list)) and len(ends) == 2
         whole = (self.order, self.decimate, *(ends if pair else ()))
-        if not pair or not all(isinstance(n, (int, np.integer)) for n in whole):
+        if not pair or not all(is_whole(n) and is_real(n) for n in whole):
             raise UsageError(
-                f"order {self.order!r}, decimation {self.decimate!r} and drop {self.drop!r}: give "
-                "whole numbers, and two of them to drop."
+                f"order {given(self.order)}, decimation {given(self.decimate)} and drop "
+                f"{given(self.drop)}: give whole numbers, and two of them to drop."
             )
-        if not isinstance(self.cutoff, (int, float, np.number)):
-            raise UsageError(f"the cutoff is {self.cutoff!r}; give a number of hertz.")
+        if not is_real(self.cutoff):
+            raise UsageError(f"the cutoff is {given(self.cutoff)}; give a number of hertz.")
         if not (math.isfinite(self.cutoff) and self.cutoff > 0):
             raise UsageError(f"the cutoff is {self.cutoff!r} Hz; give a positive number.")
         if not 1 <= self.order <= 10:
@@ -85,12 +85,14 @@ class Prefilter:
             raise UsageError(
                 f"the decimation is {self.decimate!r}; give 1 (keep every row) or more."
             )
-        if self.decimation not in ("matlab", "scipy"):
-            raise UsageError(f"the row alignment is {self.decimation!r}; give matlab or scipy.")
-        if self.hold not in ("raw", "zoh", None):
-            raise UsageError(f"the hold is {self.hold!r}; give raw or zoh.")
-        if self.reversals not in ("keep", "leave-out", None):
-            raise UsageError(f"the reversals are {self.reversals!r}; give keep or leave-out.")
+        if not is_among(self.decimation, ("matlab", "scipy")):
+            raise UsageError(
+                f"the row alignment is {given(self.decimation)}; give matlab or scipy."
+            )
+        if not (self.hold is None or is_among(self.hold, ("raw", "zoh"))):
+            raise UsageError(f"the hold is {given(self.hold)}; give raw or zoh.")
+        if not (self.reversals is None or is_among(self.reversals, ("keep", "leave-out"))):
+            raise UsageError(f"the reversals are {given(self.reversals)}; give keep or leave-out.")
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(f"the rows to drop are {self.drop!r}; give 0 or more at each end.")
 
@@ -99,7 +101,16 @@ class Prefilter:
         """Settings for a sampling period in s, the decimation chosen if it is not among them.
 
         It keeps one row in 10, or fewer where the force would be filtered less than the motion.
+
+        Raises
+        ------
+        UsageError
+            The period is no positive number, or a setting makes no sense.
         """
+        if not (is_real(period) and 0 < period < math.inf):
+            raise UsageError(
+                f"the sampling period is {given(period)}; give a positive number of seconds."
+            )
         chosen = cls(**settings)
         if "decimate" in settings:
             return chosen

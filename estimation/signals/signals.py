@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy, Setting
 
@@ -14,8 +14,8 @@ from axisid.support.remedy import Remedy, Setting
 Motion = tuple[Array, Array, Array]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Signals:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Signals(Exact):
     """Motion and force sample by sample, each (N,), SI.
 
     `direction` is the friction direction: the sign of the velocity, and between -1 and 1 for an

@@ -11,8 +11,9 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_whole, real_array
 
 from .runaway import allowed_distance, widened_distance
@@ -36,8 +37,8 @@ from .steps import (
 _MOST_THREADS = 1024
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BatchSimulation:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BatchSimulation(Exact):
     """Many simulations side by side.
 
     Attributes
@@ -119,7 +120,7 @@ def simulate_batch(
     wanted = _wanted(signals)
     if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
         raise UsageError(
-            f"the threads are {threads!r}; give a whole number from 1 to {_MOST_THREADS}."
+            f"the threads are {given(threads)}; give a whole number from 1 to {_MOST_THREADS}."
         )
     looked_at = () if has_settled_steps(axis) or substeps is not None else VISITED
     away = np.abs(first - ref[0])
@@ -167,7 +168,7 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
-        raise UsageError(f"the signals are {signals!r}; give a list of names.")
+        raise UsageError(f"the signals are {given(signals)}; give a list of names.")
     if unknown := set(signals) - set(known):
         raise UsageError(
             f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."

@@ -18,8 +18,9 @@ from axisid.codegen.lowering import STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.estimation.signals import Signals
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
 
 from .runaway import allowed_distance, widened_distance
@@ -40,8 +41,8 @@ from .steps import (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Simulation(Exact):
     """A simulated closed loop, at the reference's samples, (N,) each, SI.
 
     Force, acceleration and friction direction are those just after the control was updated at the
@@ -247,7 +248,7 @@ def _loop(
             f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
         )
     if not (start is None or (is_real(start) and math.isfinite(start))):
-        raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
+        raise UsageError(f"the start is {given(start)}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
     if not has_inertia(axis, theta[None, :], np.array([first])).all():
         raise EstimationError(no_inertia(axis, theta, first))

@@ -7,16 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import PASSED, RESOLVED, STATUSES
+from axisid.codegen.lowering import PASSED, PROBE, PROBED, RESOLVED, STATUSES
 from axisid.estimation.records import is_same_period
 from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
+from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
 
-_PROBE = 1e-6  # of position and velocity, for the plant's rates
-_PROBED = 0.01  # at most, of the way on which the acceleration varies
 _SLACK = 1e-6
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
 _ROUNDING = 1e-9
@@ -54,15 +53,15 @@ def check_loop(
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
         raise UsageError("the reference is empty or not finite; give finite positions.")
     if not (is_real(period) and math.isfinite(period) and period > 0):
-        raise UsageError(f"the period is {period!r} s; give a positive number.")
+        raise UsageError(f"the period is {given(period)} s; give a positive number.")
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
-            f"the resolution is {resolution!r}; give 0 or more, and 0 with a continuous law, which "
-            "takes no samples."
+            f"the resolution is {given(resolution)}; give 0 or more, and 0 with a continuous law, "
+            "which takes no samples."
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
-        raise UsageError(f"the substeps are {substeps!r}; give 1 to {MOST_SUBSTEPS}.")
+        raise UsageError(f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.")
 
 
 def check_period(axis: GeneratedAxis, period: float) -> None:
@@ -254,9 +253,9 @@ def _probed(
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
     waves = _wave_numbers(axis, q, parameters)
-    way = np.full(len(q), _PROBE) if waves is None else _PROBE / (1 + _PROBE / _PROBED * waves)
+    way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
-    speeds = np.concatenate([dq, dq + _PROBE, dq])
+    speeds = np.concatenate([dq, dq + PROBE, dq])
     directions = np.tile(s, 3)
     held = _held(axis, q)  # it stays while the position is probed
     with np.errstate(all="ignore"):
@@ -272,7 +271,7 @@ def _probed(
             held_acceleration = axis.functions["held_acceleration"]
             accelerations = held_acceleration.call([*at, columns])[0].full()[0]
         here, faster, further = accelerations.reshape(3, -1)
-        damping, stiffness = np.abs(faster - here) / _PROBE, np.abs(further - here) / way
+        damping, stiffness = np.abs(faster - here) / PROBE, np.abs(further - here) / way
         rates = np.maximum(damping, np.sqrt(stiffness))
     return np.where(np.isfinite(rates), rates, 0.0)
 

@@ -12,7 +12,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.given import given
-from axisid.support.real_numbers import is_real
+from axisid.support.real_numbers import is_real, is_whole
 
 from .closed_loop import simulate
 
@@ -34,7 +34,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
         From 0, in the coordinate's unit.
     """
     if not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the period is {period!r} s; give a positive number.")
+        raise UsageError(f"the period is {given(period)} s; give a positive number.")
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
@@ -89,7 +89,7 @@ def twin_record(
     truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
-    if not isinstance(chosen, (int, np.integer)) or chosen < 0:
+    if not is_whole(chosen) or chosen < 0:
         raise UsageError(f"the seed is {given(chosen)}; give a whole number of 0 or more.")
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     loop = simulate(generated, np.array(truth), reference, law.period, position_noise=noise)

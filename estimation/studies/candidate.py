@@ -12,6 +12,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
+from axisid.support.arrays import Exact
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 
@@ -63,8 +64,8 @@ class Criteria:
     tic: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidate(Exact):
     """One model of the comparison.
 
     Attributes

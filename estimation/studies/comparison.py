@@ -5,21 +5,24 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import comparing
 from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.identification import Identification, identify
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import NO_RELATION
 from axisid.estimation.thresholds.studies import EQUAL_ERROR, MAX_TIED_ERROR
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
+from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
@@ -29,11 +32,9 @@ from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
-_METHODS = ("idm-ls", "idm-iv")
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Comparison(Shown, Exact):
     """Candidates on the same rows of one record, with a recommendation.
 
     Attributes
@@ -41,7 +42,7 @@ class Comparison(Shown):
     data : FilteredRecord
         With the filter that suits all.
     method : str
-        ``idm-ls`` or ``idm-iv``.
+        Of those that `compare` knows.
     candidates : tuple of Candidate
         In the order that they were given.
     failures : mapping of str to Note
@@ -87,7 +88,12 @@ class Comparison(Shown):
         return self.data.prefilter
 
     def __getitem__(self, name: str) -> Candidate:
-        return {candidate.name: candidate for candidate in self.candidates}[name]
+        found = {candidate.name: candidate for candidate in self.candidates}
+        if not is_among(name, found):
+            raise UsageError(
+                f"the comparison has no {given(name)}; choose from {', '.join(found)}."
+            )
+        return found[name]
 
 
 def compare(
@@ -107,7 +113,8 @@ def compare(
     record : Record
     prefilter : Prefilter, optional
         The same for all.
-    method : {"idm-ls", "idm-iv"}
+    method : str
+        ``idm-ls``, ``idm-iv`` or another one whose row in `axisid.estimation.choices` says so.
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
@@ -121,13 +128,16 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if method not in _METHODS:
-        raise UsageError(f"there is no comparison by {method!r}; choose {' or '.join(_METHODS)}.")
+    if not is_among(method, known := comparing()):
+        raise UsageError(f"there is no comparison by {given(method)}; choose {' or '.join(known)}.")
+    check_record(record)
     named = _named(axes)
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    data = FilteredRecord.bind(first, record, prefilter or Prefilter.suited(record.period))
+    data = FilteredRecord.bind(
+        first, record, Prefilter.suited(record.period) if prefilter is None else prefilter
+    )
     fits, failures = _fits(named, record, data.prefilter, method, progress)
     gap = data.sampling.filter.memory
     estimates = [result[method] for result in fits.values()]
@@ -195,17 +205,21 @@ def _named(
     """Generated axes by name, each of them once."""
     if isinstance(axes, (Axis, GeneratedAxis)):
         axes = (axes,)
-    given = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
-    if len(given) < 2:
+    if not isinstance(axes, Iterable):
         raise UsageError(
-            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared; ",
+            f"the axes are {given(axes)}; give two axes or more, by name or in a list."
+        )
+    listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
+    if len(listed) < 2:
+        raise UsageError(
+            f"{len(listed)} candidate{'' if len(listed) == 1 else 's'} cannot be compared; ",
             Remedy.of(
                 "give two axes or more, or a friction ladder (", Setting("ladder"), ") of one."
             ),
             code="too-few-candidates",
         )
     named: dict[str, GeneratedAxis] = {}
-    for name, axis in given:
+    for name, axis in listed:
         generated = as_generated(axis)
         label = generated.axis.name if name is None else name
         twin = next((n for n, a in named.items() if a.signature == generated.signature), None)

@@ -14,15 +14,15 @@ from axisid.estimation.thresholds.studies import (
     MAX_WEIGHT_DEVIATION,
     MIN_BIN_ROWS,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 
 _BINS = 41
 _PROBES = 200
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Friction:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Friction(Exact):
     """What the force is beyond inertia, gravity and whatever else does not need a velocity.
 
     Attributes

@@ -26,7 +26,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds.studies import MIN_TRAINING_ROWS_PER_PARAMETER
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
 
@@ -158,8 +158,8 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HeldOut:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HeldOut(Exact):
     """Errors over blocks that were held out, each block by the estimate from the others.
 
     Attributes

@@ -10,13 +10,13 @@ from axisid.estimation.diagnostics import bounds_note
 from axisid.estimation.estimates import Named, Value, student_interval
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.tables import Provenance
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.remedy import Note
 from axisid.support.shown import Shown
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class StreamedEstimate(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class StreamedEstimate(Shown, Exact):
     """IDM-LS of a log of any length.
 
     Attributes

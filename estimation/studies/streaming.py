@@ -89,7 +89,7 @@ def identify_stream(
     """
     generated = as_generated(axis)
     if isinstance(blocks, (str, PathLike)):
-        raise UsageError(f"the blocks are {given(blocks)}; give LogBlocks(path, axis).")
+        raise UsageError(f"the blocks are {given(blocks)}; give LogBlocks(file=path, axis=axis).")
     _check_axis(generated)
     origin = provenance or Provenance()
     found = extent(origin.source, blocks, sample_period, generated.axis)

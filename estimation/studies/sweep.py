@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import same_estimates
 from axisid.estimation.diagnostics import (
     Check,
     LawCheck,
@@ -21,14 +22,16 @@ from axisid.estimation.diagnostics import (
     filter_bias,
     instrument_tests,
 )
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import METHODS, Estimate
 from axisid.estimation.identification import Identification, identify
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
@@ -40,8 +43,8 @@ _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
 _LEAST_PERCENT = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sweep(Shown, Exact):
     """Results by cut-off, ascending.
 
     Attributes
@@ -76,6 +79,12 @@ class Sweep(Shown):
     def cutoffs(self) -> tuple[float, ...]:
         """Of the results, Hz."""
         return tuple(result.prefilter.cutoff for result in self.results)
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Of the results, without one that gives the same estimate as another of them."""
+        found = [m for m in METHODS if any(m in result.estimates for result in self.results)]
+        return tuple(m for m in found if m not in same_estimates(found))
 
     def estimates(self, method: str) -> tuple[Estimate | None, ...]:
         """One method's estimates over the cut-offs; None where it gave none."""
@@ -113,13 +122,17 @@ def sweep(
     EstimationError
         No cut-off gave an estimate.
     """
-    generated, base = as_generated(axis), prefilter or Prefilter()
+    check_record(record)
+    base = Prefilter() if prefilter is None else prefilter
+    if not isinstance(base, Prefilter):
+        raise UsageError(f"the prefilter is {given(base)}; give a Prefilter, or leave it out.")
+    generated = as_generated(axis)
     rate = 1 / record.period
     if cutoffs is None:
         cutoffs = default_cutoffs(rate)
     several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {cutoffs!r}; give positive numbers, in Hz.")
+        raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
     if not len(cutoffs):
         raise UsageError("no cut-off is given; give one or more, in Hz.")
     results: list[Identification] = []

@@ -20,7 +20,7 @@ from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds.studies import MAX_VALIDATION_ERROR, MAX_VALIDATION_ERROR_RATIO
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.remedy import Note, Remedy, Setting
@@ -65,8 +65,8 @@ class MethodValidation:
         return self.equation_error_percent <= max(times * self.own_equation_error_percent, most)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Validation(Shown):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Validation(Shown, Exact):
     """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
 
     Attributes
@@ -95,7 +95,7 @@ class Validation(Shown):
         found = next((each for each in self.methods if each.method == str(method).lower()), None)
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
-            raise UsageError(f"the validation has no {method!r}; choose from {methods}.")
+            raise UsageError(f"the validation has no {given(method)}; choose from {methods}.")
         return found
 
     def __repr__(self) -> str:
@@ -170,6 +170,10 @@ class OwnRecord(Protocol):
     def period(self) -> float:
         """Sampling period, s."""
 
+    @property
+    def digest(self) -> str:
+        """Of the samples."""
+
 
 class FrozenResult(Protocol):
     """An identification: a live one, or what a file holds of one."""
@@ -220,15 +224,20 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         rescaled = requested.at_period(result.record.period, record.period)
         data = FilteredRecord.bind(result.axis, record, rescaled)
         methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
-    own, other = result.record.provenance.sha256, record.provenance.sha256
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        same_record=record is result.record or (bool(own) and own == other),
+        same_record=_is_same(result.record, record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
+
+
+def _is_same(own: OwnRecord, other: Record) -> bool:
+    """Whether two records are of the same samples, or read from the same file."""
+    file = own.provenance.sha256
+    return own.digest == other.digest or (bool(file) and file == other.provenance.sha256)
 
 
 def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidation:

@@ -1,6 +1,6 @@
 """What the checks of a verdict hold their figures against."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 # Levels of tests
 

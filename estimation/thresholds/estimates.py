@@ -1,6 +1,6 @@
 """When an iteration has converged, an estimate can be believed, and a parameter is there at all."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 # Simulated loop
 

@@ -1,11 +1,17 @@
 """What is read out of a file: its encoding, its table, its end, its clock."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 MIN_ZERO_BYTE_SHARE = Threshold(
     0.3,
     "1",
     "share of zeros among every second byte from which a text is UTF-16 without its mark",
+    "chosen",
+)
+MIN_NUMBER_SHARE = Threshold(
+    0.5,
+    "1",
+    "share of numbers among the filled cells of a line from which it is a row of the table",
     "chosen",
 )
 MIN_TABLE_ROW_SHARE = Threshold(

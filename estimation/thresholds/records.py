@@ -1,6 +1,6 @@
 """What makes a table a record: an even clock, whole columns, signals that are what they claim."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 # Clocks
 
@@ -214,6 +214,12 @@ SELDOM_EXCEEDED = Threshold(
     "1",
     "quantile of the second differences that counts as seldom exceeded",
     "chosen",
+)
+MIN_SPIKE_WINDOWS = Threshold(
+    10,
+    "1",
+    "samples of a signal, by those that a spike's median is of, below which no spike is looked for",
+    "chosen: fewer do not tell how the signal bends elsewhere",
 )
 MIN_SPIKE_TIP = Threshold(
     0.25,

@@ -1,12 +1,19 @@
 """What a regression can tell, and the level at which its tests speak."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 MIN_SINGULAR_VALUE_RATIO = Threshold(
     1e-11,
     "1",
     "smallest singular value of unit columns, by the largest, up to which columns are dependent",
     "measured: filtering leaves rounding of up to 1e-12 in columns that are dependent",
+)
+MIN_TRADE_WEIGHT = Threshold(
+    1e-6,
+    "1",
+    "weight of a parameter in a change that the fit does not notice, by the largest, from which it "
+    "is named",
+    "chosen: far above rounding, and below any trade that matters",
 )
 SIGNIFICANCE_LEVEL = Threshold(
     0.05,

@@ -1,6 +1,6 @@
 """What the filter leaves of a record, and what the motion is."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 # Motion
 

@@ -1,6 +1,6 @@
 """What a loop may be simulated with, and how far it may go."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 RUNAWAY_RATIO = Threshold(
     100.0,

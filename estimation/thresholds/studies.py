@@ -1,6 +1,6 @@
 """What comparisons, validations and curves of friction are judged by."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 EQUAL_ERROR = Threshold(
     1.01,

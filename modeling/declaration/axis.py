@@ -32,7 +32,7 @@ from .unit_check import check_profile, checked_terms
 ROLES = ("time", "position", "reference", "control", "force")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Axis:
     """A one-degree-of-freedom axis as declared; make one with `newton` or `lagrange`.
 
@@ -88,8 +88,10 @@ class Axis:
         self._check_truth()
         self._check_units()
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
+        return f"axis {self.name}: {', '.join(p.name for p in self.parameters)}"
 
+    def __str__(self) -> str:
         title = f": {self.title}" if self.title else ""
         return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
 
@@ -106,12 +108,13 @@ class Axis:
             "control": ControlLaw | None,
             "experiment": Experiment | None,
             "columns": Mapping,
+            "title": str,
         }
         for name, kind in wanted.items():
             if not isinstance(getattr(self, name), kind):
                 expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
                 raise ModelError(
-                    f"axis {self.name!r}: {name} is {getattr(self, name)!r}; give "
+                    f"axis {self.name!r}: {name} is {given(getattr(self, name))}; give "
                     f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}."
                 )
         try:

@@ -20,9 +20,12 @@ from axisid.modeling.quantities import (
     check_symbol,
     expression,
     number,
+    several,
 )
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.given import given
+from axisid.support.real_numbers import is_whole
 
 _LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
@@ -47,6 +50,7 @@ class Memory:
     start: sympy.Expr
 
     def __post_init__(self) -> None:
+        check_symbol(self.name, "a memory of a control law", control=True)
         for which in ("following", "start"):
             value = expression(getattr(self, which), f"the {which} value of memory {self.name!r}")
             object.__setattr__(self, which, value)
@@ -93,12 +97,13 @@ class ControlLaw:
     continuous: bool = False
 
     def __post_init__(self) -> None:
+        self._check_types()
         object.__setattr__(self, "period", number(self.period, f"{self.name!r}: the period"))
         gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
         object.__setattr__(self, "gains", FrozenMapping(gains))
         if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
-        object.__setattr__(self, "memory", tuple(self.memory))
+        object.__setattr__(self, "memory", several(self.memory))
         object.__setattr__(self, "output", expression(self.output, "the control law's output"))
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
@@ -134,10 +139,24 @@ class ControlLaw:
             factors[factor] = None
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
 
-    def _check_timing(self) -> None:
-        if not (isinstance(self.delay, int) and 0 <= self.delay <= _LONGEST_DELAY):
+    def _check_types(self) -> None:
+        if not isinstance(self.name, str):
+            raise ModelError(f"a control law is named {given(self.name)}; give a text.")
+        if not isinstance(self.gains, Mapping):
             raise ModelError(
-                f"control law {self.name!r}: delay {self.delay!r}; give whole samples, 0 to "
+                f"control law {self.name!r}: the gains are {given(self.gains)}; give numbers by "
+                "name, as in gains={'kp': 160.0}."
+            )
+        if not all(isinstance(memory, Memory) for memory in several(self.memory)):
+            raise ModelError(
+                f"control law {self.name!r}: the memory is {given(self.memory)}; give a tuple of "
+                "Memory objects."
+            )
+
+    def _check_timing(self) -> None:
+        if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
+            raise ModelError(
+                f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
                 f"{_LONGEST_DELAY}."
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
@@ -157,7 +176,15 @@ class ControlLaw:
 
 
 def gain(name: str) -> sympy.Symbol:
-    """The symbol of a gain declared in `ControlLaw.gains`."""
+    """The symbol of a gain declared in `ControlLaw.gains`.
+
+    Raises
+    ------
+    ModelError
+        The name is no text.
+    """
+    if not isinstance(name, str):
+        raise ModelError(f"a gain is named {given(name)}; give a text, such as 'kp'.")
     return sympy.Symbol(name, real=True)
 
 

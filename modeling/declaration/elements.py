@@ -17,12 +17,15 @@ from axisid.modeling.quantities import (
     Coordinate,
     G,
     Symbolic,
+    check_coordinate,
     expression,
     known,
     positive,
     with_numbers,
 )
 from axisid.support.errors import ModelError
+from axisid.support.given import given
+from axisid.support.real_numbers import is_whole
 
 #: What an element takes in place of a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float
@@ -35,6 +38,7 @@ def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
 
     `coefficient` in N/(m/s); opposes motion if positive. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     return _amount(coefficient, coordinate, "/({}/s)") * coordinate.velocity
 
 
@@ -43,6 +47,7 @@ def asymmetric_viscous(forward: Amount, backward: Amount, coordinate: Coordinate
 
     Both in N/(m/s); each opposes its motion if positive. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     dq, size = coordinate.velocity, sympy.Abs(coordinate.velocity)
     ahead, back = (_amount(value, coordinate, "/({}/s)") for value in (forward, backward))
     return ahead * (dq + size) / 2 + back * (dq - size) / 2
@@ -53,6 +58,7 @@ def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
 
     `level` in N; opposes motion if positive. [Olsson1998]_; at rest [Filippov1988]_.
     """
+    check_coordinate(coordinate)
     return _amount(level, coordinate) * sympy.sign(coordinate.velocity)
 
 
@@ -62,6 +68,7 @@ def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate
     Both in N; each opposes its motion if positive. An `offset` beside it cannot be told apart, as
     it is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     direction = sympy.sign(coordinate.velocity)
     ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
     return ahead * (1 + direction) / 2 - back * (1 - direction) / 2
@@ -72,6 +79,7 @@ def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
 
     `coefficient` in N/(m/s)^2; opposes motion if positive. [Olsson1998]_.
     """
+    check_coordinate(coordinate)
     drag = _amount(coefficient, coordinate, "/({}/s)^2")
     return drag * coordinate.velocity * sympy.Abs(coordinate.velocity)
 
@@ -85,6 +93,7 @@ def stribeck(
     if positive; `velocity` vs in m/s; `exponent` d without unit: 1 for the exponential form, 2 for
     the Gaussian one. A `Parameter` for vs or d enters nonlinearly. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
     power = positive(exponent, "1", "the Stribeck exponent")
     if isinstance(exponent, int) or (isinstance(exponent, float) and exponent.is_integer()):
@@ -100,6 +109,7 @@ def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) ->
     `load` is a known force, or one that the position gives. A load made of parameters makes
     products of parameters: declare the product. [Hamon2010]_.
     """
+    check_coordinate(coordinate)
     share, pressing = known(coefficient, "1", _AMOUNT), _amount(load, coordinate)
     return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
 
@@ -112,6 +122,7 @@ def periodic_coulomb(
     `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: a run-out of gear, bearing
     or screw. `period` p in m. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     return cogging(cosine, sine, coordinate, period=period, harmonic=harmonic) * sympy.sign(
         coordinate.velocity
     )
@@ -125,8 +136,9 @@ def cogging(
     `cosine` a and `sine` b in N, resisting a positive motion where the harmonic is positive; it
     does no work over a `period` p, in m: the pitch of the motor's poles or slots. [Gieras2012]_.
     """
-    if not (isinstance(harmonic, int) and harmonic > 0):
-        raise ModelError(f"the harmonic is {harmonic!r}; give a whole number, 1 or more.")
+    check_coordinate(coordinate)
+    if not (is_whole(harmonic) and harmonic > 0):
+        raise ModelError(f"the harmonic is {given(harmonic)}; give a whole number, 1 or more.")
     length = positive(period, coordinate.unit, "the period")
     angle = 2 * sympy.pi * harmonic * coordinate.symbol / length
     even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
@@ -156,6 +168,7 @@ def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> symp
     along the horizontal for b, at q = 0. Give 0 for one that is not there. With first moments in
     kg m, write ``G * ms``. Resists a positive motion where it is positive. [Khalil2002]_.
     """
+    check_coordinate(coordinate)
     q = coordinate.symbol
     below, beside = _amount(sine, coordinate), _amount(cosine, coordinate)
     return below * sympy.sin(q) + beside * sympy.cos(q)
@@ -166,6 +179,7 @@ def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sym
 
     `stiffness` in N/m, `rest` in m; drives back to `rest` if positive. [Khalil2002]_.
     """
+    check_coordinate(coordinate)
     return _amount(stiffness, coordinate, "/{}") * _stretch(coordinate, rest)
 
 
@@ -174,6 +188,7 @@ def cubic_spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) 
 
     `stiffness` in N/m^3, `rest` in m; drives back to `rest` if positive. [Kovacic2011]_.
     """
+    check_coordinate(coordinate)
     return _amount(stiffness, coordinate, "/{}^3") * _stretch(coordinate, rest) ** 3
 
 
@@ -184,6 +199,7 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, from which no motion tells it
     apart: let one of the two be known, unless gravity shows the mass. [Khalil2002]_.
     """
+    check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
     return turns**2 * known(inertia, "kg m^2", _AMOUNT)
 
@@ -205,12 +221,15 @@ def end_stop(
     too short to be met. In a regression it is a known force, which amplifies the noise of rows in
     contact: leave those out. [HuntCrossley1975]_.
     """
+    check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
     c = known(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
     low = known(lower, coordinate.unit, "the lower stop")
     high = known(upper, coordinate.unit, "the upper stop")
     if with_numbers(high - low).is_positive is False:
-        raise ModelError(f"the stops are at {lower!r} and {upper!r}; give the lower one first.")
+        raise ModelError(
+            f"the stops are at {given(lower)} and {given(upper)}; give the lower one first."
+        )
     q, dq = coordinate.symbol, coordinate.velocity
     above = sympy.Max(0, q - high) * sympy.Max(0, 1 + c * dq)
     below = sympy.Max(0, low - q) * sympy.Max(0, 1 - c * dq)
@@ -219,13 +238,17 @@ def end_stop(
 
 def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
     """An amount; a number is in the axis's force unit `over` the coordinate's."""
-    if isinstance(value, (int, float)) and value == 0:
+    if _is_zero(value):
         return sympy.S.Zero
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
     return known(value, unit, _AMOUNT)
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
-    if rest == 0:
+    if _is_zero(rest):
         return coordinate.symbol
     return coordinate.symbol - known(rest, coordinate.unit, "the rest position")
+
+
+def _is_zero(value: Amount) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0

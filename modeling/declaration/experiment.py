@@ -8,9 +8,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from axisid.modeling.quantities import number
+from axisid.modeling.quantities import number, several
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.given import given
+from axisid.support.real_numbers import is_whole
 
 _LONGEST = 1e4  # s
 _MOST_REPEATS = 10_000
@@ -75,8 +77,10 @@ def back_and_forth(
     ModelError
         A speed is not positive, or it is repeated without end.
     """
-    if not (isinstance(repeat, int) and 1 <= repeat <= _MOST_REPEATS):
-        raise ModelError(f"repeat is {repeat!r}; give a whole number from 1 to {_MOST_REPEATS}.")
+    if not (is_whole(repeat) and 1 <= repeat <= _MOST_REPEATS):
+        raise ModelError(
+            f"repeat is {given(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
+        )
     once = (
         Move(sign * speed * seconds, speed, acceleration) for speed in speeds for sign in (1, -1)
     )
@@ -106,19 +110,25 @@ class Experiment:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "moves", tuple(self.moves))
+        if not isinstance(self.truth, Mapping):
+            raise ModelError(
+                f"the truth of an experiment is {given(self.truth)}; give numbers by parameter."
+            )
+        object.__setattr__(self, "moves", several(self.moves))
         object.__setattr__(self, "truth", FrozenMapping(self.truth))
         noise = number(self.position_noise, "the position noise")
         object.__setattr__(self, "position_noise", noise)
         if not all(isinstance(move, Move) for move in self.moves):
-            raise ModelError(f"the moves of an experiment are {self.moves!r}; give Move objects.")
+            raise ModelError(
+                f"the moves of an experiment are {given(self.moves)}; give Move objects."
+            )
         duration = sum(move.duration for move in self.moves)
         if not 0 < duration < _LONGEST:
             raise ModelError(
                 f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
                 f"and less than {_LONGEST:g} s."
             )
-        if not (isinstance(self.seed, int) and self.seed >= 0):
-            raise ModelError(f"the seed is {self.seed!r}; give a whole number, 0 or more.")
+        if not (is_whole(self.seed) and self.seed >= 0):
+            raise ModelError(f"the seed is {given(self.seed)}; give a whole number, 0 or more.")
         if not noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")

@@ -10,6 +10,7 @@ from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
     Symbolic,
+    check_coordinate,
     declared_parameters,
     expression,
 )
@@ -61,6 +62,7 @@ def lagrange(
         The declaration is contradictory, an energy depends on what it must not, jumps, or is
         negative where it is kinetic.
     """
+    check_coordinate(coordinate)
     q = coordinate
     energy = expression(kinetic, "the kinetic energy")
     stored = expression(potential, "the potential energy")

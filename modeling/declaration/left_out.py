@@ -7,6 +7,7 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
 from axisid.support.remedy import Remedy, Setting
 
 from .axis import Axis, check_axis
@@ -38,9 +39,9 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     check_axis(axis)
     declared = {p.name: p for p in axis.parameters}
     for name in (*names, *values):
-        if name not in declared:
+        if not is_among(name, declared):
             raise UsageError(
-                f"there is no parameter {name!r} to leave out; axis {axis.name!r} has "
+                f"there is no parameter {given(name)} to leave out; axis {axis.name!r} has "
                 f"{', '.join(declared)}."
             )
     held = {

@@ -9,6 +9,7 @@ from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
     Symbolic,
+    check_coordinate,
     declared_parameters,
     expression,
     several,
@@ -51,6 +52,7 @@ def newton(
         The declaration is contradictory, or the inertia depends on the motion
         or is negative.
     """
+    check_coordinate(coordinate)
     q = coordinate
     mass = expression(inertia, "the inertia")
     moving = mass.free_symbols & {q.symbol, q.velocity, q.acceleration}

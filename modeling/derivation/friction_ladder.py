@@ -11,7 +11,7 @@ from dataclasses import replace
 import sympy
 
 from axisid.modeling.algebra import vanishes, where_zero, without
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
 
@@ -46,7 +46,10 @@ def friction_ladder(
     ------
     ModelError
         The Stribeck velocity is not positive.
+    UsageError
+        It is no axis.
     """
+    check_axis(axis)
     if stribeck is not None and number(stribeck, "the Stribeck velocity") <= 0:
         raise ModelError(f"the Stribeck velocity is {stribeck!r}; give a positive number.")
     kept, friction = _split(axis)

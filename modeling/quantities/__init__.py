@@ -40,6 +40,7 @@ from .symbols import REFERENCE as REFERENCE
 from .symbols import Coordinate as Coordinate
 from .symbols import Parameter as Parameter
 from .symbols import Symbolic as Symbolic
+from .symbols import check_coordinate as check_coordinate
 from .symbols import declared_parameters as declared_parameters
 from .symbols import expression as expression
 from .symbols import several as several

@@ -7,6 +7,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
+from axisid.support.given import is_among
 
 from .kinks import replaced
 from .names import check_name
@@ -59,7 +60,7 @@ class Constant(Symbolic):
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", number(self.value, "the value of a constant"))
         parse_unit(self.unit)
-        if self.name:
+        if not is_among(self.name, ("",)):
             check_name(self.name, "a constant")
 
     @property

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable
 
 from axisid.support.errors import ModelError
+from axisid.support.given import given
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 
@@ -47,8 +48,8 @@ def check_name(name: str, what: str) -> None:
     """
     if not isinstance(name, str) or not _PATTERN.fullmatch(name):
         raise ModelError(
-            f"{what} is named {name!r}; a name is a letter followed by at most 30 letters, digits "
-            "or underscores. Choose another name."
+            f"{what} is named {given(name)}; a name is a letter followed by at most 30 letters, "
+            "digits or underscores. Choose another name."
         )
     taken = {
         "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),

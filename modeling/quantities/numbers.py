@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from axisid.support.errors import ModelError
+from axisid.support.given import given
 
 
 def number(value: Any, what: str, *, finite: bool = True) -> float:
@@ -19,7 +20,7 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     except (TypeError, ValueError, OverflowError):
         result = math.nan
     if isinstance(value, (str, bytes, bool)) or math.isnan(result):
-        raise ModelError(f"{what} is {value!r}; give a number.")
+        raise ModelError(f"{what} is {given(value)}; give a number.")
     if finite and math.isinf(result):
-        raise ModelError(f"{what} is {value!r}; give a finite number.")
+        raise ModelError(f"{what} is {given(value)}; give a finite number.")
     return result

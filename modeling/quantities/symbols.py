@@ -12,6 +12,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
+from axisid.support.given import given, is_among
 
 from .names import check_symbol
 from .numbers import number
@@ -88,10 +89,10 @@ class Coordinate(Symbolic):
     def __post_init__(self) -> None:
         for name in (self.name, f"d{self.name}", f"dd{self.name}"):
             check_symbol(name, "the coordinate")
-        if self.unit not in ("m", "rad"):
+        if not is_among(self.unit, ("m", "rad")):
             raise ModelError(
-                f"coordinate {self.name!r} has the unit {self.unit!r}; use 'm' for a linear axis "
-                "or 'rad' for a rotary one."
+                f"coordinate {self.name!r} has the unit {given(self.unit)}; use 'm' for a linear "
+                "axis or 'rad' for a rotary one."
             )
 
     @property
@@ -118,6 +119,14 @@ class Coordinate(Symbolic):
     def acceleration_unit(self) -> Unit:
         """Unit of the acceleration."""
         return parse_unit(f"{self.unit}/s^2")
+
+
+def check_coordinate(coordinate: object) -> None:
+    """Refuse what is no coordinate, such as its name."""
+    if not isinstance(coordinate, Coordinate):
+        raise ModelError(
+            f"the coordinate is {given(coordinate)}; give a Coordinate, such as Coordinate('q')."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,9 +226,15 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
     raise ModelError(
-        f"{what} is {value!r} ({type(value).__name__}); give a number or a SymPy expression of "
+        f"{what} is {_typed(value)}; give a number or a SymPy expression of "
         "Parameter and Coordinate objects."
     )
+
+
+def _typed(value: object) -> str:
+    """A value with its type, which tells a text from an expression."""
+    said, kind = given(value), type(value).__name__
+    return said if said.endswith(f" {kind}") else f"{said} ({kind})"
 
 
 def several(values: Any) -> tuple[Any, ...]:
@@ -238,7 +253,7 @@ def declared_parameters(values: Any) -> tuple[Parameter, ...]:
     listed = several(values)
     for value in listed:
         if not isinstance(value, Parameter):
-            raise ModelError(f"the parameters have {value!r}; give Parameter objects.")
+            raise ModelError(f"the parameters have {given(value)}; give Parameter objects.")
     return listed
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from axisid.support.errors import ModelError
+from axisid.support.given import given
 
 _BASE = ("kg", "m", "s", "A")
 _Exponents = tuple[Fraction | int, Fraction | int, Fraction | int, Fraction | int]
@@ -72,7 +73,7 @@ def parse_unit(text: str) -> Unit:
         A symbol is not on the whitelist, or the text is not a product of powers.
     """
     if not isinstance(text, str) or not text.strip():
-        raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {text!r}.")
+        raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {given(text)}.")
     if len(text) > _LONGEST:
         raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
     exponents, rest = _product(_tokens(text), text)

@@ -14,6 +14,7 @@ from typing import Any
 from axisid.modeling.declaration import Axis
 from axisid.modeling.library import LIBRARY, library_axis
 from axisid.support.errors import ModelError
+from axisid.support.given import given
 
 from .toml_axis import axis_from_toml
 
@@ -34,6 +35,11 @@ def load_axis(name: str | Path) -> Axis:
     ModelError
         There is no such axis, or the file does not import or declares none.
     """
+    if not isinstance(name, (str, Path)):
+        raise ModelError(
+            f"the axis is {given(name)}; give the name of one of the library, or of a file that "
+            "declares one."
+        )
     name = str(name)
     if name in LIBRARY:
         return library_axis(name)

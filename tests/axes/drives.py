@@ -41,3 +41,30 @@ def braked(
         brake=brake,
     )
     return replace(axis, drive=drive)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Varying(Drive):
+    """A motor whose force constant depends on the position."""
+
+    position: sympy.Symbol
+    share: float = 0.3  # of the gain, per unit of position
+
+    @property
+    def force(self) -> sympy.Expr:
+        gain_force: sympy.Expr = Drive.force.fget(self)  # type: ignore[attr-defined]
+        return gain_force * (1 + self.share * sympy.sin(self.position))
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        inverse: sympy.Expr = Drive.inverse.fget(self)  # type: ignore[attr-defined]
+        return inverse / (1 + self.share * sympy.sin(self.position))
+
+
+def varying(axis: Axis) -> Axis:
+    """The axis with a drive of the same gain at position 0 only."""
+    given = axis.drive
+    drive = Varying(
+        gain=given.gain, unit=given.unit, limit=given.limit, position=axis.coordinate.symbol
+    )
+    return replace(axis, drive=drive)

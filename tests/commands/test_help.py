@@ -62,10 +62,11 @@ def test_the_examples_run_and_print_plain_ascii(
     assert ran
 
 
-def test_help_needs_no_stage() -> None:
+@pytest.mark.parametrize("name", ["identify", "compare", "export"])
+def test_help_that_lists_rows_needs_no_stage(name: str) -> None:
     program = (
         "import sys\nfrom axisid.commands.main import main\n"
-        "sys.argv = ['axisid', 'export', '--help']\n"
+        f"sys.argv = ['axisid', {name!r}, '--help']\n"
         "try:\n    main()\nexcept SystemExit:\n"
         "    print(sorted({'numpy', 'sympy', 'casadi', 'scipy'} & set(sys.modules)))\n"
     )

@@ -24,9 +24,8 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.commands.options.inputs import METHODS as OFFERED
 from axisid.commands.templates import scaffold
-from axisid.estimation.estimates import COVARIANCES, METHODS
+from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.estimation.studies import identify_stream
 from axisid.exports.parameter_tables import with_deviation
@@ -47,10 +46,6 @@ def file(result: Identification, tmp_path: Path) -> Path:
     path = tmp_path / "result.json"
     path.write_text(json.dumps(result.to_dict()))
     return path
-
-
-def test_the_command_offers_what_there_is() -> None:
-    assert (*OFFERED,) == (*METHODS,)
 
 
 @pytest.mark.parametrize("target", [target.name for target in TARGETS])

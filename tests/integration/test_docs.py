@@ -37,3 +37,33 @@ def test_pages_need_no_network(root: Path) -> None:
     text = (root / "docs" / "conf.py").read_text()
     assert "http" not in text.replace("https_proxy", "")
     assert 'html_math_renderer = "mathml"' in text
+
+
+def test_every_place_that_contributors_are_sent_to_is_there(root: Path) -> None:
+    text = (root / "CONTRIBUTING.md").read_text()
+    folders = "modeling|codegen|estimation|src|tests|docs|benchmarks"
+    named = {*re.findall(rf"`((?:{folders})/[\w/.]+\.(?:py|c|js))`", text)}
+    absent = {place for place in named if "NAME" not in place and not (root / place).exists()}
+    added = {  # by the recipes
+        "estimation/logs/daq.py",
+        "estimation/estimates/weighted.py",
+        "estimation/regression/leave_one_out.py",
+        "estimation/diagnostics/turns.py",
+        "codegen/printers/javascript.py",
+    }
+    assert len(named) > 25
+    assert absent == added
+
+
+def test_rows_that_recipes_add_to_tables_are_where_they_say(root: Path) -> None:
+    text = (root / "CONTRIBUTING.md").read_text()
+    tables = re.findall(r"`([A-Z_]+)` (?:of|in)\s+`([\w/.]+\.py)`", text)
+    assert {name for name, _ in tables} >= {
+        "FORMATS",
+        "METHOD_ROWS",
+        "COVARIANCE_ROWS",
+        "DIAGNOSTICS",
+        "TARGETS",
+    }
+    for name, place in tables:
+        assert re.search(rf"^{name}\b.*= ", (root / place).read_text(), re.MULTILINE), name

@@ -172,6 +172,41 @@ def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
     assert same(original, sent(original))
 
 
+#: What says when it is equal, to the last bit, in place of NumPy's array of truths.
+EQUAL = (
+    "generated axis,record,masked record,identification,estimate,saved identification,"
+    "saved estimate,validation,sweep,comparison,simulation,batch,streamed estimate"
+).split(",")
+
+
+@pytest.mark.parametrize("kind", EQUAL)
+def test_what_is_sent_is_equal_to_the_original(objects: dict[str, Any], kind: str) -> None:
+    original = objects[kind]
+    assert original == sent(original)
+    assert (original != copy.deepcopy(original)) is False
+    assert original != 3
+
+
+def test_one_bit_apart_is_not_equal(objects: dict[str, Any]) -> None:
+    record, found = objects["record"], objects["identification"]
+    moved = record.position.copy()
+    moved[7] = np.nextafter(moved[7], np.inf)
+    other = dataclasses.replace(record, position=moved)
+    assert record != other
+    assert validate(found, record) != validate(found, other)
+    theta = found["idm-ls"].theta.copy()
+    theta[0] = np.nextafter(theta[0], np.inf)
+    estimate = dataclasses.replace(found["idm-ls"], theta=theta)
+    assert estimate != found["idm-ls"]
+    assert dataclasses.replace(found, estimates={"idm-ls": estimate}) != found
+    assert objects["generated axis"] != build(load_axis("pendulum"))
+
+
+def test_what_is_generated_and_declared_is_told_on_one_line(objects: dict[str, Any]) -> None:
+    assert repr(objects["generated axis"]).startswith("generated axis emps2015: M, Fv, Fc (")
+    assert repr(objects["axis"]) == "axis emps2015: M, Fv, Fc"
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_round_trip_through_another_process_changes_nothing(
     objects: dict[str, Any], kind: str, elsewhere: Pool

@@ -1,8 +1,10 @@
 """What is of another kind than a function takes: a sentence says what to give."""
 
+import inspect
 import json
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,21 @@ import numpy as np
 import pytest
 
 import axisid
-from axisid import Identification, Record, UsageError
+from axisid import (
+    DataError,
+    Identification,
+    ModelError,
+    Record,
+    UsageError,
+    control,
+    elements,
+    load_axis,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation import identify_stream
+from axisid.control import REFERENCE, ControlLaw
+from axisid.estimation import LogBlocks, identify_stream
+
+_HUGE: Any = 10**400  # beyond floating point
 
 
 @dataclass(frozen=True)
@@ -74,15 +88,235 @@ CASES: dict[str, tuple[Callable[[Given], object], str]] = {
         lambda g: axisid.compare(g.axis, g.record),
         "1 candidate cannot be compared; give two axes or more",
     ),
+    "a name as axis of blocks": (
+        lambda _: LogBlocks(file="log.csv", axis="emps"),  # type: ignore[arg-type]
+        "the axis is 'emps'; give an Axis",
+    ),
     "a file as blocks": (
         lambda g: identify_stream(g.axis, "log.csv"),  # type: ignore[arg-type]
         "the blocks are 'log.csv'; give LogBlocks",
+    ),
+    "no record to sweep": (
+        lambda g: axisid.sweep(g.axis, 3, [40.0]),  # type: ignore[arg-type]
+        "the record is 3; read one",
+    ),
+    "a cut-off as prefilter of a sweep": (
+        lambda g: axisid.sweep(g.axis, g.record, [40.0], 60.0),  # type: ignore[arg-type]
+        "the prefilter is 60.0; give a Prefilter",
+    ),
+    "a text as dead zone": (
+        lambda g: axisid.export(g.result, "c", dead_zone="0.1"),  # type: ignore[arg-type]
+        "the dead zone is '0.1'; give a speed",
+    ),
+    "no dead zone": (
+        lambda g: axisid.export(g.result, "c", dead_zone=None),  # type: ignore[arg-type]
+        "the dead zone is None; give a speed",
+    ),
+    "an array as target": (
+        lambda g: axisid.export(g.result, np.ones(3)),  # type: ignore[arg-type]
+        r"there is no target array\(\[1., 1., 1.\]\)",
+    ),
+    "a list as method of an export": (
+        lambda g: axisid.export(g.result, method=[]),  # type: ignore[arg-type]
+        r"no estimate by \[\]; it has idm-ls",
+    ),
+    "a list as covariance": (
+        lambda g: axisid.identify(g.axis, g.record, covariance=[]),  # type: ignore[arg-type]
+        r"no covariance \[\]; choose from",
+    ),
+    "lists as methods": (
+        lambda g: axisid.identify(g.axis, g.record, methods=[["idm-ls"]]),  # type: ignore[list-item]
+        r"no method \['idm-ls'\]; choose from",
+    ),
+    "a list as figure": (lambda g: g.result.plot([]), r"has no figure \[\]; choose from record"),
+    "a list as parameter": (
+        lambda g: g.result["idm-ls"].parameters[[]],
+        r"there is no \[\]; choose from M",
+    ),
+    "an array as draws": (
+        lambda g: g.result.summary(draws=np.ones(3)),
+        r"the draws are array\(\[1., 1., 1.\]\); give a whole number",
+    ),
+    "no candidates": (
+        lambda g: axisid.compare(None, g.record),  # type: ignore[arg-type]
+        "the axes are None; give two axes or more",
+    ),
+    "a name as ladder": (
+        lambda _: axisid.friction_ladder("emps"),  # type: ignore[arg-type]
+        "the axis is 'emps'; give an Axis",
+    ),
+    "a text as provenance": (
+        lambda g: replace(g.record, provenance="x"),
+        "the provenance of the record is 'x'; give a Provenance",
+    ),
+    "no period": (
+        lambda _: axisid.Prefilter.suited(None),  # type: ignore[arg-type]
+        "the sampling period is None; give a positive number",
+    ),
+    "a period that is no number": (
+        lambda _: axisid.Prefilter.suited(math.nan),
+        "the sampling period is nan; give a positive number",
+    ),
+    "an array as hold": (
+        lambda _: axisid.Prefilter(hold=np.ones(3)),  # type: ignore[arg-type]
+        r"the hold is array\(.*; give raw or zoh",
+    ),
+    "an array as reversals": (
+        lambda _: axisid.Prefilter(reversals=np.ones(3)),  # type: ignore[arg-type]
+        r"the reversals are array\(.*; give keep or leave-out",
+    ),
+    "an array as decimation": (
+        lambda _: axisid.Prefilter(decimation=np.ones(3)),  # type: ignore[arg-type]
+        r"the row alignment is array\(.*; give matlab or scipy",
+    ),
+    "a cut-off beyond floating point": (
+        lambda _: axisid.Prefilter(cutoff=_HUGE),
+        "the cutoff is a whole number of 400 digits; give a number",
+    ),
+    "a sampling period beyond floating point": (
+        lambda g: replace(g.record, sample_period=_HUGE),
+        "the sampling period is a whole number of 400 digits; give a positive",
+    ),
+    "a period beyond floating point": (
+        lambda g: axisid.simulate(g.axis, g.axis.nominal, g.record.reference, _HUGE),
+        "the period is a whole number of 400 digits s; give a positive",
+    ),
+    "a start beyond floating point": (
+        lambda g: axisid.simulate(
+            g.axis, g.axis.nominal, g.record.reference, g.record.period, start=_HUGE
+        ),
+        "the start is a whole number of 400 digits; give a position",
+    ),
+    "a resolution beyond floating point": (
+        lambda g: axisid.simulate(
+            g.axis, g.axis.nominal, g.record.reference, g.record.period, resolution=_HUGE
+        ),
+        "the resolution is a whole number of 400 digits; give 0 or more",
     ),
     "a text as seed": (
         lambda g: axisid.twin_record(g.axis, seed="x"),  # type: ignore[arg-type]
         "the seed is 'x'; give a whole number",
     ),
 }
+
+
+Q, FV = axisid.Coordinate("q"), axisid.Parameter("Fv", "N/(m/s)")
+
+#: Calls of every function of `axisid.elements` that takes a coordinate, with something else.
+ELEMENTS: dict[str, Callable[[Any], object]] = {
+    **{
+        name: lambda q, name=name: getattr(elements, name)(FV, q)  # type: ignore[misc]
+        for name in ("viscous", "coulomb", "quadratic", "spring", "cubic_spring")
+    },
+    **{
+        name: lambda q, name=name: getattr(elements, name)(FV, FV, q)  # type: ignore[misc]
+        for name in (
+            "asymmetric_viscous",
+            "asymmetric_coulomb",
+            "gravity_moment",
+            "load_dependent",
+        )
+    },
+    "stribeck": lambda q: elements.stribeck(FV, q, velocity=0.1),
+    "periodic_coulomb": lambda q: elements.periodic_coulomb(FV, FV, q, period=0.1),
+    "cogging": lambda q: elements.cogging(FV, FV, q, period=0.1),
+    "motor_inertia": lambda q: elements.motor_inertia(FV, q, ratio=3.0),
+    "end_stop": lambda q: elements.end_stop(q, lower=0, upper=1, stiffness=1e3),
+}
+
+
+@pytest.mark.parametrize("other", ["x", None, 3, FV, np.ones(3), load_axis("emps")], ids=type)
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_an_element_of_no_coordinate_is_told(name: str, other: object) -> None:
+    with pytest.raises(ModelError, match=r"the coordinate is .*; give a Coordinate") as refused:
+        ELEMENTS[name](other)
+    assert len(str(refused.value)) < 200
+
+
+def test_every_element_of_a_coordinate_is_among_them() -> None:
+    taking = {
+        name
+        for name, function in vars(elements).items()
+        if inspect.isfunction(function) and "coordinate" in inspect.signature(function).parameters
+    }
+    assert taking == set(ELEMENTS)
+
+
+#: What declares an axis, with the sentence about what is no part of it.
+DECLARED: dict[str, tuple[Callable[[], object], str]] = {
+    "a harmonic that is a truth value": (
+        lambda: elements.cogging(FV, FV, Q, period=0.1, harmonic=True),
+        "the harmonic is True; give a whole number",
+    ),
+    "a truth value as harmonic of friction": (
+        lambda: elements.periodic_coulomb(FV, FV, Q, period=0.1, harmonic=True),
+        "the harmonic is True; give a whole number",
+    ),
+    "an array as rest": (
+        lambda: elements.spring(FV, Q, np.ones(3)),  # type: ignore[arg-type]
+        "the rest position is array",
+    ),
+    "an axis as amount": (
+        lambda: elements.offset(load_axis("emps")),  # type: ignore[arg-type]
+        "an amount of an element is an Axis; give a number",
+    ),
+    "an array as unit": (
+        lambda: axisid.Coordinate("q", np.ones(3)),  # type: ignore[arg-type]
+        "has the unit array",
+    ),
+    "a name as coordinate": (
+        lambda: axisid.newton(
+            "a", coordinate="q", parameters=(), inertia=FV, resistance=(), drive=None
+        ),  # type: ignore[arg-type]
+        "the coordinate is 'q'; give a Coordinate",
+    ),
+    "gains as list": (
+        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, gains=["kp"]),  # type: ignore[arg-type]
+        r"the gains are \['kp'\]; give numbers by name",
+    ),
+    "no memory": (
+        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=None),  # type: ignore[arg-type]
+        "the memory is None; give a tuple of Memory",
+    ),
+    "numbers as memory": (
+        lambda: ControlLaw(name="a", period=1e-3, output=REFERENCE, memory=[3]),  # type: ignore[arg-type]
+        r"the memory is \[3\]; give a tuple of Memory",
+    ),
+    "a number as gain": (lambda: control.gain(3), "a gain is named 3; give a text"),  # type: ignore[arg-type]
+    "no moves": (
+        lambda: axisid.Experiment(moves=None),  # type: ignore[arg-type]
+        "the moves of an experiment are .*None.*; give Move",
+    ),
+    "a list as truth": (
+        lambda: axisid.Experiment(moves=(), truth=[1.0]),  # type: ignore[arg-type]
+        r"the truth of an experiment is \[1.0\]; give numbers",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
+    call, said = DECLARED[name]
+    with pytest.raises(ModelError, match=said) as refused:
+        call()
+    assert len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize("seed", [-1, None, "x", 1.5, True, []], ids=str)
+def test_a_seed_is_a_whole_number(given: Given, seed: Any) -> None:
+    with pytest.raises(UsageError, match=r"the seed is .*; give a whole number of 0 or more"):
+        given.result["idm-ls"].propagate("M", draws=10, seed=seed)
+
+
+@pytest.mark.parametrize("name", ["\0", "a\0b", "\ud800"], ids=repr)
+def test_what_names_no_file_is_told(given: Given, name: str) -> None:
+    for call in (
+        lambda: axisid.load_result(name),
+        lambda: axisid.export(name),
+        lambda: axisid.compare_results(given.result, name),
+    ):
+        with pytest.raises(DataError, match=r"is no name of a file\. Give a result"):
+            call()
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +338,5 @@ def test_a_saved_result_has_the_methods_of_its_file(given: Given, tmp_path: Path
     file.write_text(json.dumps(given.result.to_dict()))
     with pytest.raises(UsageError, match="the result has no 3; choose from idm-ls"):
         axisid.load_result(file)[3]  # type: ignore[index]
+    with pytest.raises(UsageError, match=r"holds no draws of \[\] by idm-ls"):
+        axisid.load_result(file)["idm-ls"].propagate([])  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from axisid.estimation.tables import is_unit, split_labels
-from axisid.estimation.thresholds.logs import MIN_TABLE_ROW_SHARE
+from axisid.estimation.thresholds.logs import MIN_NUMBER_SHARE, MIN_TABLE_ROW_SHARE
 from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp
@@ -189,11 +189,12 @@ def _read(sample: list[tuple[int, str]], separator: str | None, *, comma: bool) 
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
     ]
-    tabular = [width for share, width in shares if share >= 0.5]
+    least = MIN_NUMBER_SHARE.value
+    tabular = [width for share, width in shares if share >= least]
     if not tabular:
         return None
     width = Counter(tabular).most_common(1)[0][0]
-    body = [k for k, (share, w) in enumerate(shares) if share >= 0.5 and w == width]
+    body = [k for k, (share, w) in enumerate(shares) if share >= least and w == width]
     # The body begins where such rows follow one another; a lone one above is preamble.
     begin = next((k for k in body if k + 1 in body), body[0])
     flags = [flag for row in numeric[begin:] for flag in row]

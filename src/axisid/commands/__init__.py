@@ -1,4 +1,4 @@
 """The command line.
 
-In: arguments. Out: one call, one exit code. Computes nothing.
+In: arguments. Out: one call, one exit code. Knows nothing of how anything is computed.
 """

@@ -17,6 +17,7 @@ from axisid.commands.options.outputs import (
     put_result,
 )
 from axisid.commands.options.record_options import Reading, is_log, record_options
+from axisid.estimation.choices.methods import comparing
 from axisid.presentation.console import ProgressLine
 
 if TYPE_CHECKING:
@@ -75,8 +76,8 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 )
 @click.option(
     "--method",
-    type=click.Choice(["idm-ls", "idm-iv"]),
-    default="idm-ls",
+    type=click.Choice(comparing()),
+    default=comparing()[0],
     show_default=True,
     help="Estimator.",
 )

@@ -3,9 +3,9 @@
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
-from axisid.commands.options.inputs import METHODS
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import Target, check_targets, force_option, write_output
+from axisid.estimation.choices.methods import method_names
 from axisid.exports.targets import TARGETS
 
 _NAMES = tuple(target.name for target in TARGETS)
@@ -33,7 +33,7 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
 )
 @click.option(
     "--method",
-    type=click.Choice(METHODS),
+    type=click.Choice(method_names()),
     help="Estimator.  [default: idm-iv if there is one]",
 )
 @click.option(

@@ -3,13 +3,12 @@
 import math
 import shlex
 import sys
-from typing import Literal
 
 import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import METHODS, axis_and_record, leave_out_option
+from axisid.commands.options.inputs import axis_and_record, leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
     Target,
@@ -19,6 +18,8 @@ from axisid.commands.options.outputs import (
     json_option,
 )
 from axisid.commands.options.record_options import Reading, record_options
+from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
+from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
 
 from .identify_in_blocks import identify_streamed
@@ -29,7 +30,7 @@ def _check_idle(covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
-    if covariance != "hac":
+    if not takes_lags(covariance):
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
@@ -53,7 +54,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.argument("record", required=False, shell_complete=complete_file)
 @click.option(
     "--method",
-    type=click.Choice([*METHODS, "all"]),
+    type=click.Choice([*method_names(), "all"]),
     default="all",
     show_default=True,
     help="Estimator; all runs what axis and record allow and says what it left out.",
@@ -88,11 +89,10 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 )
 @click.option(
     "--covariance",
-    type=click.Choice(["hac", "robust", "iid"]),
-    default="hac",
+    type=click.Choice(covariance_names()),
+    default=covariance_names()[0],
     show_default=True,
-    help="What intervals, draws and tests assume of the residuals: hac autocorrelated, robust of "
-    "any variance, iid alike and independent.",
+    help=f"What intervals, draws and tests assume of the residuals: {assumptions()}.",
 )
 @click.option(
     "--lags",
@@ -142,7 +142,7 @@ def identify(
     second: str | None,
     filtering: Filtering,
     reading: Reading,
-    covariance: Literal["hac", "robust", "iid"],
+    covariance: str,
     lags: int | None,
     draws: int | None,
     full: bool,

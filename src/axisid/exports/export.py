@@ -9,6 +9,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
+from axisid.support.real_numbers import is_real
 
 from .targets import TARGETS, Target
 
@@ -49,6 +51,8 @@ def export(
         The file is not the result of an identification.
     """
     target = _target(to)
+    if not is_real(dead_zone):
+        raise UsageError(f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.")
     if dead_zone and not target.language:
         languages = ", ".join(known.name for known in TARGETS if known.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
@@ -60,12 +64,12 @@ def export(
     return target.write(fitted, list(fitted.estimates) if several else [chosen])
 
 
-def _target(name: str) -> Target:
+def _target(name: object) -> Target:
     for target in TARGETS:
-        if target.name == name:
+        if is_among(name, (target.name,)):
             return target
     known = ", ".join(target.name for target in TARGETS)
-    raise UsageError(f"there is no target {name!r}; choose from {known}.")
+    raise UsageError(f"there is no target {given(name)}; choose from {known}.")
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

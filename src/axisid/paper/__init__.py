@@ -1,6 +1,7 @@
 """The paper's study made again.
 
-In: nothing, or its record. Out: its tables beside ours.
+In: nothing, or its record. Out: its tables beside ours, figures, files. Knows nothing of other
+records, and of the command line.
 """
 
 from .study import STUDY_FILES as STUDY_FILES

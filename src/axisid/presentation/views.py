@@ -49,6 +49,7 @@ from axisid.presentation.text import (
     validation_document,
 )
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.shown import Shown
 
@@ -143,25 +144,25 @@ def figure_of(result: Shown, what: str, method: str | None = None) -> "Figure":
 
 
 def _of_estimate(result: Estimate, what: str, method: str | None = None) -> "Figure":
-    if what not in _OF_ESTIMATE:
+    if not is_among(what, _OF_ESTIMATE):
         raise _no_figure(result, what, _OF_ESTIMATE)
     _check_method(result, method, (result.method,))
     return _drawn(drawable(_OF_ESTIMATE[what](result), what))
 
 
 def _of_identification(result: Identification, what: str, method: str | None = None) -> "Figure":
-    if what == "record":
+    if is_among(what, ("record",)):
         return _drawn(record_plot(result))
     estimate = result.preferred if method is None else result[method]
-    if what in _OF_METHOD:
+    if is_among(what, _OF_METHOD):
         return _drawn(drawable(_OF_METHOD[what](result, estimate), what))
-    if what not in _OF_ESTIMATE:
+    if not is_among(what, _OF_ESTIMATE):
         raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
     return figure_of(estimate, what)
 
 
 def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
-    if what not in ("", "sweep"):
+    if not is_among(what, ("", "sweep")):
         raise _no_figure(result, what, ("sweep",))
     _check_method(result, method, ())
     return _drawn(sweep_plot(result))
@@ -184,7 +185,7 @@ figure_of.register(Sweep, _of_sweep)
 
 
 def _check_method(result: Shown, method: str | None, own: Sequence[str]) -> None:
-    if method is not None and method.lower() not in own:
+    if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
             f"a figure of {type(result).__name__} has no method to choose; leave it out."
         )
@@ -199,4 +200,4 @@ def _drawn(plot: Plot) -> "Figure":
 def _no_figure(result: Shown, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
-    return UsageError(f"{type(result).__name__} has no figure {what!r}{choose}.")
+    return UsageError(f"{type(result).__name__} has no figure {given(what)}{choose}.")

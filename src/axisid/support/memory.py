@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import DataError, UsageError
+from .given import given
+from .real_numbers import is_real
 from .remedy import Remedy, Setting
 
 GIGABYTE = 1e9
@@ -101,10 +103,9 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
     """
     if max_memory is None:
         return Room(str(source), _SHARE * machine_memory())
-    number = isinstance(max_memory, (int, float)) and not isinstance(max_memory, bool)
-    if not (number and max_memory > 0):
+    if not (is_real(max_memory) and max_memory > 0):
         raise UsageError(
-            f"max_memory is {max_memory!r}; give a positive number of bytes, such as 4e9."
+            f"max_memory is {given(max_memory)}; give a positive number of bytes, such as 4e9."
         )
     return Room(str(source), float(max_memory), given=True)
 

@@ -1,5 +1,6 @@
 """Numbers that a caller gives: real ones, or a sentence that says what they are."""
 
+import sys
 from typing import TypeGuard
 
 import numpy as np
@@ -13,13 +14,20 @@ _KINDS = {"c": "complex", "U": "text", "S": "text"}
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Whether a value is one real number, and no truth value."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    """Whether a value is one real number within floating point or infinite, and no truth value."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return abs(value) <= sys.float_info.max
+    return isinstance(value, (float, np.integer, np.floating))
 
 
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether a value is one whole number of a type for those, and no truth value."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def is_nothing(count: object) -> bool:
+    """Whether a count is 0 or left out; what is no count is left to what would count by it."""
+    return count is None or (isinstance(count, int) and count == 0)
 
 
 def real_array(values: ArrayLike, what: str, error: type[AxisidError] = UsageError) -> Array:

@@ -40,6 +40,10 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
             raise error(f"{file} cannot be read: it is {_kind(kind)}. ", GIVE_RESULT)
         with file.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
+    except AxisidError:
+        raise  # it is a ValueError too
+    except ValueError as refused:  # a null, or half of a letter
+        raise error(f"{str(file)!r} is no name of a file. ", GIVE_RESULT) from refused
     except OSError as refused:
         raise error(f"{file} cannot be read: {refused.strerror}. Check the path.") from refused
     if len(content) > _LARGEST:

@@ -4,7 +4,7 @@ import ctypes
 import math
 import subprocess
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,17 @@ import pytest
 import sympy
 from hypothesis import given, settings
 
-from axisid import Axis, Coordinate, Parameter, UsageError, build, derive, load_axis, newton
+from axisid import (
+    Axis,
+    Coordinate,
+    ModelError,
+    Parameter,
+    UsageError,
+    build,
+    derive,
+    load_axis,
+    newton,
+)
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
@@ -24,7 +34,9 @@ from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.native_errors import NativeUnavailableError
 from axisid.elements import Drive, coulomb, viscous
 from axisid.modeling.library import LIBRARY
+from axisid.modeling.quantities import FORCE
 from tests.axes import bodies
+from tests.axes.drives import braked, varying
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
@@ -37,6 +49,8 @@ TRIED = {
     **{name: load_axis(name) for name in LIBRARY},
     **AXES,
     "stribeck": stribeck_axis(),
+    "braked": braked(load_axis("emps2015")),
+    "varying": varying(load_axis("pendulum")),
 }
 
 
@@ -104,6 +118,11 @@ def in_st(text: str, *names: str) -> Functions:
     return {name: lambda *motion, name=name: read(name, *motion) for name in names}  # type: ignore[misc]
 
 
+def _moved(axis: Axis) -> tuple[sympy.Symbol, sympy.Symbol]:
+    """What a drive may see of the motion."""
+    return axis.coordinate.symbol, axis.coordinate.velocity
+
+
 def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float = 0.0) -> None:
     """Compare both functions with the virtual machine, at rest too."""
     force, control = functions.values()
@@ -117,7 +136,9 @@ def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float
         direction = float(dq > dead_zone) - float(dq < -dead_zone)
         tau = float(machine(q, dq, ddq, direction, values))
         assert force(q, dq, ddq) == pytest.approx(tau, rel=1e-12, abs=1e-12)
-        wanted = min(max(tau / drive.gain, -drive.limit), drive.limit)
+        given = dict(zip((FORCE, *_moved(axis)), (tau, q, dq), strict=True))
+        wanted = float(drive.inverse.subs({**given, **drive.constants}))
+        wanted = min(max(wanted, -drive.limit), drive.limit)
         reached += abs(wanted) == drive.limit
         assert control(q, dq, ddq) == pytest.approx(wanted, rel=1e-12, abs=1e-12)
     assert math.isinf(drive.limit) or reached >= 2
@@ -251,6 +272,18 @@ def test_a_comment_never_ends_early() -> None:
 
 def test_letters_of_a_comment_keep_what_ascii_has_of_them() -> None:
     assert comment("Pendelprüfstand, façade, 5 Ω") == "Pendelprufstand, facade, 5 ?"
+
+
+def test_a_drive_whose_inverse_cannot_be_formed_is_refused_truly() -> None:
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Odd(Drive):
+        @property
+        def inverse(self) -> sympy.Expr:
+            return sympy.Symbol("heat") * FORCE
+
+    model = derive(replace(load_axis("emps"), drive=Odd(gain=35.0)))
+    with pytest.raises(ModelError, match="the symbol heat has no value here"):
+        feed_forward(model, {p.name: (1.0, "") for p in model.axis.parameters})
 
 
 @pytest.mark.parametrize(

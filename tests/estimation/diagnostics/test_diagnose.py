@@ -8,6 +8,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.thresholds.threshold import Threshold
 from axisid.estimation.diagnostics.check import Check, Status, passed
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
@@ -17,7 +18,6 @@ from axisid.estimation.diagnostics.diagnose import (
 )
 from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.estimation.thresholds import diagnostics as thresholds
-from axisid.estimation.thresholds.threshold import Threshold
 from axisid.presentation.report.page import report_html
 from tests.recipes import recipe_blocks
 

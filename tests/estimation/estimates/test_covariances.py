@@ -1,7 +1,9 @@
 """Covariances are rows of a table: the recipe's goes through text, JSON, exports and back."""
 
 import json
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -9,25 +11,25 @@ import statsmodels.api as sm
 
 from axisid import Identification, Record, UsageError, export, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.commands.identify import identify as command
+from axisid.estimation.choices import covariances
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.covariances import ResidualModel
-from tests.recipes import recipe_blocks
+from tests.recipes import commands_with, recipe_blocks
 
-NAME = "hc3"
+NAME, RECIPE = "hc3", "Add a covariance"
+MODULE = "axisid.estimation.regression.leave_one_out"
 
 
 @pytest.fixture
 def added(monkeypatch: pytest.MonkeyPatch) -> None:
-    module, row = recipe_blocks("Add a covariance")
-    package = "axisid.estimation.regression"
-    names = {
-        "__name__": f"{package}.leave_one_out",
-        "__package__": package,
-        "ResidualModel": ResidualModel,
-    }
-    exec(module, names)
-    monkeypatch.setitem(COVARIANCES, NAME, eval(row, names))  # noqa: S307
+    text, written = recipe_blocks(RECIPE)
+    module = ModuleType(MODULE)
+    module.__package__ = MODULE.rpartition(".")[0]
+    monkeypatch.setitem(sys.modules, MODULE, module)
+    exec(text, vars(module))
+    row = eval(written, dict(vars(covariances)))  # noqa: S307
+    monkeypatch.setattr(covariances, "COVARIANCE_ROWS", (*covariances.COVARIANCE_ROWS, row))
+    monkeypatch.setitem(COVARIANCES, NAME, ResidualModel.of(row))
 
 
 @pytest.fixture
@@ -85,6 +87,30 @@ def test_no_covariance_is_known_but_those_of_the_table(
         identify(emps2015, twin, covariance=NAME)
 
 
-def test_the_command_line_knows_the_covariances_of_the_table() -> None:
-    (option,) = (each for each in command.params if each.name == "covariance")
-    assert [*option.type.choices] == [*COVARIANCES]  # type: ignore[attr-defined]
+def test_the_full_table_has_a_column_for_it(result: Identification) -> None:
+    text = result.summary(full=True)
+    _, _, below = text.partition("\n95 % intervals, HC3")
+    _, heads, _, row, *_ = below.splitlines()
+    assert heads.split("97.5 %")[1].split() == "sd HAC robust i.i.d. HC3 gain filter bias".split()
+    value = result["idm-ls"].parameters["M"]
+    wanted = [value.deviations[name] for name in COVARIANCES]
+    assert [float(cell) for cell in row.split()[-6:-2]] == pytest.approx(wanted, rel=5e-3)
+
+
+def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) -> None:
+    done = commands_with(
+        tmp_path,
+        RECIPE,
+        f"identify emps2015 --method idm-ls --covariance {NAME} --json result.json",
+        "identify --help",
+        module=MODULE,
+        table="axisid.estimation.choices.covariances",
+        rows="COVARIANCE_ROWS",
+    )
+    assert done.returncode == 0, done.stderr
+    (estimate,) = json.loads((tmp_path / "result.json").read_text())["estimates"]
+    assert estimate["chosen_covariance"] == NAME
+    assert "[1] sd and 95 % intervals: heteroscedasticity-robust" in done.stdout
+    said = " ".join(done.stdout.split())
+    assert "[hac|robust|iid|hc3]" in said
+    assert "hc3 of any variance with rows that weigh much." in said

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, read_record
+from axisid.codegen import GeneratedAxis
 from axisid.estimation import LogBlocks
 from axisid.estimation.records.blocks import extent
 
@@ -41,6 +42,18 @@ def test_names_that_differ_by_the_unit_only_are_told_apart(tmp_path: Path, endin
     check_agreement(file, wanted)
     (first, *_) = LogBlocks(file=file, columns=wanted)
     assert first["position"] == pytest.approx(1e-3 * POSITION)
+
+
+def test_an_axis_may_be_declared_or_generated(tmp_path: Path, emps2015: GeneratedAxis) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["t;q", *rows_of_text()]))
+    by_either = [
+        LogBlocks(file=file, axis=axis, columns=COLUMNS) for axis in (emps2015, emps2015.axis)
+    ]
+    generated, declared = (next(iter(blocks)) for blocks in by_either)
+    assert by_either[0] == by_either[1]
+    assert generated.keys() == declared.keys()
+    assert np.array_equal(generated["position"], declared["position"])
 
 
 def rows_of_text() -> list[str]:

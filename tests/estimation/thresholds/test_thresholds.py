@@ -6,25 +6,85 @@ from pathlib import Path
 
 import pytest
 
-from axisid.estimation.thresholds.threshold import Threshold
-from docs.extensions.threshold_tables import ROOM, SUBJECTS, page, rows_of, users
+from axisid.codegen.thresholds.threshold import Threshold
+from docs.extensions.threshold_tables import ROOMS, SUBJECTS, page, rows_of, users
 
 ROWS = {name: row for subject in SUBJECTS for name, row in rows_of(subject).items()}
 #: Floats of modules that judge, which are none of their judgements, and why.
 IMPLEMENTATION = {
+    "drive_check._SHARES": "the controls that are tried",
+    "drive_check._POSITIONS": "the positions that are tried",
+    "drive_check._VELOCITIES": "the velocities that are tried",
+    "drive_check._LEAST": "what has digits at all",
+    "drive_check._STEP": "step of a difference",
+    "declared_check._ANYWHERE": "the motions that are tried",
+    "declared_check._BESIDE": "how near to a zero is tried",
+    "compiler._SECONDS": "how long a compiler is waited for",
+    "library_cache._LOCK_SECONDS": "how long a lock is waited for",
+    "library_cache._OLD_SECONDS": "when what is left of a build is swept away",
+    "self_test._LARGE": "which of the points are tried at which size",
+    "self_test._STEP": "the step that is tried",
+    "self_test._CUT": "how a step is cut",
+    "self_test._LITTLE": "step of a difference",
+    "slices._SECONDS": "how long a part of the work runs",
+    "slices._WAIT": "how long a look waits",
+    "slices._SHORT": "what is run at once",
+    "virtual_loop._JUST_LEFT": "where an event's time is rounded",
+    "virtual_loop._AT_START": "rounding of a number of steps",
+    "workshop._LEAVE_SECONDS": "how long a process is waited for",
+    "workshop_process._LOOKS": "how often a process looks",
+    "rosbag._NANOSECOND": "a unit",
+    "twincat._FILETIME": "tells two units apart",
+    "twincat._TICK": "a unit",
+    "twincat._MILLISECOND": "a unit",
+    "clipping._ROUNDING": "rounding of floating point numbers",
+    "jumps._TURN": "a whole turn",
+    "own_period._NEAR": "how far a search goes",
+    "own_period._FINE": "step of a search",
+    "resampling._MOST_ROWS": "what there is memory for",
+    "filtered_record._UNITS_APART": "factors of units that are told",
+    "prefilter.DECIMATION_EDGE": "where the decimation filter ends",
+    "sampled_filter._RIPPLE_DB": "of a filter's design",
+    "without_turns._SMALLEST": "whose square is a number",
+    "without_turns._ALIKE": "rounding of a column",
+    "runaway._OFF": "step of a difference",
+    "steps._SLACK": "rounding of a number of steps",
+    "steps._UNIFORM": "how long a step is",
+    "steps._ROUNDING": "rounding of a rate",
+    "twin._MOST_SAMPLES": "what there is memory for",
+    "propagation._STEP": "step of a difference",
+    "residual_tests._NO_VARIANCE": "rounding of a variance",
+    "variable_projection._SPREAD": "starts of a search",
+    "base_distance._STILL": "where an iteration ends",
+    "base_distance._SIZES": "starts of a search",
+    "base_distance._STRETCHES": "starts of a search",
+    "base_distance._SHARPEST": "rounding of a deviation",
+    "filter_bias._STEP": "step of a difference",
+    "pace._ROUNDING": "rounding of a value",
+    "pace._SWINGING": "how an iteration is damped",
+    "pace._LEAST": "how an iteration is damped",
     "alignment._DELAYS": "the delays that are tried",
     "alignment._STILL": "where an iteration ends",
     "control_law._COLUMN_FAULTS": "factors of units that are tried",
     "control_law._UNITS": "factors of units that are told",
     "instruments._NOTHING": "rounding of a column",
     "instruments._NOTHING_LEFT": "rounding of what is left of a column",
-    "clipping._ROUNDING": "rounding of floating point numbers",
-    "jumps._TURN": "a whole turn",
-    "own_period._NEAR": "how far a search goes",
-    "own_period._FINE": "step of a search",
-    "resampling._MOST_ROWS": "what there is memory for",
+    "streaming._FORGOTTEN": "rounding of what a filter keeps",
+    "sweep._LOWEST": "the cut-offs that are tried",
+    "sweep._HIGHEST": "the cut-offs that are tried",
+    "sweep._LEAST_PERCENT": "rounding of an error",
 }
-JUDGING = ("estimation/diagnostics", "estimation/records")
+#: The same in comparisons, which no constant names.
+COMPARED = {
+    "compiler": "seconds that a clock knows",
+    "base_distance": "where an iteration is given up",
+}
+JUDGING = (
+    "codegen/accuracy",
+    "codegen/runtime",
+    *(f"estimation/{room}" for room in ("logs", "logs/text", "records", "signals", "simulation")),
+    *(f"estimation/{room}" for room in ("regression", "estimates", "diagnostics", "studies")),
+)
 
 
 def _constants(file: Path) -> dict[str, ast.expr]:
@@ -47,9 +107,11 @@ def _has_float(value: ast.expr) -> bool:
     return any(isinstance(n, ast.Constant) and type(n.value) is float for n in ast.walk(value))
 
 
-def test_every_module_of_the_room_is_a_subject_of_the_page(root: Path) -> None:
-    files = {file.stem for file in (root / "estimation" / "thresholds").glob("*.py")}
-    assert files - {"__init__", "threshold"} == set(SUBJECTS)
+def test_every_module_of_the_rooms_is_a_subject_of_the_page(root: Path) -> None:
+    stages = ("codegen", "estimation")
+    files = [file.stem for s in stages for file in (root / s / "thresholds").glob("*.py")]
+    assert sorted({*files} - {"__init__", "threshold"}) == sorted(SUBJECTS)
+    assert len(files) == len(SUBJECTS) + len(stages) + 1, "a name stands for one module"
 
 
 def test_a_name_stands_for_one_row() -> None:
@@ -89,6 +151,28 @@ def test_a_room_that_judges_has_no_number_of_its_own(folder: str, root: Path) ->
     assert own - set(IMPLEMENTATION) == set()
 
 
+@pytest.mark.parametrize("folder", JUDGING)
+def test_a_room_that_judges_compares_with_no_number_of_its_own(folder: str, root: Path) -> None:
+    own = {
+        (file.stem, ast.unparse(node))
+        for file in (root / folder).glob("*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Compare) and any(map(_is_own, ast.walk(node)))
+    }
+    assert {each for each in own if each[0] not in COMPARED} == set()
+
+
+def _is_own(node: ast.AST) -> bool:
+    """A float, but for the ends of a share; or ten times something and more."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
+        return any(
+            isinstance(side, ast.Constant) and type(side.value) is int and side.value >= 10
+            for side in (node.left, node.right)
+        )
+    value = node.value if isinstance(node, ast.Constant) else None
+    return type(value) is float and value not in (0.0, 1.0)
+
+
 def test_every_exception_is_still_there(root: Path) -> None:
     there = {
         f"{file.stem}.{name}"
@@ -111,4 +195,5 @@ def test_the_page_prints_every_row_with_its_value_and_its_users() -> None:
 def test_the_page_that_prints_the_table_is_listed(root: Path) -> None:
     assert "threshold_tables import page" in (root / "docs" / "thresholds.py").read_text()
     assert "\nthresholds\n" in (root / "docs" / "index.md").read_text()
-    assert ROOM.removeprefix("axisid.") == "estimation.thresholds"
+    text = (root / "docs" / "thresholds.py").read_text()
+    assert all(f"`{room}`" in text for room in ROOMS)

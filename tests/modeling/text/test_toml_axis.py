@@ -280,7 +280,10 @@ def test_a_gain_named_like_a_parameter_hides_no_mistake_of_the_equation(load: Lo
         (b"inertia = m\n", r"not valid TOML: Invalid value \(at line 1, column 11\).*in quotes"),
         (b"a = { b = 1 c = 2 }", "not valid TOML: .*line 1, column 13"),
         (b"a = 1\na = 2", "not valid TOML"),
-        (b"drive.gain = " + b"9" * 2400, "drive.gain: the drive gain is 9+ \\.\\.\\."),
+        (
+            b"drive.gain = " + b"9" * 2400,
+            "drive.gain: the drive gain is a whole number of 2400 digits",
+        ),
         (b"name = '\xe9'", "not UTF-8 text: see byte 0xe9 in line 1"),
         (b"\x00\xff" * 50, "not UTF-8 text"),
         (b"\x7fELF\x01", "not valid TOML"),

@@ -48,7 +48,14 @@ CONTRADICTIONS = {
     "no estimates": (_set("estimates", value=[]), "no 'idm-iv'"),
     "an unknown method": (_ls("method", value="ols"), "no method 'ols'"),
     "a method twice": (_ls("method", value="idm-iv"), "two estimates of one method"),
-    "another covariance": (_ls("chosen_covariance", value="hc3"), "no covariance 'hc3'"),
+    "another covariance": (
+        _ls("covariances", value={"classical": [[1.0]]}),
+        "are not of its 3 parameters",
+    ),
+    "a deviation by the gain": (
+        _ls("gain_slopes", value={"M": 1.0}),
+        "slopes by the drive gain of idm-ls are of other parameters",
+    ),
     "a covariance of fewer": (_ls("covariance", value=[[1.0]]), "are not of its 3 parameters"),
     "a ragged covariance": (_ls("covariance", 1, value=[1.0]), "is not of 3 parameters"),
     "a negative variance": (_ls("covariance_hac", 0, 0, value=-1.0), "has a negative variance"),

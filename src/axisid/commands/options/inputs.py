@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
 
-#: The estimators, named here so that help needs no stage.
-METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
-
-
 leave_out_option = click.option(
     "--leave-out",
     "left_out",

@@ -65,7 +65,7 @@ class Reading:
             raise click.UsageError(
                 f"{' and '.join(sorted(asked))} cannot be done in blocks; leave --stream out."
             )
-        return LogBlocks(file=Path(file), axis=axis.axis, columns=self.columns)
+        return LogBlocks(file=Path(file), axis=axis, columns=self.columns)
 
 
 _OPTIONS = (

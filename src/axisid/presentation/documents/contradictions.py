@@ -15,6 +15,7 @@ from axisid.presentation.schema import (
     WrittenValue,
 )
 from axisid.support.errors import DataError
+from axisid.support.given import given
 from axisid.support.result_file import WRITE_AGAIN
 
 from .saved_estimate import (
@@ -35,9 +36,22 @@ def refuse_contradictions(document: WrittenIdentification | WrittenStream, file:
     ------
     DataError
     """
+    if not isinstance(document, WrittenStream):
+        _refuse_unknown(document, file)
     found = _streamed(document) if isinstance(document, WrittenStream) else _identified(document)
     if problem := next(found, ""):
         raise contradiction(file, problem)
+
+
+def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
+    """Refuse a file of a program that has a covariance more: it may well be whole."""
+    for estimate in document.estimates:
+        if estimate.chosen_covariance not in COVARIANCES:
+            raise DataError(
+                f"{file} has intervals by the covariance {given(estimate.chosen_covariance)}, "
+                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
+                "register it as the program did that wrote the file, or identify again."
+            )
 
 
 def contradiction(file: str, problem: str) -> DataError:
@@ -80,12 +94,13 @@ def _estimate(of: WrittenEstimate) -> Iterator[str]:
     if of.method not in METHODS:
         yield f"there is no method {of.method!r}"
     covariances = written_covariances(of)
-    if of.chosen_covariance not in COVARIANCES or of.chosen_covariance not in covariances:
+    if of.chosen_covariance not in covariances:
         yield f"there is no covariance {of.chosen_covariance!r}"
     if any(len(c) != len(of.parameters) for c in (*covariances.values(), of.correlation)):
         yield f"the covariances of {of.method} are not of its {len(of.parameters)} parameters"
     yield from _values(of.parameters, covariances, of.method)
     yield from _direct(of)
+    yield from _gain(of)
     yield from _iterations(of)
     sizes = (of.equation_error_percent, of.simulation_error_percent or 0.0)
     if min(*sizes, *(c or 0.0 for c in of.curvatures.values())) < 0:
@@ -104,6 +119,23 @@ def _direct(of: WrittenEstimate) -> Iterator[str]:
     if any((matrix is None) != (of.theta_ddm is None) for matrix in always):
         yield f"the direct model's parameters of {of.method} and their covariances are not of one"
     yield from _values(of.theta_ddm or {}, written_ddm_covariances(of), of.method)
+
+
+def _gain(of: WrittenEstimate) -> Iterator[str]:
+    """What the drive gain's deviation adds, against the slopes by the gain."""
+    if not 0 <= of.gain_relative_sd < 1:
+        yield f"the drive gain of {of.method} has the relative deviation {of.gain_relative_sd:g}"
+    for values, slopes in (
+        (of.parameters, of.gain_slopes),
+        (of.theta_ddm or {}, of.theta_ddm_gain_slopes),
+    ):
+        if slopes is not None and {*slopes} != {*values}:
+            yield f"the slopes by the drive gain of {of.method} are of other parameters"
+            return
+        for name, value in values.items():
+            moved = of.gain_relative_sd * abs(slopes[name]) if slopes else 0.0
+            if not _same(value.sd_gain, moved):
+                yield f"what the drive gain adds to {name} by {of.method} is not of its slope"
 
 
 def _iterations(of: WrittenEstimate) -> Iterator[str]:

@@ -10,6 +10,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
 from axisid.support.remedy import Remedy, Setting
 
 from .saved_estimate import named
@@ -64,9 +65,10 @@ class FittedAxis:
         """
         if method is None:
             return self.preferred
-        if method not in self.estimates:
+        if not is_among(method, self.estimates):
             raise UsageError(
-                f"the result has no estimate by {method!r}; it has {', '.join(self.estimates)}."
+                f"the result has no estimate by {given(method)}; it has "
+                f"{', '.join(self.estimates)}."
             )
         return method
 
@@ -92,7 +94,7 @@ def fitted_axis(
         The file cannot be read, or is no identification.
     """
     if isinstance(result, Identification):
-        return _identified(result, derive(result.axis.axis), result.axis.signature)
+        return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
         return _identified(result, derive(result.known_axis), result.signature)
     saved = result if isinstance(result, SavedIdentification) else read_fit(result)

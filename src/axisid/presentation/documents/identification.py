@@ -1,6 +1,7 @@
 """Results as documents. The names are a contract with other programs."""
 
 from collections.abc import Iterable, Mapping, Set
+from dataclasses import asdict
 from typing import Any, TypeVar, cast
 
 from msgspec import UNSET, UnsetType
@@ -10,7 +11,7 @@ from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Drawn
-from axisid.estimation.signals import Sampling
+from axisid.estimation.signals import Prefilter, Sampling
 from axisid.estimation.tables import Provenance, Repair
 from axisid.presentation.schema import (
     Matrix,
@@ -23,10 +24,12 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
     WrittenRepair,
+    WrittenRequest,
     WrittenValue,
     plain,
 )
 from axisid.support.arrays import Array, finite
+from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, as_options
 
 from .diagnosis import diagnosis_members, residual_document
@@ -52,10 +55,11 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
         left_out=left_out(result.axis),
         record=record_document(result.record),
         prefilter=prefilter_document(result.data.sampling),
+        requested=None if result.requested is None else request_document(result.requested),
         estimates=tuple(
             estimate_document(
                 e,
-                drawn=_drawn(e, draws) if draws else None,
+                drawn=None if is_nothing(draws) else _drawn(e, draws),
                 physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
             )
             for name, e in result.estimates.items()
@@ -82,6 +86,7 @@ def record_document(record: Record) -> WrittenRecord:
         masked=record.masked,
         samples=len(record),
         sample_period=record.period,
+        samples_sha256=record.digest,
     )
 
 
@@ -124,6 +129,11 @@ def prefilter_document(sampling: Sampling) -> WrittenPrefilter:
         reversals=cast(Any, prefilter.reversals),
         silent=sampling.excluded_samples,
     )
+
+
+def request_document(prefilter: Prefilter) -> WrittenRequest:
+    """Settings of a prefilter before what it leaves open is chosen for a record."""
+    return WrittenRequest(**asdict(prefilter))
 
 
 def estimate_dict(estimate: Estimate) -> dict[str, Any]:
@@ -169,7 +179,16 @@ def estimate_document(
         remarks=tuple(remark.worded(as_options) for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
+        gain_relative_sd=estimate.gain_relative_sd,
+        gain_slopes=_slopes(estimate.quantities, estimate.gain_slopes),
+        theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.theta_gain_slopes)
+        if direct
+        else None,
     )
+
+
+def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, float] | None:
+    return None if slopes is None else _named(quantities, slopes)
 
 
 def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:

@@ -1,7 +1,7 @@
 """One method's estimate as its file has it: what can be said without the rows it was made from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -14,17 +14,18 @@ from axisid.estimation.regression import Drawn, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.schema import (
     Matrix,
+    WrittenDrawn,
     WrittenEstimate,
     WrittenPhysical,
     WrittenValue,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
+from axisid.support.real_numbers import is_whole
 from axisid.support.shown import Shown
 
 from .saved_diagnosis import read_residual_tests
-
-_SAME = 1e-9  # relative
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,9 +207,7 @@ class SavedEstimate(Shown):
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
 
-        As `Estimate.derive` has it, by the delta method under every covariance. What the drive
-        gain's deviation adds is NaN where the file does not tell which way the parameters move
-        with the gain.
+        As `Estimate.derive` has it, by the delta method under every covariance.
 
         Parameters
         ----------
@@ -250,13 +249,7 @@ class SavedEstimate(Shown):
         UsageError
             The file has no such draws.
         """
-        drawn = (self.document.drawn or {}).get(function)
-        held = 0 if drawn is None else drawn.draws + drawn.lost
-        if drawn is None or draws not in (None, held):
-            raise UsageError(
-                f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{'any' if draws is None else draws}; identify again and write as many."
-            )
+        drawn = self._drawn(function, draws)
         median, low, high = (
             math.nan if x is None else x for x in (drawn.median, *drawn.interval_95)
         )
@@ -270,6 +263,23 @@ class SavedEstimate(Shown):
             lost=drawn.lost,
             seed=drawn.seed,
         )
+
+    def _drawn(self, function: object, draws: object) -> WrittenDrawn:
+        """The draws of a parameter, if the file has them."""
+        written = self.document.drawn or {}
+        if not is_among(function, written):
+            raise UsageError(
+                f"the file holds no draws of {given(function)} by {self.method}; identify again "
+                "and write some."
+            )
+        drawn = written[function]
+        held = drawn.draws + drawn.lost
+        if not (draws is None or (is_whole(draws) and draws == held)):
+            raise UsageError(
+                f"the file holds {held} draws of {function!r} by {self.method}, not "
+                f"{given(draws)}; identify again and write as many."
+            )
+        return drawn
 
     def _curvature(self, gradient: Array, hessian: Array) -> float:
         """Second-order part of a function's deviation against the first.
@@ -285,23 +295,30 @@ class SavedEstimate(Shown):
 
     @property
     def gain_relative_sd(self) -> float:
-        """Of the drive gain, where its deviation moves the parameters in proportion; else NaN."""
-        moved = self._moved_by_gain
-        return float(np.max(np.abs(moved / self.physical))) if np.any(moved) else 0.0
+        """Of the drive gain that scaled the force: 0 if the force was measured or it is exact."""
+        return self.document.gain_relative_sd
+
+    @property
+    def gain_slopes(self) -> Array | None:
+        """Of the physical parameters by the logarithm of the gain, (p,), where it is not exact."""
+        return _slopes(self.parameters, self.document.gain_slopes)
+
+    @property
+    def theta_gain_slopes(self) -> Array | None:
+        """The same of the regression's own parameters, (k,)."""
+        if self.is_direct:
+            return _slopes(self.ddm_parameters, self.document.theta_ddm_gain_slopes)
+        return self.gain_slopes
 
     @property
     def _moved_by_gain(self) -> Array:
-        """What a deviation of the drive gain moves the physical parameters by, (p,).
+        """What a deviation of the drive gain moves the physical parameters by, (p,)."""
+        slopes = self.gain_slopes
+        return np.zeros(len(self.physical)) if slopes is None else self.gain_relative_sd * slopes
 
-        A gain scales the force, and with it every parameter that is in proportion to the force.
-        """
-        sizes = np.array([v.sd_gain for v in self.parameters.values()])
-        if not np.any(sizes):
-            return np.zeros(len(sizes))
-        scale = float(np.max(sizes)) / float(np.abs(self.physical)[np.argmax(sizes)])
-        moved = scale * self.physical
-        in_proportion = np.allclose(np.abs(moved), sizes, rtol=_SAME, atol=0.0)
-        return moved if in_proportion else np.full(len(sizes), math.nan)
+
+def _slopes(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:
+    return None if written is None else frozen([written[name] for name in names])
 
 
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:

@@ -1,15 +1,17 @@
 """An identification as a file has it: read, checked, and joined with its axis."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from axisid.codegen.artefacts import signature
-from axisid.modeling.declaration import Axis, leave_out
+from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.presentation.schema import (
     WrittenIdentification,
+    WrittenKnown,
     WrittenStream,
     read_document,
     schema_of,
@@ -68,7 +70,7 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
     refuse_contradictions(document, str(file))
     saved = SavedIdentification(file=str(file), document=document)
     try:
-        _ = saved.prefilter, saved.physical, saved.diagnosis
+        _ = saved.prefilter, saved.requested, saved.physical, saved.diagnosis
         _ = [estimate.residual_tests for estimate in saved.estimates.values()]
     except (AxisidError, ArithmeticError, ValueError) as error:
         problem = " ".join(str(error).split()).removesuffix(".")
@@ -134,10 +136,11 @@ def joined_model(
         return None
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
-    model = derive(leave_out(axis, **(document.left_out or {})))
+    model = derive(_as_identified(document, axis))
     made = signature(model)
     if made == document.signature:
         _check_parameters(document, file, model)
+        _check_fixed(document, file, model)
         return model
     if given is None:
         return None
@@ -147,6 +150,43 @@ def joined_model(
         f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, or "
         "identify again."
     )
+
+
+def _as_identified(document: WrittenIdentification | WrittenStream, axis: Axis) -> Axis:
+    """The axis without what was left out, and with what was fixed where it fixes nothing itself."""
+    left = leave_out(axis, **(document.left_out or {}))
+    free = {p.name for p in left.parameters if p.known is None}
+    fixed = {n: (v.value, v.sd) for n, v in _fixed(document).items() if n in free}
+    return fix(left, **fixed)
+
+
+def _fixed(document: WrittenIdentification | WrittenStream) -> Mapping[str, WrittenKnown]:
+    """What was declared as known, by name; a log that was read in blocks makes no use of it."""
+    if isinstance(document, WrittenStream) or not document.estimates[0].physical:
+        return {}
+    return document.estimates[0].physical.fixed
+
+
+def _check_fixed(
+    document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
+) -> None:
+    """Refuse an axis with other fixed values than those that the physical parameters are from."""
+    if isinstance(document, WrittenStream):
+        return
+    then, now = _fixed(document), {p.name: p for p in model.base.known}
+    for name in dict.fromkeys([*then, *now]):
+        old, new = then.get(name), now.get(name)
+        if old is None or new is None or (old.value, old.sd) != (new.known, new.known_sd):
+            said = "free" if old is None else _known(old.value, old.sd)
+            is_now = "free" if new is None else _known(new.known, new.known_sd)
+            raise UsageError(
+                f"{file} was identified with {name} {said}, but {model.axis.name!r} as it is "
+                f"declared now has it {is_now}; give the axis as it was then, or identify again."
+            )
+
+
+def _known(value: float | None, sd: float) -> str:
+    return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
 def _check_parameters(

@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+from msgspec.structs import asdict
+
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.diagnostics import Check, Diagnosis
 from axisid.estimation.estimates import Named
@@ -19,8 +21,9 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.given import given
 from axisid.support.shown import Shown, shown_by
 
 from .saved_diagnosis import read_diagnosis
@@ -39,6 +42,8 @@ class SavedRecord:
         s.
     segments, masked : tuple of (int, int)
         First row and the one after the last of each.
+    digest : str
+        Of the samples, as `Record.digest`.
     """
 
     provenance: Provenance
@@ -46,6 +51,7 @@ class SavedRecord:
     period: float
     segments: tuple[tuple[int, int], ...]
     masked: tuple[tuple[int, int], ...]
+    digest: str
 
     def __len__(self) -> int:
         return self.samples
@@ -78,8 +84,8 @@ class SavedBase:
     combined: tuple[tuple[Parameter, str], ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedPhysical:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SavedPhysical(Exact):
     """Declared parameters that follow from base parameters and known values, as `Physical`.
 
     Attributes
@@ -135,7 +141,7 @@ class SavedIdentification(Shown):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {method!r}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
             )
         return self.estimates[name]
 
@@ -196,8 +202,9 @@ class SavedIdentification(Shown):
 
     @property
     def requested(self) -> Prefilter | None:
-        """None: what was left open of the filter before it suited the record is in no file."""
-        return None
+        """The prefilter before what it left open was chosen for the record, if that is known."""
+        written = self.document.requested
+        return None if written is None else Prefilter(**asdict(written))
 
     @property
     def skipped(self) -> Mapping[str, str]:
@@ -286,6 +293,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         period=written.sample_period,
         segments=written.segments,
         masked=written.masked,
+        digest=written.samples_sha256,
     )
 
 

@@ -14,6 +14,7 @@ from axisid.presentation.blocks import Document
 from axisid.presentation.plots import Plot, autocorrelation_plot, convergence_plot
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
@@ -65,10 +66,10 @@ def saved_plot(estimate: SavedEstimate, what: str) -> Plot | Missing:
     UsageError
         It needs the rows of the record.
     """
-    if what not in _PLOTS:
+    if not is_among(what, _PLOTS):
         raise UsageError(
-            f"the file of a result has no rows of its record, which the figure {what!r} needs; "
-            f"identify again, or choose from {', '.join(_PLOTS)}."
+            f"the file of a result has no rows of its record, which the figure {given(what)} "
+            f"needs; identify again, or choose from {', '.join(_PLOTS)}."
         )
     return _PLOTS[what](_live_estimate(estimate))
 
@@ -83,13 +84,11 @@ def _live(saved: SavedIdentification) -> Identification:
 
 def _live_estimate(estimate: SavedEstimate) -> Estimate:
     rows = np.arange(estimate.document.rows, dtype=np.float64)
-    relative = estimate.gain_relative_sd
     own = {
         "y": rows,
         "rows": rows,
         "neighbours": Neighbours.consecutive(len(rows)),
         "period": estimate.row_period,
-        "gain_relative_sd": relative if relative == relative else 0.0,
     }
     return cast(Estimate, _Like(estimate, **own))
 

@@ -1,9 +1,12 @@
 """Figures of a whole result: its record, its tracking, and everything in one list."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
+from axisid.estimation.choices.methods import same_estimates
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
@@ -18,6 +21,13 @@ from .friction import friction_plot
 from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line
 
 _ROOM = 1.0  # about the instruments' range, against it
+#: By whether a method has instruments, and else regresses the inverse model.
+_TONES: dict[tuple[bool, bool], Tone] = {
+    (False, False): "measured",
+    (False, True): "error",
+    (True, False): "model",
+}
+_FURTHER: tuple[Tone, ...] = ("other", "warm", "violet")
 
 
 def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[str, Plot | Missing]:
@@ -139,34 +149,12 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     used : float, optional
         Cut-off of the result beside it, Hz.
     """
-    styles: dict[str, Tone] = {"ddm-ls": "measured", "idm-ls": "error", "idm-iv": "model"}
-    if all("idm-iv" not in result.estimates for result in sweep.results):
-        styles["ddm-iv"] = "model"  # else it is the same estimate
+    drawn = _drawn(sweep)
     panels = []
     for quantity in sweep.results[0].axis.parameters:
-        curves = []
-        for method, tone in styles.items():
-            found = [
-                (result.prefilter.cutoff, result.estimates[method].parameters[quantity.name])
-                for result in sweep.results
-                if method in result.estimates
-            ]
-            if not found:
-                continue
-            low, high = np.array([value.interval for _, value in found]).T
-            curves.append(
-                Series(
-                    label=method.upper(),
-                    x=np.array([cutoff for cutoff, _ in found]),
-                    y=np.array([value.corrected for _, value in found]),
-                    low=low,
-                    high=high,
-                    tone=tone,
-                    dashed=method.endswith("ls"),
-                )
-            )
+        curves = tuple(_curve(sweep, quantity.name, each) for each in drawn)
         label = labelled(quantity.name, quantity.unit)
-        panels.append(Panel(label=label, series=tuple(curves), span=_span(curves)))
+        panels.append(Panel(label=label, series=curves, span=_span(curves)))
     marks = [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
@@ -181,18 +169,68 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Drawn:
+    """How a method is drawn."""
+
+    method: str
+    tone: Tone
+    dashed: bool
+
+
+def _drawn(sweep: Sweep) -> list[_Drawn]:
+    """The methods of a sweep from the lowest layer: least squares, dashed, below instruments.
+
+    The first of a kind has the kind's colour, whatever its name; further ones have those left.
+    """
+    kinds = {}
+    for method in sweep.methods:
+        estimate = next(found for found in sweep.estimates(method) if found is not None)
+        with_instruments = estimate.Z is not None
+        kinds[method] = with_instruments, not with_instruments and not estimate.is_direct
+    further, free = cycle(_FURTHER), dict(_TONES)
+    return [
+        _Drawn(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
+        for method, kind in sorted(kinds.items(), key=lambda item: item[1])
+    ]
+
+
+def _curve(sweep: Sweep, name: str, drawn: _Drawn) -> Series:
+    """A parameter by one method over the cut-offs."""
+    found = [
+        (cutoff, estimate.parameters[name])
+        for cutoff, estimate in zip(sweep.cutoffs, sweep.estimates(drawn.method), strict=True)
+        if estimate is not None
+    ]
+    low, high = np.array([value.interval for _, value in found]).T
+    return Series(
+        label=drawn.method.upper(),
+        x=np.array([cutoff for cutoff, _ in found]),
+        y=np.array([value.corrected for _, value in found]),
+        low=low,
+        high=high,
+        tone=drawn.tone,
+        dashed=drawn.dashed,
+    )
+
+
 def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
     """A scale on which the instruments are seen, where least squares would take all of it."""
-    bounds = {c.label: (c.low, c.high) for c in curves if c.low is not None and c.high is not None}
-    lows, highs = zip(*bounds.values(), strict=True)
-    low, high = np.nanmin(np.concatenate(lows)), np.nanmax(np.concatenate(highs))
-    for label, (least, largest) in bounds.items():
-        if label.endswith("IV"):
-            first, last = np.nanmin(least), np.nanmax(largest)
-            room = _ROOM * (last - first)
-            seen = max(low, first - room), min(high, last + room)
-            return None if seen == (low, high) else (float(seen[0]), float(seen[1]))
-    return None
+    low, high = _bounds(curves)
+    instruments = [curve for curve in curves if not curve.dashed]
+    if not instruments:
+        return None
+    first, last = _bounds(instruments)
+    room = _ROOM * (last - first)
+    seen = max(low, first - room), min(high, last + room)
+    return None if seen == (low, high) else seen
+
+
+def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
+    """The least and the largest of what bands reach."""
+    lows = [curve.low for curve in curves if curve.low is not None]
+    highs = [curve.high for curve in curves if curve.high is not None]
+    return float(np.nanmin(np.concatenate(lows))), float(np.nanmax(np.concatenate(highs)))
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
@@ -203,8 +241,8 @@ def _swept(sweep: Sweep, *, cut: bool) -> str:
     ]
     if cut:
         told.append("The scale is the instruments', so that least squares may leave a panel.")
-    if any({"idm-iv", "ddm-iv"} <= set(result.estimates) for result in sweep.results):
-        told.append("DDM-IV is the same estimate as IDM-IV.")
+    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
+    told += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
     return " ".join([*told, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
 
 

@@ -29,7 +29,6 @@ from .verdict import verdict_html
 _PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
-_SWEPT = ("idm-ls", "idm-iv")
 
 
 def report_html(
@@ -89,7 +88,7 @@ def report_html(
 def report_sweep(
     result: Identification, progress: Callable[[int, int, str], None] | None = None
 ) -> Sweep:
-    """The modest sweep of a report: least squares and instruments at a few cut-offs.
+    """The modest sweep of a report: the methods of the inverse model at a few cut-offs.
 
     Parameters
     ----------
@@ -102,7 +101,7 @@ def report_sweep(
     EstimationError
         No cut-off gave an estimate.
     """
-    methods = [method for method in _SWEPT if method in result.estimates]
+    methods = [method for method, found in result.estimates.items() if not found.is_direct]
     swept = sweep(
         result.axis,
         result.record,

@@ -74,3 +74,15 @@ class WrittenEstimate(Written, frozen=True, kw_only=True):
         Mapping[str, Matrix] | UnsetType,
         about("Of the direct model: the chosen one, where it has no member of its own."),
     ] = UNSET
+    gain_relative_sd: Annotated[
+        float, about("Of the drive gain; 0 where it is exact or the force was measured.")
+    ]
+    gain_slopes: Annotated[
+        Mapping[str, float] | None,
+        about(
+            "Of the physical parameters by the logarithm of the drive gain; null for an exact one."
+        ),
+    ]
+    theta_ddm_gain_slopes: Annotated[
+        Mapping[str, float] | None, about("The same of the direct model.")
+    ]

@@ -15,7 +15,7 @@ from .diagnosis import (
     WrittenLawCheck,
 )
 from .estimate import WrittenEstimate
-from .record import WrittenPrefilter, WrittenRecord
+from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
 
 
 class WrittenMethodValidation(Written, frozen=True, kw_only=True):
@@ -57,6 +57,9 @@ class WrittenIdentification(
     ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter
+    requested: Annotated[
+        WrittenRequest | None, about("The prefilter before it suited the record; null if unknown.")
+    ]
     estimates: tuple[WrittenEstimate, ...]
     judged: Annotated[str, about("The method that the checks of one estimate are of.")]
     law_check: WrittenLawCheck

@@ -54,6 +54,13 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     ]
     samples: int
     sample_period: Annotated[float, about("s")]
+    samples_sha256: Annotated[
+        str,
+        about(
+            "Of the samples: of time, position, reference, control and force, as far as there are, "
+            "the role, then the values as 64-bit floats."
+        ),
+    ]
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
@@ -65,6 +72,18 @@ class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
     ]
     samples: int
     sample_period: Annotated[float, about("s")]
+
+
+class WrittenRequest(Written, frozen=True, kw_only=True):
+    """A prefilter as it was asked for; null is what was left open, to be chosen for the record."""
+
+    cutoff: Annotated[float, about("Hz")]
+    order: int
+    decimate: Annotated[int, about("One row in so many.")]
+    decimation: Literal["matlab", "scipy"]
+    drop: Annotated[tuple[int, int] | None, about("Samples to leave out at start and end.")]
+    hold: Literal["raw", "zoh"] | None
+    reversals: Literal["keep", "leave-out"] | None
 
 
 class WrittenPrefilter(Written, frozen=True, kw_only=True):

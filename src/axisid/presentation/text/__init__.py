@@ -1,6 +1,6 @@
 """Results in words and tables.
 
-In: a result. Out: a document of blocks. Computes no statistics.
+In: a result. Out: a document of blocks. Knows nothing of how statistics are computed.
 """
 
 from .comparison import comparison_document as comparison_document

@@ -273,7 +273,7 @@ def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
 def _notes(c: Comparison) -> list[str]:
     instruments = (
         " Instruments are those of the loop simulated with all rows' estimate."
-        if c.method == "idm-iv"
+        if any(each.estimate.Z is not None for each in c.candidates)
         else ""
     )
     notes = [

@@ -53,7 +53,9 @@ def _table(
 
 
 def _intervals(title: str, estimates: Mapping[str, Estimate]) -> Table:
-    header = ["", "unit", "2.5 %", "97.5 %", "sd HAC", "robust", "i.i.d.", "gain", "filter bias"]
+    labels = [model.label for model in COVARIANCES.values()]
+    labels[0] = f"sd {labels[0]}"
+    header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "filter bias"]
     rows = (
         [f"{method.upper()} {name}", value.unit, *_figures(value)]
         for method, estimate in estimates.items()
@@ -64,7 +66,7 @@ def _intervals(title: str, estimates: Mapping[str, Estimate]) -> Table:
 
 def _figures(value: Value) -> list[str]:
     ends = [f"{end:.6g}" for end in value.interval]
-    deviations = (value.sd_hac, value.sd_robust, value.sd, value.sd_gain)
+    deviations = (*(value.deviations[name] for name in COVARIANCES), value.sd_gain)
     bias = "-" if value.filter_bias is None else f"{value.filter_bias:+.2g}"
     return [*ends, *(f"{sd:.3g}" for sd in deviations), bias]
 

@@ -24,6 +24,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
+from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import details_document
@@ -71,7 +72,7 @@ def identification_document(
         *_physical_tables(result),
         verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
-        *((drawn_table(result.estimates, draws),) if draws else ()),
+        *((drawn_table(result.estimates, draws),) if not is_nothing(draws) else ()),
         *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from axisid.estimation.estimates import METHODS
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep
 from axisid.modeling.declaration import left_out_text
@@ -26,9 +25,6 @@ from .record import record_facts
 
 def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
-    methods = [m for m in METHODS if any(m in r.estimates for r in sweep.results)]
-    if "idm-iv" in methods:
-        methods = [m for m in methods if m != "ddm-iv"]  # the same estimate
     first = sweep.results[0]
     told = record_facts(first.record, wording)
     facts = {
@@ -36,7 +32,8 @@ def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document
         **{name: told[name] for name in ("assumed", "repaired")},
     }
     tables: list[Block] = [
-        _table(sweep, quantity.name, quantity.unit, methods) for quantity in first.axis.parameters
+        _table(sweep, quantity.name, quantity.unit, sweep.methods)
+        for quantity in first.axis.parameters
     ]
     return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep, wording)
 

@@ -8,7 +8,7 @@ Number = TypeVar("Number", int, float)
 
 @dataclass(frozen=True, slots=True)
 class Threshold(Generic[Number]):
-    """A number by which a check passes, a note is written or a log is refused.
+    """A number by which a check passes, a note is written, or a log or a program is refused.
 
     Attributes
     ----------

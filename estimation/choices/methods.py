@@ -1,0 +1,59 @@
+"""Every method of estimation, by the name that users give."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodRow:
+    """A method, and where it lives.
+
+    Attributes
+    ----------
+    name : str
+        As users give it, ``idm-ls``.
+    method : str
+        ``module:class`` of the `Method`.
+    form : str
+        ``module:class`` of the `Form` that it regresses.
+    compares : bool
+        Whether `compare` can judge models by it, which solves the rows of the inverse model that
+        are not held out by least squares, or by the estimate's instruments.
+    same_as : str
+        The method that solves the same equations for the same estimate; empty for none.
+    """
+
+    name: str
+    method: str
+    form: str
+    compares: bool = False
+    same_as: str = ""
+
+
+_ESTIMATES = "axisid.estimation.estimates"
+_LEAST_SQUARES = f"{_ESTIMATES}.least_squares:LeastSquares"
+_INSTRUMENTS = f"{_ESTIMATES}.instrumental:Instruments"
+INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))
+#: In the order in which they are run, and of help and messages.
+METHOD_ROWS = (
+    MethodRow(name="idm-ls", method=_LEAST_SQUARES, form=INVERSE, compares=True),
+    MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
+    MethodRow(name="idm-iv", method=_INSTRUMENTS, form=INVERSE, compares=True),
+    MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
+)
+
+
+def method_names() -> tuple[str, ...]:
+    """Return the names, in the order of help."""
+    return tuple(row.name for row in METHOD_ROWS)
+
+
+def comparing() -> tuple[str, ...]:
+    """Return the methods that `compare` can judge models by."""
+    return tuple(row.name for row in METHOD_ROWS if row.compares)
+
+
+def same_estimates(names: Sequence[str]) -> dict[str, str]:
+    """Return those of some methods whose estimate is that of another one of them, with that one."""
+    same = {row.name: row.same_as for row in METHOD_ROWS if row.same_as}
+    return {name: same[name] for name in names if same.get(name) in names}
