@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, bound_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Equations,
@@ -95,7 +95,7 @@ def profile_alignment(
         Of the inverse model, and the simulated force of the same rows: the delay is then estimated
         by instruments too, since noise in the motion moves that of least squares.
     """
-    return alignment_of(FilteredRecord.bind(axis, record, prefilter), physical, instruments)
+    return alignment_of(bound_record(axis, record, prefilter), physical, instruments)
 
 
 def alignment_of(
@@ -256,12 +256,13 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     """What the filter alone moves the delay by: of the noise-free loop's it is known."""
     equations = form.equations(quiet.signals)
     reduced = equations.reduced(quiet)
-    used = _held(quiet.prefilter.hold)
+    law = quiet.axis.axis.control
+    made = _held("raw" if law is None or law.continuous else "zoh")  # by the loop itself
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
-    given = (rows, used, reduced.known, regressor, Z, simulated)
+    given = (rows, made, reduced.known, regressor, Z, simulated)
     delay, deviation, at_the_end = _by_instruments(*given)
-    return 0.0 if at_the_end or not np.isfinite(deviation) else delay - used
+    return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 
 def _held(hold: str | None) -> float:

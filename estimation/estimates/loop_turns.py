@@ -5,6 +5,8 @@ where there are none, hides rests, and so chooses the rows by what is to be regr
 is simulated with least squares turns where the axis does, and has no noise.
 """
 
+import numpy as np
+
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm, simulated_position
@@ -27,7 +29,10 @@ def bound_record(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> F
     if data.prefilter.reversals != "leave-out" or record.reference is None:
         return data
     try:
-        fit = LeastSquares(name="idm-ls", form=InverseForm).fit(Problem(axis=axis, data=(data,)))
+        with np.errstate(all="ignore"):  # what is not finite is refused where it is estimated
+            fit = LeastSquares(name="idm-ls", form=InverseForm).fit(
+                Problem(axis=axis, data=(data,))
+            )
+            return data.turning_as(simulated_position(fit.loops)) if fit.follows else data
     except AxisidError:
         return data  # whoever asks for an estimate is told why there is none
-    return data.turning_as(simulated_position(fit.loops)) if fit.follows else data

@@ -5,4 +5,5 @@ Knows nothing of how it is shown.
 """
 
 from .identify import identify as identify
+from .identify import identify_filtered as identify_filtered
 from .result import Identification as Identification

@@ -15,7 +15,7 @@ from axisid.estimation.estimates import (
 )
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.given import given, is_among
@@ -62,7 +62,19 @@ def identify(
     requested = _requested(methods)
     asked = Prefilter.suited(record.period) if prefilter is None else prefilter
     data = bound_record(generated, record, asked)
-    problem = Problem(axis=generated, data=(data,))
+    return identify_filtered(data, asked, requested, lags=lags, covariance=covariance)
+
+
+def identify_filtered(
+    data: FilteredRecord,
+    asked: Prefilter,
+    requested: Sequence[str] | None = None,
+    *,
+    lags: int | None = None,
+    covariance: str = "hac",
+) -> Identification:
+    """`identify` from a record that is filtered already, by the prefilter that was asked for."""
+    problem = Problem(axis=data.axis, data=(data,))
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}

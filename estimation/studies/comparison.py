@@ -6,14 +6,15 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import comparing
 from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.identification import Identification, identify
+from axisid.estimation.estimates import bound_record
+from axisid.estimation.identification import Identification, identify_filtered
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import NO_RELATION
@@ -135,10 +136,10 @@ def compare(
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    data = FilteredRecord.bind(
+    data = bound_record(
         first, record, Prefilter.suited(record.period) if prefilter is None else prefilter
     )
-    fits, failures = _fits(named, record, data.prefilter, method, progress)
+    fits, failures = _fits(named, data, method, progress)
     gap = data.sampling.filter.memory
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
@@ -176,8 +177,7 @@ def compare(
 
 def _fits(
     named: Mapping[str, GeneratedAxis],
-    record: Record,
-    prefilter: Prefilter,
+    data: FilteredRecord,
     method: str,
     progress: Progress | None,
 ) -> tuple[dict[str, Identification], dict[str, Note]]:
@@ -186,7 +186,8 @@ def _fits(
     failures: dict[str, Note] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
-            fits[name] = identify(axis, record, prefilter, [method])
+            own = replace(data, axis=axis)
+            fits[name] = identify_filtered(own, data.prefilter, [method])
         except (EstimationError, ModelError) as error:
             failures[name] = error.note
     if not fits:

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import METHODS
+from axisid.estimation.estimates import METHODS, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     loop_reference,
@@ -222,7 +222,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
-        data = FilteredRecord.bind(result.axis, record, rescaled)
+        data = bound_record(result.axis, record, rescaled)
         methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(

@@ -76,7 +76,7 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     file = tmp_path / "result.json"
     file.write_text(json.dumps(result.to_dict()))
     monkeypatch.delitem(COVARIANCES, NAME)
-    with pytest.raises(ValueError, match="there is no covariance 'hc3'"):
+    with pytest.raises(ValueError, match="covariance 'hc3', which this program does not have"):
         load_result(file)
 
 

@@ -87,7 +87,7 @@ def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) 
     check = following(lost, 0.0)
     assert check.status == "fail"
     assert check.meaning.endswith("recorded can: it is too stiff")
-    untried = replace(lost, simulated=NotSimulated("it has no law"), filter_bias=None)
+    untried = replace(lost, simulated=NotSimulated("it has no law"), noise_free=None)
     assert following(untried, 0.0) == filter_bias(untried) == untried.simulated
 
 

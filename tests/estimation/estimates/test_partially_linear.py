@@ -31,9 +31,9 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import Comparison
+from axisid.estimation.estimates import bound_record
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
-from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
 from tests.axes.bodies import b, c, m, stage, x
 
@@ -124,7 +124,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
 ) -> None:
     """SciPy's, from the truth, on the inverse dynamics and not on the regressor."""
     estimate = result["idm-ls"]
-    data = FilteredRecord.bind(axis, record, FILTER)
+    data = bound_record(axis, record, FILTER)
     s_, y = data.signals, data.reduce(data.signals.force)
 
     def residuals(theta: np.ndarray) -> np.ndarray:
@@ -154,7 +154,7 @@ def test_instruments_solve_their_nonlinear_equations(
 ) -> None:
     iv = result["idm-iv"]
     assert iv.Z is not None
-    data = FilteredRecord.bind(axis, record, FILTER)
+    data = bound_record(axis, record, FILTER)
     reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
     residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
@@ -215,7 +215,7 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     free = identify(axis, record, kept, "idm-iv")["idm-iv"]
     assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
     assert damped.physical == pytest.approx(free.physical, rel=1e-4)
-    data = FilteredRecord.bind(axis, record, kept)
+    data = bound_record(axis, record, kept)
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
         form = InverseForm(axis)
@@ -285,7 +285,7 @@ def test_blocks_are_simulated_within_the_bounds(
     axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
     blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
     beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
-    settings = FilteredRecord.bind(axis, record, FILTER), estimate, blocks
+    settings = bound_record(axis, record, FILTER), estimate, blocks
     found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
     assert isinstance(found, HeldOut)
     assert isinstance(expected, HeldOut)

@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import METHODS, Estimate, Problem, estimate_by
+from axisid.estimation.estimates import METHODS, Estimate, Problem, bound_record, estimate_by
 from axisid.estimation.signals import FilteredRecord
 
 CUT = 4000
@@ -65,7 +65,8 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
 
 
 def test_one_record_is_what_identify_makes_of_it(emps2015: GeneratedAxis, twin: Record) -> None:
-    found = estimate_by(problem(emps2015, twin), METHODS["idm-iv"])
+    bound = Problem(axis=emps2015, data=(bound_record(emps2015, twin, Prefilter()),))
+    found = estimate_by(bound, METHODS["idm-iv"])
     expected = identify(emps2015, twin, Prefilter(), "idm-iv")["idm-iv"]
     assert np.array_equal(found.physical, expected.physical)
     assert np.array_equal(found.covariances["hac"], expected.covariances["hac"])

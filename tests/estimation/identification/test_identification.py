@@ -245,9 +245,8 @@ def test_parameters_that_no_motion_separates_are_identified_as_their_combination
     more = axis.force + 2 * coulomb(twice, axis.coordinate)
     both = replace(axis, name="both", parameters=(*axis.parameters, twice), force=more)
     both = replace(both, control=None, experiment=None)
-    found, alone = (
-        identify(a, twin_record(axis), methods="idm-ls")["idm-ls"] for a in (both, axis)
-    )
+    record = replace(twin_record(axis), reference=None)  # which `both`, without a law, cannot use
+    found, alone = (identify(a, record, methods="idm-ls")["idm-ls"] for a in (both, axis))
     assert list(found.parameters) == ["M", "Fv", "Fc_plus_Fd"]
     assert found.physical == pytest.approx(alone.physical, rel=1e-12)
 

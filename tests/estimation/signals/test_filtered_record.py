@@ -64,7 +64,7 @@ def test_a_filter_that_cannot_serve_the_record_is_refused_when_it_is_bound(
 def test_one_identification_low_passes_each_motion_once(
     emps2015: GeneratedAxis, record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The record's, and that of the loop simulated with each of the four estimates."""
+    """The record's, the loop's that says where it turns, and each of the four estimates'."""
     filtered: list[Array] = []
     motion = SampledFilter.motion
 
@@ -77,9 +77,9 @@ def test_one_identification_low_passes_each_motion_once(
     monkeypatch.setattr(SampledFilter, "motion", counted)
     result = identify(emps2015, record, result_filter)
     assert len(result) == 4
-    assert len(filtered) == 5
+    assert len(filtered) == 6
     assert result.diagnosis.verdict
-    assert len(filtered) == 5
+    assert len(filtered) == 7  # the judged loop once more, for its delay
     assert sum(np.shares_memory(each, record.position) for each in filtered) == 1
 
 

@@ -17,6 +17,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.estimates import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 
@@ -87,7 +88,7 @@ def test_default_keeps_them_where_hardly_anything_else_is_left(
 
 
 def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
-    data = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out"))
+    data = bound_record(emps2015, twin, Prefilter(reversals="leave-out"))
     velocity = data.signals.velocity
     silent = np.zeros(len(twin), dtype=bool)
     for start, stop in data.excluded:
@@ -101,7 +102,7 @@ def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, tw
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    data = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="leave-out"))
+    data = bound_record(emps2015, twin, Prefilter(reversals="leave-out"))
     spoilt = np.array(twin.control)
     for start, stop in data.excluded:
         spoilt[start:stop] = 1e3
