@@ -13,12 +13,14 @@ from axisid.support.missing import Missing
 
 from .agreement import delta_method_check, ls_against_iv, self_test
 from .alignment import alignment_check
+from .changes_in_time import changes_in_time
 from .check import Check
 from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
 from .left_over import constant_check, ripple_check
+from .missing_terms import missing_terms
 from .motion import conditioning, precision, within_bounds
 from .residuals import independence, left_of_the_motion, normality, sign_runs
 from .simulation import following, rest_check
@@ -138,6 +140,14 @@ def _ripple(case: Case) -> Check | Missing:
     return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
 
 
+def _missing_terms(case: Case) -> Check | Missing:
+    return missing_terms(case.lacking, case.data.axis.axis.coordinate)
+
+
+def _changes_in_time(case: Case) -> Check | Missing:
+    return changes_in_time(case.lacking, case.preferred)
+
+
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
@@ -163,6 +173,8 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="force against control", check=_force, rank=5, grave=True),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
         Diagnostic(name="constant force", check=_constant),
+        Diagnostic(name="missing terms", check=_missing_terms, rank=8),
+        Diagnostic(name="changes in time", check=_changes_in_time, rank=8),
         Diagnostic(name="ripple", check=_ripple),
     )
 }

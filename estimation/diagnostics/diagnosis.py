@@ -23,6 +23,7 @@ from .instruments import (
     instrument_tests,
     strength_check,
 )
+from .lacking import Lack, lacking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,6 +133,11 @@ class Case:
             return alignment_of(self.data, self.preferred.physical, self._instruments)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def lacking(self) -> tuple[Lack, ...] | Missing:
+        """What the judged model lacks, or why that cannot be told."""
+        return lacking(self.data, self.preferred)
 
     @cached_property
     def fixed(self) -> Check | Missing | None:
