@@ -13,14 +13,12 @@ from axisid.support.missing import Missing
 
 from .agreement import delta_method_check, ls_against_iv, self_test
 from .alignment import alignment_check
-from .changes_in_time import changes_in_time
 from .check import Check
 from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
-from .left_over import constant_check, ripple_check
-from .missing_terms import missing_terms
+from .left_over import changes_check, constant_check, ripple_check, terms_check
 from .motion import conditioning, precision, within_bounds
 from .residuals import independence, left_of_the_motion, normality, sign_runs
 from .simulation import following, rest_check
@@ -141,11 +139,11 @@ def _ripple(case: Case) -> Check | Missing:
 
 
 def _missing_terms(case: Case) -> Check | Missing:
-    return missing_terms(case.lacking, case.data.axis.axis.coordinate)
+    return terms_check(case.lacking, case.preferred)
 
 
 def _changes_in_time(case: Case) -> Check | Missing:
-    return changes_in_time(case.lacking, case.preferred)
+    return changes_check(case.lacking, case.preferred)
 
 
 #: By name, in the order of the verdict.
@@ -173,9 +171,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="force against control", check=_force, rank=5, grave=True),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
         Diagnostic(name="constant force", check=_constant),
+        Diagnostic(name="ripple", check=_ripple),
         Diagnostic(name="missing terms", check=_missing_terms, rank=8),
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8),
-        Diagnostic(name="ripple", check=_ripple),
     )
 }
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from axisid.estimation.estimates import Estimate, Reach
+from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
@@ -23,7 +24,6 @@ from .instruments import (
     instrument_tests,
     strength_check,
 )
-from .lacking import Lack, lacking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

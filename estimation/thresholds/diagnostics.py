@@ -37,6 +37,13 @@ MAX_FACTOR_ERROR = Threshold(
     "distance of a factor of a law that does not fit from a round one, beyond which it is off",
     "chosen",
 )
+MAX_ONE_GAIN_ERROR = Threshold(
+    0.25,
+    "1",
+    "distance from 1 of the factors that one wrong gain leaves, by its own, up to which it is "
+    "named",
+    "chosen",
+)
 MAX_CONTROL_LEAN = Threshold(
     0.01,
     "1",
@@ -292,45 +299,5 @@ MIN_SPECTRUM_ROWS = Threshold(
     100,
     "rows",
     "rows below which no ripple is looked for",
-    "chosen",
-)
-
-# What the model lacks
-
-MIN_REST_OF_LOOP = Threshold(
-    0.5,
-    "1",
-    "rest of the simulated loop, by the reach of the low-pass, from which it is no mere turn",
-    "chosen",
-)
-MIN_OWN_PART = Threshold(
-    0.05,
-    "1",
-    "part of a column that the model's own do not span, below which it is not told from them",
-    "chosen",
-)
-FALSE_DISCOVERY_RATE = Threshold(
-    1e-3,
-    "1",
-    "part of the terms and changes in time that are told of, though they are chance",
-    "measured: with 0.01 slow noise is taken for one in 2 % of records, by the HAC deviations",
-)
-MIN_EXPLAINED_SHARE = Threshold(
-    0.05,
-    "1",
-    "part of the residuals' sum of squares that such a term or change takes, below which it is not "
-    "told",
-    "chosen",
-)
-TRIMMED_SHARE = Threshold(
-    0.15,
-    "1",
-    "part of a parameter's information at either end in which no change in time is looked for",
-    "[Andrews1993]",
-)
-MIN_ROWS_TO_LOOK = Threshold(
-    20,
-    "rows",
-    "rows in motion for each parameter and a constant, below which nothing missing is looked for",
     "chosen",
 )

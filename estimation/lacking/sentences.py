@@ -1,49 +1,39 @@
-"""Whether a named term is missing in the model, as a check."""
+"""What is said of something that a model lacks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from axisid.estimation.thresholds.diagnostics import NEGLIGIBLE_FORCE
 from axisid.modeling.quantities import Coordinate
-from axisid.support.missing import Missing
 
 from .candidates import Kind
-from .check import Check, passed
-from .lacking import Lack
-
-_NAME = "missing terms"
-SOURCE = (
-    "percent of the force, root mean square; fails where Wald's test tells it from zero among all "
-    "that is looked for (a false-discovery rate of 0.1 %, Benjamini-Yekutieli), the score test at "
-    "1 % too, and it takes 5 % or more of the residuals' power"
-)
+from .search import Lack
 
 
-def missing_terms(found: Sequence[Lack] | Missing, coordinate: Coordinate) -> Check | Missing:
-    """Whether the residuals hold a term that an element could declare.
+def said_of_term(lack: Lack, coordinate: Coordinate) -> str:
+    """Which term is missing, how large it is, and the element that declares it."""
+    what = _SAID[lack.kind](lack, coordinate)
+    return f"{what} ({100 * lack.share:.2g} % of the force is this)"
 
-    A delay of the force and what changes in time have checks of their own.
-    """
-    if isinstance(found, Missing):
-        return found
-    terms = [lack for lack in found if lack.kind in _SAID]
-    return Check(
-        name=_NAME,
-        status=passed(not terms),
-        figure=100 * max((lack.share for lack in terms), default=0.0),
-        threshold=100 * NEGLIGIBLE_FORCE.value,
-        p_value=min((lack.p_value for lack in terms), default=None),
-        source=SOURCE,
-        meaning="; ".join(said(lack, coordinate) for lack in terms)
-        or "no named term of friction, drag or position stands out of the residuals",
+
+def said_of_change(lack: Lack, unit: str) -> str:
+    """Which parameter changes, by how much and when."""
+    by = f"{lack.values[0]:+.3g} +- {lack.deviations[0]:.1g} {unit}"
+    share = f" ({100 * lack.values[0] / lack.before:+.2g} %)" if lack.before else ""
+    if lack.kind == "drift":
+        return (
+            f"{lack.parameter} changes by {by}{share} over the record, little by little: record "
+            "when the axis is warm, or identify parts of the record by themselves"
+        )
+    return (
+        f"{lack.parameter} changes by {by}{share} at about {lack.at:.3g} s: identify what is "
+        "before and after by itself, or find what was changed there"
     )
 
 
-def said(lack: Lack, coordinate: Coordinate) -> str:
-    """What is missing, how large it is, and the element that declares it."""
-    what = _SAID[lack.kind](lack, coordinate)
-    return f"{what} ({100 * lack.share:.2g} % of the force is this)"
+def is_named(lack: Lack) -> bool:
+    """Whether it is a term with an element; a delay of the force has a check of its own."""
+    return lack.kind in _SAID
 
 
 def _direction(lack: Lack, q: Coordinate) -> str:
@@ -56,16 +46,19 @@ def _direction(lack: Lack, q: Coordinate) -> str:
 
 def _quadratic(lack: Lack, q: Coordinate) -> str:
     drag = _amount(lack, f"{q.force_unit}/({q.unit}/s)^2")
-    return f"a drag of {drag} times the speed squared is missing: declare quadratic(Fq, {q.name})"
+    return (
+        f"friction bends over the speed, by {drag} times its square: declare quadratic(Fq, "
+        f"{q.name}), or stribeck beside coulomb where it is slow motion that differs"
+    )
 
 
 def _stribeck(lack: Lack, q: Coordinate) -> str:
     size = f"{abs(lack.values[0]):.2g} {q.force_unit}"
     side = "higher" if lack.values[0] > 0 else "lower"
     return (
-        f"friction depends on the speed, roughly {size} {side} than the model's below about "
-        f"{lack.at:.1g} {q.unit}/s: declare stribeck(Fs, {q.name}, velocity={lack.at:.1g}) beside "
-        "coulomb"
+        f"friction depends on the speed, roughly {size} {side} than the model's at speeds of "
+        f"about {lack.at:.1g} {q.unit}/s and less: declare stribeck(Fs, {q.name}, "
+        f"velocity={lack.at:.1g}, exponent=1) beside coulomb"
     )
 
 
@@ -124,9 +117,9 @@ def _amount(lack: Lack, unit: str, factor: float = 1.0) -> str:
 
 def _amplitude(lack: Lack) -> str:
     """Of cosine and sine together, with the deviation along it."""
-    size = float(np.hypot(*lack.values))
-    parts = zip(lack.values, lack.deviations, strict=True)
-    return f"{size:.3g} +- {float(np.hypot(*(v * d for v, d in parts))) / size:.1g}"
+    values, deviations = np.array(lack.values), np.array(lack.deviations)
+    size = float(np.linalg.norm(values))
+    return f"{size:.3g} +- {float(np.linalg.norm(values * deviations)) / size:.1g}"
 
 
 _SAID: dict[Kind, Callable[[Lack, Coordinate], str]] = {

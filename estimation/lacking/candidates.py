@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri_exp
 
-from axisid.estimation.thresholds.diagnostics import MIN_OWN_PART, TRIMMED_SHARE
+from axisid.estimation.thresholds.lacking import MIN_OWN_PART, NEARLY_AS_GOOD, TRIMMED_SHARE
 from axisid.support.arrays import Array, runs
 
 from .examined import Examined
@@ -36,6 +36,8 @@ Kind = Literal[
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES = 40  # in twice the travel
 _ROWS_IN_A_WAVE = 4.0
+_TURN = np.array([2 * np.pi])  # rad
+_FREQUENT, _RARE = 0.05, 1e-300  # p-values: the tail is none of the first, and 0 has no square
 _AS_WELL = 4.0  # mean squares of what is left
 _SUBJECTS = {
     "quadratic": "speed",
@@ -66,6 +68,12 @@ class Family(ABC):
     @abstractmethod
     def gains(self, basis: Array, residuals: Array) -> Array:
         """Sums of squares that each candidate takes of residuals (n,) beside a basis (n, r)."""
+
+    def best(self, basis: Array, residuals: Array) -> tuple[float, int]:
+        """The largest gain, and the number of its candidate."""
+        gains = self.gains(basis, residuals)
+        number = int(np.argmax(gains))
+        return float(gains[number]), number
 
     @abstractmethod
     def columns(self, number: int) -> Array:
@@ -150,6 +158,17 @@ class Grid(Family):
         return min(1.0, single * len(self.places))
 
 
+class Peaks(Grid):
+    """Peaks of friction about zero speed, from narrow to wide."""
+
+    def best(self, basis: Array, residuals: Array) -> tuple[float, int]:
+        """See `Family.best`; the widest that is as good: an axis that sticks hides a peak."""
+        gains = self.gains(basis, residuals)
+        good = gains >= NEARLY_AS_GOOD.value * gains.max()
+        number = int(np.flatnonzero(good)[-1])
+        return float(gains[number]), number
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Steps(Family):
     """A parameter that is another from a row on, over all rows but the first and the last.
@@ -216,9 +235,6 @@ def supremum_p(single: float, trimmed: float) -> float:
     return min(1.0, float(tail * ((1 - 1 / square) * times + 2 / square)))
 
 
-_FREQUENT, _RARE = 0.05, 1e-300
-
-
 def families(x: Examined, names: tuple[str, ...], *, turns: bool) -> list[Family]:
     """Everything that is looked for.
 
@@ -252,7 +268,7 @@ def _terms(x: Examined) -> Iterator[Family]:
     for kind, column in singles:
         yield Grid(kind=kind, each=column[:, None, None], places=alone)
     reduced = x.sampling.reduce(peaks)
-    yield Grid(kind="stribeck", each=reduced[:, :, None], places=widths)
+    yield Peaks(kind="stribeck", each=reduced[:, :, None], places=widths)
 
 
 def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
@@ -263,7 +279,7 @@ def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
     apart = float(np.median(steps[steps > 0])) if np.any(steps > 0) else travel
     most = int(min(_MOST_WAVES, 2 * travel / (_ROWS_IN_A_WAVE * apart)))
     if turns:
-        yield Grid(kind="turn", each=_waves(q, x.weights, np.array([2 * np.pi])), places=_TURN)
+        yield Grid(kind="turn", each=_waves(q, x.weights, _TURN), places=_TURN)
     if most < 2:
         return
     periods = 2 * travel / np.arange(1, most + 1)
@@ -279,9 +295,6 @@ def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
         yield Grid(kind=kind, each=make(periods), places=periods, make=make)
 
 
-_TURN = np.array([2 * np.pi])
-
-
 def _of_time(x: Examined, names: tuple[str, ...]) -> Iterator[Family]:
     times = x.times
     along = (times - times[0]) / (times[-1] - times[0])
@@ -294,7 +307,8 @@ def _of_time(x: Examined, names: tuple[str, ...]) -> Iterator[Family]:
 def _waves(q: Array, factor: Array, periods: Array) -> Array:
     """Cosine and sine of each period, (n, m, 2)."""
     angle = 2 * np.pi * q[:, None] / periods
-    return factor[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    both = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    return np.asarray(factor[:, None, None] * both, dtype=float)
 
 
 def _gain(product: Array, own: Array, size: Array) -> Array:
@@ -304,4 +318,4 @@ def _gain(product: Array, own: Array, size: Array) -> Array:
 
 def _from(values: Array) -> Array:
     """Sums from each row to the last."""
-    return np.cumsum(values[::-1], axis=0)[::-1]
+    return np.asarray(np.cumsum(values[::-1], axis=0)[::-1], dtype=float)

@@ -16,11 +16,11 @@ from scipy.special import fdtrc
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
-from axisid.estimation.thresholds.diagnostics import (
-    CONTRADICTION_LEVEL,
+from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
+    MAX_SCORE_CHANCE,
     MIN_EXPLAINED_SHARE,
-    NEGLIGIBLE_FORCE,
+    MIN_MISSING_FORCE,
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -106,8 +106,8 @@ def _strongest(
     ]
     least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
     for family, number, lack in tested:
-        large = lack.share >= NEGLIGIBLE_FORCE.value
-        if large and lack.p_value <= least and lack.score_p <= CONTRADICTION_LEVEL.value:
+        large = lack.share >= MIN_MISSING_FORCE.value
+        if large and lack.p_value <= least and lack.score_p <= MAX_SCORE_CHANCE.value:
             return family, number, lack
     return None
 
@@ -117,16 +117,9 @@ def _ranked(
 ) -> list[tuple[Family, int]]:
     """The best of each family by its gain, of those that take enough to be told."""
     least = MIN_EXPLAINED_SHARE.value * float(residuals @ residuals)
-    best = [_best(family, basis, residuals) for family in looked_for]
-    enough = [(gain, family, number) for gain, family, number in best if gain > least]
-    enough.sort(key=lambda each: -each[0])
-    return [(family, number) for _, family, number in enough]
-
-
-def _best(family: Family, basis: Array, residuals: Array) -> tuple[float, Family, int]:
-    gains = family.gains(basis, residuals)
-    number = int(np.argmax(gains))
-    return float(gains[number]), family, number
+    best = [(family, *family.best(basis, residuals)) for family in looked_for]
+    best.sort(key=lambda each: -each[1])
+    return [(family, number) for family, gain, number in best if gain > least]
 
 
 def _tested(
@@ -140,7 +133,7 @@ def _tested(
     """The best candidate of a family, between the places of the grid too, as what is lacking."""
     near = family.finer(number)
     if near is not family:
-        _, near, number = _best(near, basis, residuals)
+        _, number = near.best(basis, residuals)
     columns = near.columns(number)
     own = columns - basis @ (basis.T @ columns)
     found = factors(own, residuals, x.neighbours)

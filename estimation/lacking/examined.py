@@ -20,7 +20,7 @@ from axisid.estimation.regression import (
     simulated_position,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
-from axisid.estimation.thresholds.diagnostics import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
+from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
