@@ -7,6 +7,7 @@ what a candidate takes of the sum of squares that the model, and what was found 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -35,6 +36,7 @@ Kind = Literal[
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES = 40  # in twice the travel
+_LONGEST = 0.75  # of the least wave number
 _ROWS_IN_A_WAVE = 4.0
 _TURN = np.array([2 * np.pi])  # rad
 _FREQUENT, _RARE = 0.05, 1e-300  # p-values: the tail is none of the first, and 0 has no square
@@ -123,7 +125,7 @@ class Grid(Family):
         flat = self.each.reshape(n, m * g)
         within = (basis.T @ flat).reshape(-1, m, g)
         product = (residuals @ flat).reshape(m, g)
-        size = np.einsum("nmg,nmh->mgh", self.each, self.each)
+        size = self._products
         own = size - np.einsum("rmg,rmh->mgh", within, within)
         if g == 1:
             return _gain(product[:, 0], own[:, 0, 0], size[:, 0, 0])
@@ -134,6 +136,11 @@ class Grid(Family):
         u, v = product.T
         found = (b * u**2 - 2 * c * u * v + a * v**2) / np.where(told, determinant, 1.0)
         return np.where(told, found, 0.0)
+
+    @cached_property
+    def _products(self) -> Array:
+        """Of each candidate's columns with each other, (m, g, g)."""
+        return np.asarray(np.einsum("nmg,nmh->mgh", self.each, self.each), dtype=float)
 
     def columns(self, number: int) -> Array:
         """See `Family.columns`."""
@@ -150,7 +157,7 @@ class Grid(Family):
         inverse = 1 / self.places  # a grid of wave numbers
         step = abs(float(inverse[1] - inverse[0]))
         near = inverse[number] + step * _FINER
-        places = 1 / near[near > 0.5 * step]
+        places = 1 / near[near > _LONGEST * inverse[0]]
         return Grid(kind=self.kind, each=self.make(places), places=places)
 
     def chance(self, single: float) -> float:
@@ -280,9 +287,9 @@ def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
     most = int(min(_MOST_WAVES, 2 * travel / (_ROWS_IN_A_WAVE * apart)))
     if turns:
         yield Grid(kind="turn", each=_waves(q, x.weights, _TURN), places=_TURN)
-    if most < 2:
+    if most < 3:
         return
-    periods = 2 * travel / np.arange(1, most + 1)
+    periods = 2 * travel / np.arange(2, most + 1)  # longer ones are slopes and bends
     kinds: tuple[tuple[Kind, Array], ...] = (
         ("place", x.weights),
         ("friction place", x.direction),
