@@ -20,6 +20,7 @@ from axisid.estimation.regression import (
     simulated_position,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
+from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
 from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import AxisidError
@@ -114,10 +115,13 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)
     stuck = np.concatenate([loop.mode == 0 for loop in loops])
-    sampling = replace(data.sampling, excluded=_rests(stuck, data))
+    velocity = np.concatenate([loop.velocity for loop in loops])
+    apart = np.abs(data.signals.velocity - velocity)
+    excluded = _joined((*_rests(stuck, data), *_starts(apart, data)))
+    sampling = replace(data.sampling, excluded=excluded)
     moved = Signals(
         position=quiet.record.position,
-        velocity=np.concatenate([loop.velocity for loop in loops]),
+        velocity=velocity,
         acceleration=np.concatenate([loop.acceleration for loop in loops]),
         force=np.concatenate([loop.force for loop in loops]),
         direction=np.concatenate([loop.direction for loop in loops]),
@@ -162,6 +166,19 @@ def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:
     least = max(int(MIN_REST_OF_LOOP.value * reach), 1)
     rests = [(a, b) for a, b in runs(stuck) if b - a > least]
     return _joined([(max(a - reach, 0), min(b + reach, n)) for a, b in rests])
+
+
+def _starts(apart: Array, data: FilteredRecord) -> tuple[Span, ...]:
+    """Where a loop that begins at rest has not caught up with a segment that begins in motion."""
+    reach = 2 * data.sampling.filter.turn_reach
+    most = MAX_STARTING_SPEED.value * float(np.abs(data.signals.velocity).max())
+    found = []
+    for first, last in data.record.spans:
+        far = apart[first:last] > most
+        if far[: min(reach, len(far))].any():
+            caught_up = int(np.argmin(far[int(np.argmax(far)) :])) + int(np.argmax(far))
+            found.append((first, min(first + caught_up + reach, last)))
+    return tuple(found)
 
 
 def _joined(spans: Sequence[Span]) -> tuple[Span, ...]:
