@@ -160,7 +160,7 @@ WRONG: dict[str, Case] = {
         ),
         named=r"position",
     ),
-    "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp\b"),
+    "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp is 1\."),
 }
 
 

@@ -33,6 +33,7 @@ FLOORS = (
     ("estimation.simulation",),
     ("estimation.regression",),
     ("estimation.estimates",),
+    ("estimation.lacking",),
     ("estimation.diagnostics",),
     ("estimation.identification",),
     ("estimation.studies",),

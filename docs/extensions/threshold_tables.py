@@ -26,6 +26,7 @@ SUBJECTS: Mapping[str, str] = {
     "regression": "Regression",
     "estimates": "Estimates",
     "diagnostics": "Diagnostics",
+    "lacking": "Missing terms and changes in time",
     "studies": "Comparisons, validation, friction curve",
 }
 

@@ -27,13 +27,14 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
     MAX_LIMIT_EXCESS,
+    MAX_ONE_GAIN_ERROR,
     MAX_REPAIRED_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
-from axisid.modeling.declaration import ControlLaw, velocity_variants
+from axisid.modeling.declaration import ControlLaw, gain, velocity_variants
 from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
@@ -149,10 +150,10 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         if passed
         else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
         if repair
-        else _slightly(scaled, lean, axis.axis.drive.unit)
+        else _slightly(law, scaled, lean, factors, axis.axis.drive.unit)
         if declared < MAX_LAW_RESIDUAL.value and shift == 0
         else _fault(
-            factors, declared, fitted, shift, None if law.continuous else law.delay, constant
+            law, factors, declared, fitted, shift, None if law.continuous else law.delay, constant
         ),
     )
 
@@ -326,7 +327,13 @@ def _lean(left: Array, control: Array, neighbours: Neighbours) -> dict[str, floa
     }
 
 
-def _slightly(scaled: dict[str, float], lean: dict[str, float], unit: str) -> str:
+def _slightly(
+    law: ControlLaw,
+    scaled: dict[str, float],
+    lean: dict[str, float],
+    factors: dict[str, float],
+    unit: str,
+) -> str:
     """What factors near 1, or a control that leans, look like."""
     if not scaled:
         said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
@@ -336,6 +343,8 @@ def _slightly(scaled: dict[str, float], lean: dict[str, float], unit: str) -> st
             "value that an integral has at the record's start; it moves friction and offsets"
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
+    if one := _one_gain(law, factors):
+        return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
     values = np.array(list(scaled.values()))
     what = (
         "the control's scaling, such as the gain of a converter"
@@ -382,7 +391,30 @@ def _best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> in
     return best if errors[best] < MAX_EXPLAINED_RESIDUAL.value * errors[0] else 0
 
 
+def _one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
+    """The one gain that is off, if one explains the factors of the products; or empty.
+
+    A gain that all products have alike is no such one: nothing tells it from the control's scale.
+    """
+    values = np.array(list(factors.values()))
+    if not len(values) or np.any(values <= 0):
+        return ""
+    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
+    found = []
+    for name, value in law.gains.items():
+        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
+        if np.ptp(powers) == 0:
+            continue
+        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
+        left = float(np.abs(values / times**powers - 1).max())
+        if left < min(MAX_FACTOR_ERROR.value, MAX_ONE_GAIN_ERROR.value * abs(times - 1)):
+            found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
+            found[-1] += f"{value:.5g}, and every other gain is right; declare that"
+    return found[0] if len(found) == 1 else ""
+
+
 def _fault(
+    law: ControlLaw,
     factors: dict[str, float],
     residual: float,
     fitted: float | None,
@@ -408,6 +440,8 @@ def _fault(
             f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
             "drive's limit and the noise"
         )
+    if one := _one_gain(law, factors):
+        return f"{start}{one}"
     if not np.all(np.abs(values / common - 1) < MAX_FACTOR_ERROR.value):
         return (
             f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "

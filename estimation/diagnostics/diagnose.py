@@ -18,7 +18,7 @@ from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
-from .left_over import constant_check, ripple_check
+from .left_over import changes_check, constant_check, ripple_check, terms_check
 from .motion import conditioning, precision, within_bounds
 from .near_reversals import near_reversals, near_reversals_check
 from .residuals import independence, left_of_the_motion, normality, sign_runs
@@ -146,6 +146,14 @@ def _ripple(case: Case) -> Check | Missing:
     return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
 
 
+def _missing_terms(case: Case) -> Check | Missing:
+    return terms_check(case.lacking, case.preferred)
+
+
+def _changes_in_time(case: Case) -> Check | Missing:
+    return changes_check(case.lacking, case.preferred)
+
+
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
@@ -173,6 +181,8 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
         Diagnostic(name="constant force", check=_constant),
         Diagnostic(name="ripple", check=_ripple),
+        Diagnostic(name="missing terms", check=_missing_terms, rank=8),
+        Diagnostic(name="changes in time", check=_changes_in_time, rank=8),
     )
 }
 

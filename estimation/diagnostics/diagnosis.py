@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from axisid.estimation.estimates import Estimate, Reach, noise_free_record
+from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
@@ -132,6 +133,11 @@ class Case:
             return alignment_of(self.data, self.preferred.physical, self._instruments, self._quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def lacking(self) -> tuple[Lack, ...] | Missing:
+        """What the judged model lacks, or why that cannot be told."""
+        return lacking(self.data, self.preferred)
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

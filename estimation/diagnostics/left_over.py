@@ -1,14 +1,17 @@
-"""What the residuals are made of where they are no noise: a constant force, a ripple.
+"""What the residuals are made of where they are no noise.
 
-Each comes with what to do about it: the element to declare, the cut-off to take.
+A constant force, a ripple, a term that is missing, a parameter that changes: each comes with what
+to do about it, the element to declare or the cut-off to take.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.lacking import Lack, is_named, said_of_change, said_of_term
 from axisid.estimation.regression import factor, instrumental_variables, least_squares
 from axisid.estimation.signals import Prefilter, Signals, drive_force
 from axisid.estimation.thresholds.diagnostics import (
@@ -21,6 +24,7 @@ from axisid.estimation.thresholds.diagnostics import (
     SAME_CONSTANT,
 )
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.lacking import MIN_MISSING_FORCE
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -29,6 +33,12 @@ from .check import Check, passed
 from .control_law import LawCheck
 
 _CONSTANT, _RIPPLE = "constant force", "ripple"
+_TERMS, _CHANGES = "missing terms", "changes in time"
+_TOLD = (
+    "percent of the force, root mean square; fails where Wald's test tells it from zero among all "
+    "that is looked for (a false-discovery rate of 0.1 %, Benjamini-Yekutieli), the score test at "
+    "1 % too, and it takes 5 % or more of the residuals' power"
+)
 _NEIGHBOURS, _OWN = 41, 3  # frequencies that a line is held against, and that are its own
 _MOST_ROWS, _MOST_CYCLES = 2000, 400  # over the positions
 
@@ -97,6 +107,47 @@ def ripple_check(preferred: Estimate, signals: Signals, prefilter: Prefilter) ->
         else _by_position(line, preferred)
         if line is place
         else _by_time(line, preferred, prefilter),
+    )
+
+
+def terms_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check | Missing:
+    """Whether the residuals hold a term that an element declares."""
+    if isinstance(found, Missing):
+        return found
+    terms, q = [lack for lack in found if is_named(lack)], preferred.form.axis.axis.coordinate
+    return _lacking(
+        _TERMS,
+        terms,
+        "; ".join(said_of_term(lack, q) for lack in terms)
+        or "no named term of friction, drag or position stands out of the residuals",
+        _TOLD,
+    )
+
+
+def changes_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check | Missing:
+    """Whether a parameter is another from some time on, or drifts over the record."""
+    if isinstance(found, Missing):
+        return found
+    changes = [lack for lack in found if lack.parameter]
+    units = {q.name: q.unit for q in preferred.quantities}
+    return _lacking(
+        _CHANGES,
+        changes,
+        "; ".join(said_of_change(lack, units[lack.parameter]) for lack in changes)
+        or "no parameter changes while the record runs",
+        f"{_TOLD}; of a change, the largest of the statistics over all times (Andrews)",
+    )
+
+
+def _lacking(name: str, found: Sequence[Lack], meaning: str, source: str) -> Check:
+    return Check(
+        name=name,
+        status=passed(not found),
+        figure=100 * max((lack.share for lack in found), default=0.0),
+        threshold=100 * MIN_MISSING_FORCE.value,
+        p_value=min((lack.p_value for lack in found), default=None),
+        source=source,
+        meaning=meaning,
     )
 
 

@@ -18,6 +18,7 @@ from .prefilter import matching_decimation as matching_decimation
 from .reversals import near_turns as near_turns
 from .reversals import rest_below as rest_below
 from .sampled_filter import SampledFilter as SampledFilter
+from .sampled_filter import Span as Span
 from .sampling import Sampling as Sampling
 from .signals import Motion as Motion
 from .signals import Signals as Signals

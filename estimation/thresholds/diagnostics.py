@@ -37,6 +37,13 @@ MAX_FACTOR_ERROR = Threshold(
     "distance of a factor of a law that does not fit from a round one, beyond which it is off",
     "chosen",
 )
+MAX_ONE_GAIN_ERROR = Threshold(
+    0.25,
+    "1",
+    "distance from 1 of the factors that one wrong gain leaves, by its own, up to which it is "
+    "named",
+    "chosen",
+)
 MAX_CONTROL_LEAN = Threshold(
     0.01,
     "1",

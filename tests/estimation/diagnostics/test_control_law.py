@@ -150,13 +150,15 @@ def test_short_record_is_said_to_be_short(emps: GeneratedAxis, emps_record: Reco
     assert "12 samples" in check.reason
 
 
-def test_wrong_gain_is_named_by_its_product(emps: GeneratedAxis, emps_record: Record) -> None:
+def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
     assert emps.axis.control is not None
     halved = replace(emps.axis.control, gains={"kp": 80.09, "kv": 243.45})
     check = check_law(build(replace(emps.axis, control=halved)), emps_record)
     assert isinstance(check, LawCheck)
     assert check.factors["kp*kv"] == pytest.approx(2.0, rel=0.01)
-    assert "check kp*kv," in check.meaning
+    assert "kp is 2 times the declared one, 160.1" in check.meaning
 
 
 def test_one_wrong_gain_among_right_ones_is_named() -> None:
@@ -180,7 +182,20 @@ def test_one_wrong_gain_among_right_ones_is_named() -> None:
     check = check_law(build(replace(axis, control=wrong)), record)
     assert isinstance(check, LawCheck)
     assert check.factors == pytest.approx({"p": 1.0, "i": 1.0, "d": 0.81}, rel=1e-3)
-    assert "check d," in check.meaning
+    assert "d is 0.81 times the declared one, 243 for 300," in check.meaning
+
+
+def test_one_position_gain_that_is_10_percent_low_is_no_scale_of_the_control() -> None:
+    axis = load_axis("emps2015")
+    record = twin_record(axis)
+    low = replace(axis, control=cascade_pd(kp=160.18 / 1.1, kv=243.45, period=1e-3))
+    check = check_law(build(low), record)
+    assert isinstance(check, LawCheck)
+    assert "kp is 1.1 times the declared one, 160.15 for 145.62" in check.meaning
+    scaled = replace(axis, control=cascade_pd(kp=160.18, kv=243.45 / 1.1, period=1e-3))
+    check = check_law(build(scaled), record)
+    assert isinstance(check, LawCheck)
+    assert "every gain is off by one factor" in check.meaning
 
 
 def test_record_of_a_fraction_of_a_second_is_checked_too(emps2015: GeneratedAxis) -> None:

@@ -1,0 +1,14 @@
+"""What a model lacks on a record: terms by name, and parameters that change in time.
+
+In: an estimate and its record. Out: `Lack`, the strongest first, each with its sentence. Knows
+nothing of verdicts.
+"""
+
+from .examined import Examined as Examined
+from .examined import examined as examined
+from .search import Lack as Lack
+from .search import found_on as found_on
+from .search import lacking as lacking
+from .sentences import is_named as is_named
+from .sentences import said_of_change as said_of_change
+from .sentences import said_of_term as said_of_term

@@ -1,0 +1,220 @@
+"""What a model lacks: score tests of named terms and of changes in time, the strongest first.
+
+Each family of candidates is tested by the best of its kind, beside the model's own columns, a
+constant and what was found before. A candidate is found where it is significant among all of them
+(Benjamini and Yekutieli, as the tests depend on each other) and large enough to matter; of those
+the one that takes most of the residuals comes first, and the others are tested again beside it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.special import fdtrc
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.regression import Hac, score_products
+from axisid.estimation.signals import FilteredRecord, Neighbours
+from axisid.estimation.thresholds.lacking import (
+    FALSE_DISCOVERY_RATE,
+    MAX_SCORE_CHANCE,
+    MIN_EXPLAINED_SHARE,
+    MIN_MISSING_FORCE,
+)
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+from .candidates import Family, Kind, families
+from .examined import Examined, examined
+
+_MOST = 3  # that are told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lack:
+    """Something that the model lacks.
+
+    Attributes
+    ----------
+    kind : str
+    parameter : str
+        What changes in time; empty for a term.
+    values, deviations : tuple of float
+        Factors of its columns, and their HAC deviations.
+    before : float
+        Of a parameter that changes: its value before, or at the start; 0 for a term.
+    at : float
+        Speed, period, or time of the change in s since the record's start; NaN for none.
+    share : float
+        Of the force that is its part of it, root mean square.
+    explained : float
+        Share of the residuals' sum of squares that it takes.
+    p_value, score_p : float
+        By Wald of the family, over all its candidates; of the score test of this one alone.
+    """
+
+    kind: Kind
+    parameter: str
+    values: tuple[float, ...]
+    deviations: tuple[float, ...]
+    before: float
+    at: float
+    share: float
+    explained: float
+    p_value: float
+    score_p: float
+
+
+def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Missing:
+    """What the judged estimate's model lacks on a record, the strongest first."""
+    x = examined(data, preferred)
+    return x if isinstance(x, Missing) else found_on(x, data, preferred)
+
+
+def found_on(x: Examined, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
+    """`lacking` of rows."""
+    names = tuple(q.name for q in preferred.quantities)
+    turns = data.axis.axis.coordinate.unit == "rad"
+    values = dict(zip(names, map(float, preferred.theta), strict=True))
+    looked_for = families(x, names, turns=turns)
+    basis = _basis(np.column_stack([x.regressor, x.weights]))
+    found: list[Lack] = []
+    for _ in range(_MOST):
+        residuals = x.residuals - basis @ (basis.T @ x.residuals)
+        one = _strongest(x, looked_for, basis, residuals, values)
+        if one is None:
+            break
+        family, number, lack = one
+        found.append(lack)
+        looked_for = [f for f in looked_for if f.subject != family.subject]
+        basis = _basis(np.column_stack([basis, family.columns(number)]))
+    return tuple(found)
+
+
+def _strongest(
+    x: Examined,
+    looked_for: Sequence[Family],
+    basis: Array,
+    residuals: Array,
+    values: Mapping[str, float],
+) -> tuple[Family, int, Lack] | None:
+    """The largest of what is discovered, with its family and its number there."""
+    tested = [
+        _tested(x, family, number, basis, residuals, values)
+        for family, number in _ranked(looked_for, basis, residuals)
+    ]
+    least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
+    for family, number, lack in tested:
+        large = lack.share >= MIN_MISSING_FORCE.value
+        if large and lack.p_value <= least and lack.score_p <= MAX_SCORE_CHANCE.value:
+            return family, number, lack
+    return None
+
+
+def _ranked(
+    looked_for: Sequence[Family], basis: Array, residuals: Array
+) -> list[tuple[Family, int]]:
+    """The best of each family by its gain, of those that take enough to be told."""
+    least = MIN_EXPLAINED_SHARE.value * float(residuals @ residuals)
+    best = [(family, *family.best(basis, residuals)) for family in looked_for]
+    best.sort(key=lambda each: -each[1])
+    return [(family, number) for family, gain, number in best if gain > least]
+
+
+def _tested(
+    x: Examined,
+    family: Family,
+    number: int,
+    basis: Array,
+    residuals: Array,
+    values: Mapping[str, float],
+) -> tuple[Family, int, Lack]:
+    """The best candidate of a family, between the places of the grid too, as what is lacking."""
+    near = family.finer(number)
+    if near is not family:
+        _, number = near.best(basis, residuals)
+    columns = near.columns(number)
+    own = columns - basis @ (basis.T @ columns)
+    found = factors(own, residuals, x.neighbours)
+    lack = Lack(
+        kind=family.kind,
+        parameter=family.parameter,
+        values=tuple(map(float, found.values)),
+        deviations=tuple(map(float, found.deviations)),
+        before=_before(x, columns, found.values, family.parameter, values),
+        at=near.at(number, basis, residuals),
+        share=float(np.linalg.norm(columns @ found.values) / np.linalg.norm(x.left)),
+        explained=float(np.sum((own @ found.values) ** 2) / (residuals @ residuals)),
+        p_value=family.chance(found.wald_p),
+        score_p=found.score_p,
+    )
+    return near, number, lack
+
+
+def _before(
+    x: Examined, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
+) -> float:
+    """What a parameter is where its further column is zero: the estimate is in between."""
+    if not parameter:
+        return 0.0
+    model = np.column_stack([x.regressor, x.weights])
+    taken = np.linalg.lstsq(model, columns @ factor, rcond=None)[0]
+    return values[parameter] - float(taken[list(values).index(parameter)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factors:
+    """Factors of columns in residuals.
+
+    Attributes
+    ----------
+    values, deviations : (g,) arrays
+    wald_p, score_p : float
+        P-values with the HAC covariance of the residuals that the columns leave, and of those
+        without the columns. The first sees what stands out; the second is not misled where a few
+        rows are followed closely.
+    """
+
+    values: Array
+    deviations: Array
+    wald_p: float
+    score_p: float
+
+
+def factors(own: Array, residuals: Array, neighbours: Neighbours) -> Factors:
+    """Factors of columns (n, g), orthogonal to those that the residuals (n,) are of."""
+    inverse = np.linalg.inv(own.T @ own)
+    influence = own @ inverse
+    values = influence.T @ residuals
+    wald_p, covariance = _chance(influence, residuals - own @ values, values, neighbours)
+    score_p, _ = _chance(influence, residuals, values, neighbours)
+    deviations = np.sqrt(np.diag(covariance))
+    return Factors(values=values, deviations=deviations, wald_p=wald_p, score_p=score_p)
+
+
+def _chance(
+    influence: Array, residuals: Array, values: Array, neighbours: Neighbours
+) -> tuple[float, Array]:
+    """P-value of factors under the HAC covariance of residuals, and that."""
+    scores = influence * residuals[:, None]
+    run = Hac().long_run(partial(score_products, scores, neighbours), len(residuals))
+    size = len(values)
+    statistic = float(values @ np.linalg.solve(run.covariance, values)) / size
+    return float(fdtrc(size, float(np.min(run.freedom)), statistic)), run.covariance
+
+
+def _discovered(p_values: Sequence[float], tests: int) -> float:
+    """The largest p-value that is a discovery among so many tests, 0 for none.
+
+    References
+    ----------
+    [BenjaminiYekutieli2001]_
+    """
+    dependence = sum(1 / i for i in range(1, tests + 1))
+    step = FALSE_DISCOVERY_RATE.value / (tests * dependence)
+    return max((p for i, p in enumerate(sorted(p_values), 1) if p <= i * step), default=0.0)
+
+
+def _basis(columns: Array) -> Array:
+    return np.asarray(np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0], dtype=float)

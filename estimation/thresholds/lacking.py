@@ -1,0 +1,60 @@
+"""From when on a term counts as missing, and a parameter as another in time."""
+
+from .threshold import Threshold
+
+MIN_REST_OF_LOOP = Threshold(
+    0.5,
+    "1",
+    "rest of the simulated loop, by the reach of the low-pass, from which it is no mere turn",
+    "chosen",
+)
+MIN_OWN_PART = Threshold(
+    0.05,
+    "1",
+    "part of a column that the model's own do not span, below which it is not told from them",
+    "chosen: its factor has then twenty times the deviation",
+)
+FALSE_DISCOVERY_RATE = Threshold(
+    1e-3,
+    "1",
+    "part of the terms and changes in time that are told of, though they are chance",
+    "measured: with 0.01 slow noise is taken for one in 2 % of records, by the HAC deviations",
+)
+MIN_EXPLAINED_SHARE = Threshold(
+    0.05,
+    "1",
+    "part of the residuals' sum of squares that such a term or change takes, below which it is not "
+    "told",
+    "chosen",
+)
+NEARLY_AS_GOOD = Threshold(
+    0.95,
+    "1",
+    "gain of a wider peak of friction, by the best one's, up to which it is as good",
+    "measured: a narrow one stands for a peak that is hidden while the axis sticks",
+)
+TRIMMED_SHARE = Threshold(
+    0.15,
+    "1",
+    "part of a parameter's information at either end in which no change in time is looked for",
+    "[Andrews1993]",
+)
+MIN_ROWS_TO_LOOK = Threshold(
+    20,
+    "rows",
+    "rows in motion for each parameter and a constant, below which nothing missing is looked for",
+    "chosen",
+)
+MIN_MISSING_FORCE = Threshold(
+    0.01,
+    "1",
+    "share of the force, root mean square, below which a missing term or a change does not matter",
+    "chosen: as for a parameter's part of it",
+)
+MAX_SCORE_CHANCE = Threshold(
+    0.01,
+    "1",
+    "p-value of the score test beyond which a term or a change is not told, however far it is from "
+    "zero by Wald's, which few rows in slow noise mislead",
+    "measured: 0.04 and more on right models, 0.003 and less on wrong ones",
+)

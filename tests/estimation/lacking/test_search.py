@@ -1,0 +1,90 @@
+"""What a model lacks is named with its size; where it lacks nothing, nothing is."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from axisid import Record, identify, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
+from axisid.estimation.lacking import Lack, lacking
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+
+AXIS = load_axis("emps2015")
+Q = AXIS.coordinate
+ADDED: dict[str, tuple[object, tuple[float, ...], float]] = {
+    "direction": (asymmetric_viscous(20.0, -20.0, Q), (20.0,), 0.1),
+    "quadratic": (quadratic(1000.0, Q), (1000.0,), 0.1),
+    "stribeck": (stribeck(8.0, Q, velocity=0.02, exponent=1), (8.0,), 0.4),
+    "slope": (spring(200.0, Q), (200.0,), 0.1),
+    "friction place": (periodic_coulomb(2.5, 1.0, Q, period=0.03), (), 0.1),
+}
+
+
+@cache
+def of_plant(kind: str) -> Record:
+    """The twin of the paper's axis with a term that its model lacks."""
+    force = ADDED[kind][0]
+    return twin_record(replace(AXIS, name="plant", force=AXIS.force + force))
+
+
+def found(record: Record, methods: list[str] | None = None) -> tuple[Lack, ...]:
+    result = identify(AXIS, record, methods=methods)
+    lacks = lacking(result.data, result.preferred)
+    assert not isinstance(lacks, Missing)
+    return lacks
+
+
+@pytest.mark.parametrize("kind", ADDED)
+def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
+    first, _, values, near = (found(of_plant(kind))[0], *ADDED[kind])
+    assert first.kind == kind
+    if values:
+        assert first.values == pytest.approx(values, rel=near)
+    else:
+        assert float(np.hypot(*first.values)) == pytest.approx(np.hypot(2.5, 1.0), rel=near)
+        assert first.at == pytest.approx(0.03, rel=0.02)
+
+
+@pytest.mark.parametrize("kind", ["direction", "friction place"])
+def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
+    record = replace(of_plant(kind), reference=None)
+    assert found(record)[0].kind == kind
+
+
+@pytest.mark.parametrize("methods", [["idm-ls"], ["idm-iv"]])
+def test_a_right_model_lacks_nothing(twin: Record, methods: list[str]) -> None:
+    assert found(twin, methods) == ()
+
+
+def with_more_force(axis: GeneratedAxis, record: Record, term: str, values: Array) -> Record:
+    """The record with a force column that has so much of a term more, and without a loop."""
+    data = identify(axis, record, methods=["idm-ls"]).data
+    more = values * getattr(data.signals, term)
+    return replace(record, force=data.force + more, reference=None)
+
+
+def test_a_mass_that_changes_is_found_with_its_time(emps2015: GeneratedAxis, twin: Record) -> None:
+    late = np.where(np.arange(len(twin)) >= 0.6 * len(twin), 10.0, 0.0)
+    (change,) = found(with_more_force(emps2015, twin, "acceleration", late))
+    assert (change.kind, change.parameter) == ("change", "M")
+    assert change.values == pytest.approx((10.0,), rel=0.05)
+    assert change.at == pytest.approx(0.6 * len(twin) * twin.period, abs=0.5)
+
+
+def test_a_friction_that_drifts_is_found_as_a_drift(emps2015: GeneratedAxis, twin: Record) -> None:
+    falls = np.linspace(0.0, -6.0, len(twin))
+    first = found(with_more_force(emps2015, twin, "direction", falls))[0]
+    assert (first.kind, first.parameter) == ("drift", "Fc")
+    assert first.values == pytest.approx((-6.0,), rel=0.1)
+    assert first.before == pytest.approx(25.0, rel=0.05)
+
+
+def test_the_rows_of_a_direct_model_are_not_looked_at(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods=["ddm-ls"])
+    assert isinstance(lacking(result.data, result.preferred), Missing)
