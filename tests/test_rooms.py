@@ -32,6 +32,7 @@ FLOORS = (
     ("estimation.simulation",),
     ("estimation.regression",),
     ("estimation.estimates",),
+    ("estimation.moves",),
     ("estimation.diagnostics",),
     ("estimation.identification",),
     ("estimation.studies",),

@@ -22,6 +22,7 @@ SUBJECTS: Mapping[str, str] = {
     "simulation": "Simulated loop",
     "regression": "Regression",
     "estimates": "Estimates",
+    "moves": "Moves, repeats and the model's error",
     "diagnostics": "Diagnostics",
     "studies": "Comparisons, validation, friction curve",
 }

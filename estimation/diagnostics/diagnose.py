@@ -18,7 +18,7 @@ from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
-from .left_over import constant_check, ripple_check
+from .left_over import constant_check, lack_of_fit_check, ripple_check
 from .motion import conditioning, precision, within_bounds
 from .residuals import independence, left_of_the_motion, normality, sign_runs
 from .simulation import following, rest_check
@@ -138,6 +138,11 @@ def _ripple(case: Case) -> Check | Missing:
     return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
 
 
+def _lack_of_fit(case: Case) -> Check | None:
+    found = case.lack_of_fit
+    return None if found is None else lack_of_fit_check(found, case.preferred)
+
+
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
@@ -164,6 +169,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
         Diagnostic(name="constant force", check=_constant),
         Diagnostic(name="ripple", check=_ripple),
+        Diagnostic(name="lack of fit", check=_lack_of_fit),
     )
 }
 
@@ -180,6 +186,8 @@ def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnos
         excitation=case.excitation,
         alignment=case.alignment,
         verdict=tuple(check for check in checks if check is not None),
+        lack_of_fit=case.lack_of_fit,
+        bands=case.bands,
     )
 
 

@@ -12,6 +12,7 @@ from .covariance import Published as Published
 from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
+from .covariance import score_products as score_products
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
