@@ -53,8 +53,9 @@ class LackOfFit:
     count : (g,) array
         Of how many repeats.
     smoothness : float
-        Correlation of the mean residual with that of the next phase: near 1 for what a model lacks,
-        below 0 for the steps of an encoder, which repeat too where the motion does to less than one.
+        Correlation of the mean residual with that of the next phase: near 1 for what a model
+        lacks, below 0 for the steps of an encoder, which repeat where the motion does to less than
+        one of them.
     hac_excess : mapping of str to float
         HAC deviation of each physical parameter in that of the noise alone, from these rows.
     """
@@ -118,7 +119,8 @@ class _Phases:
 
     def sums(self, values: Array) -> Array:
         """Of values by row, (n,), over each phase, (g,)."""
-        return np.bincount(self.of, weights=values, minlength=len(self.count))
+        found = np.bincount(self.of, weights=values, minlength=len(self.count))
+        return np.asarray(found, dtype=float)
 
 
 def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:

@@ -1,6 +1,7 @@
-"""Moves: stretches of motion about one largest speed, from where it is slow to where it is again."""
+"""Moves: stretches of motion about one largest speed, from where it is slow"""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ def moves_of(velocity: Array) -> Moves:
     speed = speed[1:-1]
     peaks = _apart(speed, found[own] - 1) if top > 0 else np.empty(0, dtype=np.intp)
     slow = _SLOW * top
-    gaps = [_gap(speed, a, b, slow) for a, b in zip(peaks[:-1], peaks[1:], strict=True)]
+    gaps = [_gap(speed, a, b, slow) for a, b in pairwise(peaks)]
     moving = np.flatnonzero(speed > slow)
     first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 0)
     return Moves(

@@ -81,7 +81,7 @@ MIN_BAND_EXCESS = Threshold(
 MAX_BAND_CHANCE = Threshold(
     3e-3,
     "1",
-    "chance that noise alone makes the groups scatter as far, up to which the band is shown where no "
-    "repeats tell what is noise",
+    "chance that noise alone makes the groups scatter as far, up to which the band is shown where "
+    "no repeats tell what is noise",
     "chosen: each parameter of a result is looked at under three ways to form groups",
 )

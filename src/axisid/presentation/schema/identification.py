@@ -67,9 +67,9 @@ class WrittenIdentification(
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
     verdict: tuple[WrittenCheck, ...]
-    lack_of_fit: Annotated[
-        WrittenLackOfFit | UnsetType, about("Where the reference repeats.")
-    ] = UNSET
+    lack_of_fit: Annotated[WrittenLackOfFit | UnsetType, about("Where the reference repeats.")] = (
+        UNSET
+    )
     model_bands: Annotated[
         Mapping[str, Mapping[str, WrittenBand]] | UnsetType,
         about("Of the model's error, by method and parameter."),

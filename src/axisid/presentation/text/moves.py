@@ -46,8 +46,8 @@ def moves_notes(diagnosis: Diagnosis) -> list[str]:
     own = f" 95 % of {diagnosis.preferred}: {listed}." if listed else ""
     notes.append(
         f"{_OVER_MOVES}: how far a parameter scatters where a group of moves is left out "
-        "(jackknife), which the model's own error does; the sd above it is of noise alone, as if "
-        f"the model were right.{own}"
+        "(jackknife), as the model's own error makes it, which is alike in moves that are alike; "
+        f"the sd beside it supposes that what is left averages out over time, as noise does.{own}"
     )
     return notes
 
