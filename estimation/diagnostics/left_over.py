@@ -112,8 +112,9 @@ def lack_of_fit_check(found: LackOfFit, preferred: Estimate) -> Check:
         figure=100 * found.share,
         threshold=100 * MIN_MODEL_SHARE.value,
         source="percent of the residuals' power that is left again where the reference repeats, "
-        "from the products of residuals of different repeats; it counts from three of its "
-        "deviations (HAC over the phases), and where it goes on from row to row",
+        "from the products of residuals of different repeats; it counts where noise "
+        "repeats as much but for a chance of 1e-3 (HAC over the phases), and where it goes on from "
+        "row to row",
         meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
         f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
         f"{preferred.form.left}) {_again(found)}, {noise}{_too_wide(found)}"

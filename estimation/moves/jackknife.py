@@ -92,7 +92,11 @@ class _Scatter:
 
 
 def model_bands(
-    estimates: Mapping[str, Estimate], data: FilteredRecord, *, noisy: bool = True
+    estimates: Mapping[str, Estimate],
+    data: FilteredRecord,
+    *,
+    noisy: bool = True,
+    ways: Sequence[tuple[str, Index]] | None = None,
 ) -> dict[str, dict[str, Band]]:
     """The band of each physical parameter by method and name.
 
@@ -103,6 +107,8 @@ def model_bands(
     data : FilteredRecord
     noisy : bool
         Whether noise may be what groups scatter by; not where repeats show that it is not.
+    ways : sequence of (str, (n,) array), optional
+        To form groups, as `groupings` gives them, which are the default.
 
     Returns
     -------
@@ -110,8 +116,8 @@ def model_bands(
         Empty of a method without which no groups of rows tell all parameters.
     """
     first = next(iter(estimates.values()))
-    ways = [*groupings(data, first.rows.astype(np.intp))]
-    return {method: _bands(estimate, ways, noisy=noisy) for method, estimate in estimates.items()}
+    formed = [*groupings(data, first.rows.astype(np.intp))] if ways is None else ways
+    return {method: _bands(estimate, formed, noisy=noisy) for method, estimate in estimates.items()}
 
 
 def _bands(

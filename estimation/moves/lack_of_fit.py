@@ -11,20 +11,26 @@ References
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from scipy.special import stdtr
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Hac, score_products
+from axisid.estimation.regression import Hac, LongRun, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
-from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.estimation.thresholds.moves import MIN_MODEL_SHARE, MIN_REPEATED_ROWS, MIN_SMOOTHNESS
+from axisid.estimation.thresholds.moves import (
+    MAX_REPEAT_CHANCE,
+    MIN_MODEL_SHARE,
+    MIN_REPEATED_ROWS,
+    MIN_SMOOTHNESS,
+)
 from axisid.support.arrays import Array
 
 from .moves import Index
 from .repeats import Repeats, repeats_of
 
-_APART = 1 << 32  # places between two moves, which are no neighbours
+_APART = 1 << 32  # between the phases of two moves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +50,8 @@ class LackOfFit:
         Rows at phases that repeat.
     share, deviation : float
         Of these rows' power, what repeats, with its standard deviation (HAC over the phases).
+    chance : float
+        That noise alone repeats as much, by Student's distribution.
     repeated, noise : float
         Root mean square of what repeats and of the noise, in the unit of the left side.
     left : float
@@ -66,6 +74,7 @@ class LackOfFit:
     rows: int
     share: float
     deviation: float
+    chance: float
     repeated: float
     noise: float
     left: float
@@ -78,7 +87,7 @@ class LackOfFit:
     @property
     def is_there(self) -> bool:
         """Whether more repeats than by chance."""
-        return self.share > MIN_DISTANCE_FROM_NOISE.value * self.deviation
+        return self.chance < MAX_REPEAT_CHANCE.value
 
     @property
     def is_smooth(self) -> bool:
@@ -106,15 +115,15 @@ class _Phases:
         Their numbers among those of the estimate.
     of : (n,) array of int
         The phase of each, from 0.
-    places : (g,) array of int
-        Of the phases, such that those that follow each other are adjacent.
+    first : (g,) array of int
+        First row of each; phases are in the order of these.
     count : (g,) array
         Rows of each.
     """
 
     rows: Index
     of: Index
-    places: Index
+    first: Index
     count: Array
 
     def sums(self, values: Array) -> Array:
@@ -149,8 +158,9 @@ def _split(estimate: Estimate, repeats: Repeats, phases: _Phases, left: Array) -
     common = (sums**2 - power) / (count - 1)  # of all rows of a phase, without bias
     total, rows = float(power.sum()), len(left)
     share = float(common.sum()) / total
-    beside = Neighbours(np.asarray(phases.places, dtype=np.int64))
-    scatter = _long_run((common - share * power)[:, None], beside)[0, 0]
+    beside = estimate.neighbours[phases.first]
+    scatter = _long_run((common - share * power)[:, None], beside)
+    deviation = float(np.sqrt(max(scatter.covariance[0, 0], 0.0))) / total
     mean = sums / count
     scaled = (left - mean[phases.of]) * np.sqrt(count / (count - 1))[phases.of]
     times = estimate.rows * estimate.period if estimate.times is None else estimate.times
@@ -160,14 +170,23 @@ def _split(estimate: Estimate, repeats: Repeats, phases: _Phases, left: Array) -
         times=repeats.times,
         rows=rows,
         share=share,
-        deviation=float(np.sqrt(max(scatter, 0.0))) / total,
+        deviation=deviation,
+        chance=_chance(share, deviation, float(scatter.freedom[0])),
         repeated=float(np.sqrt(max(share, 0.0) * total / rows)),
         noise=float(np.sqrt(min(1 - share, 1.0) * total / rows)),
         left=float(np.sqrt(np.mean(estimate.y[phases.rows] ** 2))),
-        **_by_phase(phases, times[phases.rows], mean),
+        time=times[phases.first],
+        mean=mean,
+        count=count,
         smoothness=_smoothness(mean, beside),
         hac_excess=_hac_excess(estimate, phases.rows, left, scaled),
     )
+
+
+def _chance(share: float, deviation: float, freedom: float) -> float:
+    if not deviation > 0:
+        return 0.0 if share > 0 else 1.0
+    return float(stdtr(max(freedom, 1.0), -share / deviation))
 
 
 def _smoothness(mean: Array, neighbours: Neighbours) -> float:
@@ -180,26 +199,23 @@ def _span(times: Array) -> tuple[float, float]:
     return float(times[0]), float(times[-1])
 
 
-def _by_phase(phases: _Phases, times: Array, mean: Array) -> dict[str, Array]:
-    """Time, mean and count of each phase, in the order of the time of its first row."""
-    first = np.full(len(mean), np.inf)
-    np.minimum.at(first, phases.of, times)
-    order = np.argsort(first, kind="stable")
-    return {"time": first[order], "mean": mean[order], "count": phases.count[order]}
-
-
 def _phases(repeats: Repeats, rows: Index, step: int) -> _Phases:
     """The phases of rows, by their samples, of which one in so many is one."""
     inside = np.flatnonzero(repeats.move[rows] >= 0)
     samples = rows[inside]
-    places = repeats.move[samples].astype(np.int64) * _APART + repeats.offset[samples] // step
-    every, of, count = np.unique(places, return_inverse=True, return_counts=True)
-    again = count > 1
-    kept, number = again[of], np.cumsum(again) - 1
+    phase = repeats.move[samples].astype(np.int64) * _APART + repeats.offset[samples] // step
+    _, first, of, count = np.unique(
+        phase, return_index=True, return_inverse=True, return_counts=True
+    )
+    again = np.flatnonzero(count > 1)
+    again = again[np.argsort(first[again])]
+    number = np.full(len(count), -1)
+    number[again] = np.arange(len(again))
+    kept = number[of] >= 0
     return _Phases(
         rows=inside[kept],
         of=number[of[kept]],
-        places=every[again],
+        first=inside[first[again]],
         count=count[again].astype(float),
     )
 
@@ -209,16 +225,13 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
     Z = estimate.X if estimate.Z is None else estimate.Z
     weights = np.linalg.solve(Z.T @ estimate.X, Z[rows].T).T @ estimate.jacobian.T
     beside = estimate.neighbours[rows]
-    of_both = (_long_run(weights * each[:, None], beside) for each in (left, noise))
+    of_both = (_long_run(weights * each[:, None], beside).covariance for each in (left, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)
     ratios = np.divide(whole, alone, out=np.full(len(whole), np.inf), where=alone > 0)
     return {q.name: float(r) for q, r in zip(estimate.quantities, ratios, strict=True)}
 
 
-def _long_run(scores: Array, neighbours: Neighbours) -> Array:
+def _long_run(scores: Array, neighbours: Neighbours) -> LongRun:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
-    return (
-        Hac()
-        .long_run(lambda lags: score_products(scores, neighbours, lags), len(scores))
-        .covariance
-    )
+    products = partial(score_products, scores, neighbours)
+    return Hac().long_run(products, len(scores))

@@ -1,4 +1,4 @@
-"""Moves: stretches of motion about one largest speed, from where it is slow"""
+"""Moves: stretches of motion about one largest speed, as long as it is not slow between."""
 
 from dataclasses import dataclass
 from itertools import pairwise

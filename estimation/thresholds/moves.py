@@ -38,6 +38,12 @@ MIN_REPEATED_ROWS = Threshold(
     "rows at phases that repeat, below which residuals are not split",
     "chosen",
 )
+MAX_REPEAT_CHANCE = Threshold(
+    1e-3,
+    "1",
+    "chance that noise alone repeats as much, up to which something of the residuals repeats",
+    "chosen",
+)
 MIN_MODEL_SHARE = Threshold(
     0.5,
     "1",

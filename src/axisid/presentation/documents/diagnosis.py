@@ -135,6 +135,7 @@ def _lack_of_fit(found: LackOfFit | None) -> WrittenLackOfFit | UnsetType:
         rows=found.rows,
         share=found.share,
         deviation=found.deviation,
+        chance=found.chance,
         repeated=found.repeated,
         noise=found.noise,
         left=found.left,

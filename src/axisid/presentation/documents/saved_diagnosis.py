@@ -63,6 +63,7 @@ def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
         rows=written.rows,
         share=written.share,
         deviation=written.deviation,
+        chance=written.chance,
         repeated=written.repeated,
         noise=written.noise,
         left=written.left,

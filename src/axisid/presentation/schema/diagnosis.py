@@ -103,6 +103,7 @@ class WrittenLackOfFit(Written, frozen=True, kw_only=True):
     rows: Annotated[int, about("At phases that repeat.")]
     share: Annotated[float, about("Of these rows' power, what repeats.")]
     deviation: Annotated[float, about("Of the share, HAC over the phases.")]
+    chance: Annotated[float, about("That noise alone repeats as much.")]
     repeated: Annotated[float, about("Root mean square, in the unit of the left side.")]
     noise: Annotated[float, about("The same of the noise.")]
     left: Annotated[float, about("The same of the left side.")]
