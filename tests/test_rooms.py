@@ -34,6 +34,7 @@ FLOORS = (
     ("estimation.regression",),
     ("estimation.estimates",),
     ("estimation.lacking",),
+    ("estimation.moves",),
     ("estimation.diagnostics",),
     ("estimation.identification",),
     ("estimation.studies",),

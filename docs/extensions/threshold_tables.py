@@ -25,6 +25,7 @@ SUBJECTS: Mapping[str, str] = {
     "simulation": "Simulated loop",
     "regression": "Regression",
     "estimates": "Estimates",
+    "moves": "Moves, repeats and the model's error",
     "diagnostics": "Diagnostics",
     "lacking": "Missing terms and changes in time",
     "studies": "Comparisons, validation, friction curve",

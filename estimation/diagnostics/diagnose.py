@@ -18,7 +18,13 @@ from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
-from .left_over import changes_check, constant_check, ripple_check, terms_check
+from .left_over import (
+    changes_check,
+    constant_check,
+    lack_of_fit_check,
+    ripple_check,
+    terms_check,
+)
 from .motion import conditioning, precision, within_bounds
 from .near_reversals import near_reversals, near_reversals_check
 from .residuals import independence, left_of_the_motion, normality, sign_runs
@@ -154,6 +160,11 @@ def _changes_in_time(case: Case) -> Check | Missing:
     return changes_check(case.lacking, case.preferred)
 
 
+def _lack_of_fit(case: Case) -> Check | None:
+    found = case.lack_of_fit
+    return None if found is None else lack_of_fit_check(found, case.preferred)
+
+
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
@@ -183,6 +194,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="ripple", check=_ripple),
         Diagnostic(name="missing terms", check=_missing_terms, rank=8),
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8),
+        Diagnostic(name="lack of fit", check=_lack_of_fit),
     )
 }
 
@@ -199,6 +211,8 @@ def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnos
         excitation=case.excitation,
         alignment=case.alignment,
         verdict=tuple(check for check in checks if check is not None),
+        lack_of_fit=case.lack_of_fit,
+        bands=case.bands,
     )
 
 

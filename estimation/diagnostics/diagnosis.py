@@ -1,11 +1,12 @@
 """What was measured of a result, each thing once: what checks look at, and what is kept of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from axisid.estimation.estimates import Estimate, Reach, noise_free_record
 from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
@@ -46,6 +47,10 @@ class Diagnosis:
         The delay of the force, or why it cannot be measured.
     verdict : tuple of Check
         All of it against thresholds.
+    lack_of_fit : LackOfFit or None
+        Of `preferred`; None where the reference does not repeat, or there is none.
+    bands : mapping of str to mapping of str to Band
+        Of the model's error, by method and physical parameter.
     """
 
     preferred: str
@@ -55,6 +60,8 @@ class Diagnosis:
     excitation: tuple[Excitation, ...]
     alignment: Alignment | Missing
     verdict: tuple[Check, ...]
+    lack_of_fit: LackOfFit | None = None
+    bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +145,18 @@ class Case:
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
+
+    @cached_property
+    def lack_of_fit(self) -> LackOfFit | None:
+        """The residuals of the judged estimate split by repeats; None where nothing repeats."""
+        return lack_of_fit(self.preferred, self.data)
+
+    @cached_property
+    def bands(self) -> Mapping[str, Mapping[str, Band]]:
+        """Of the model's error, by method and physical parameter."""
+        found = self.lack_of_fit
+        noisy = found is None or not found.is_mostly_repeated
+        return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

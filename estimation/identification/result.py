@@ -129,6 +129,10 @@ class Identification(Shown, Exact):
         """Draw the residuals' power density."""
         return self.plot("spectrum", method=method)
 
+    def plot_repeats(self, method: str | None = None) -> "Figure":
+        """Draw what is left again where the reference repeats; a `UsageError` where it does not."""
+        return self.plot("repeats", method=method)
+
     def plot_convergence(self, method: str | None = None) -> "Figure":
         """Draw the iterates of instruments; a `UsageError` for least squares."""
         return self.plot("convergence", method=method)

@@ -1,6 +1,6 @@
 """From when on a term counts as missing, and a parameter as another in time."""
 
-from .threshold import Threshold
+from axisid.codegen.thresholds.threshold import Threshold
 
 MIN_REST_OF_LOOP = Threshold(
     0.5,

@@ -21,6 +21,7 @@ from axisid.presentation.documents import (
     saved_document,
     saved_estimate_document,
     saved_plot,
+    saved_repeats_plot,
     stream_dict,
     sweep_dict,
     validation_dict,
@@ -34,6 +35,7 @@ from axisid.presentation.plots import (
     force_plot,
     friction_plot,
     record_plot,
+    repeats_plot,
     spectrum_plot,
     sweep_plot,
     tracking_plot,
@@ -62,7 +64,7 @@ _OF_ESTIMATE = {
     "spectrum": spectrum_plot,
     "convergence": convergence_plot,
 }
-_OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot}
+_OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot, "repeats": repeats_plot}
 
 
 @singledispatch
@@ -174,6 +176,9 @@ def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = No
 
 
 def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> "Figure":
+    judged = method is None or method.lower() == result.preferred.method
+    if what == "repeats" and judged and result.diagnosis.lack_of_fit is not None:
+        return _drawn(saved_repeats_plot(result))
     return figure_of(result.preferred if method is None else result[method], what)
 
 

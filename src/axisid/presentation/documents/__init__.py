@@ -20,6 +20,7 @@ from .saved_result import SavedRecord as SavedRecord
 from .saved_text import saved_document as saved_document
 from .saved_text import saved_estimate_document as saved_estimate_document
 from .saved_text import saved_plot as saved_plot
+from .saved_text import saved_repeats_plot as saved_repeats_plot
 from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
 from .validation import validation_dict as validation_dict

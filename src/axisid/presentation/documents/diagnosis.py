@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostics import (
     Alignment,
@@ -14,15 +14,18 @@ from axisid.estimation.diagnostics import (
     InstrumentTests,
     LawCheck,
 )
+from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenAutocorrelation,
+    WrittenBand,
     WrittenCheck,
     WrittenCrossCorrelation,
     WrittenEndogeneity,
     WrittenExcitation,
     WrittenInstruments,
+    WrittenLackOfFit,
     WrittenLawCheck,
     WrittenLjungBox,
     WrittenNormality,
@@ -56,6 +59,13 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
         "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
         "alignment": _alignment(diagnosis.alignment, names),
         "verdict": tuple(map(check_document, diagnosis.verdict)),
+        "lack_of_fit": _lack_of_fit(diagnosis.lack_of_fit),
+        "model_bands": {
+            method: {name: _band(band) for name, band in of_one.items()}
+            for method, of_one in diagnosis.bands.items()
+            if of_one
+        }
+        or UNSET,
     }
 
 
@@ -113,6 +123,38 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
         sensitivity=dict(zip(names, profile.sensitivity.tolist(), strict=True)),
         delays=tuple(profile.delays.tolist()),
         errors_percent=tuple(profile.errors_percent.tolist()),
+    )
+
+
+def _lack_of_fit(found: LackOfFit | None) -> WrittenLackOfFit | UnsetType:
+    if found is None:
+        return UNSET
+    return WrittenLackOfFit(
+        period=found.period,
+        span=found.span,
+        times=found.times,
+        rows=found.rows,
+        share=found.share,
+        deviation=found.deviation,
+        chance=found.chance,
+        repeated=found.repeated,
+        noise=found.noise,
+        left=found.left,
+        smoothness=found.smoothness,
+        hac_excess={name: finite(ratio) for name, ratio in found.hac_excess.items()},
+        time=tuple(found.time.tolist()),
+        mean=tuple(found.mean.tolist()),
+        count=tuple(found.count.tolist()),
+    )
+
+
+def _band(band: Band) -> WrittenBand:
+    return WrittenBand(
+        deviation=band.deviation,
+        interval_95=band.interval,
+        groups=band.groups,
+        by=band.by,
+        exceeds=band.exceeds,
     )
 
 

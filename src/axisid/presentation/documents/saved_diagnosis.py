@@ -17,14 +17,17 @@ from axisid.estimation.diagnostics import (
     LawCheck,
     Strength,
 )
+from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
+    WrittenBand,
     WrittenCheck,
     WrittenEndogeneity,
     WrittenExcitation,
     WrittenIdentification,
     WrittenInstruments,
+    WrittenLackOfFit,
     WrittenLawCheck,
     WrittenResidualTests,
     WrittenSetting,
@@ -46,6 +49,41 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
         excitation=tuple(_excitation(name, e) for name, e in written.excitation.items()),
         alignment=_alignment(written.alignment),
         verdict=tuple(map(_check, written.verdict)),
+        lack_of_fit=_lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
+        bands={
+            method: {name: _band(band) for name, band in of_one.items()}
+            for method, of_one in (written.model_bands or {}).items()
+        },
+    )
+
+
+def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
+    return LackOfFit(
+        period=written.period,
+        span=written.span,
+        times=written.times,
+        rows=written.rows,
+        share=written.share,
+        deviation=written.deviation,
+        chance=written.chance,
+        repeated=written.repeated,
+        noise=written.noise,
+        left=written.left,
+        smoothness=written.smoothness,
+        hac_excess={name: _known(ratio, math.inf) for name, ratio in written.hac_excess.items()},
+        time=frozen(written.time),
+        mean=frozen(written.mean),
+        count=frozen(written.count),
+    )
+
+
+def _band(written: WrittenBand) -> Band:
+    return Band(
+        deviation=written.deviation,
+        interval=written.interval_95,
+        groups=written.groups,
+        by=written.by,
+        exceeds=written.exceeds,
     )
 
 

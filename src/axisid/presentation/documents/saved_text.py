@@ -11,7 +11,12 @@ from axisid.estimation.signals import Neighbours
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import Document
-from axisid.presentation.plots import Plot, autocorrelation_plot, convergence_plot
+from axisid.presentation.plots import (
+    Plot,
+    autocorrelation_plot,
+    convergence_plot,
+    mean_residual_plot,
+)
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
@@ -72,6 +77,15 @@ def saved_plot(estimate: SavedEstimate, what: str) -> Plot | Missing:
             f"needs; identify again, or choose from {', '.join(_PLOTS)}."
         )
     return _PLOTS[what](_live_estimate(estimate))
+
+
+def saved_repeats_plot(saved: SavedIdentification) -> Plot:
+    """The mean residual over a period; a `UsageError` where nothing repeated."""
+    found = saved.diagnosis.lack_of_fit
+    if found is None:
+        raise UsageError("the file of a result has no residuals that repeat.")
+    judged = saved.preferred
+    return mean_residual_plot(found, judged.method, "", judged.row_period, left=judged.form.left)
 
 
 def _live(saved: SavedIdentification) -> Identification:

@@ -15,7 +15,7 @@ FORMATS = ("pdf", "svg", "png")
 #: Every figure that a result can have.
 NAMES = (
     *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),
-    *("spectrum", "sweep", "record"),
+    *("spectrum", "repeats", "sweep", "record"),
 )
 
 

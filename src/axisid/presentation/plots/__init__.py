@@ -15,6 +15,8 @@ from .plot import Panel as Panel
 from .plot import Plot as Plot
 from .plot import Series as Series
 from .plot import drawable as drawable
+from .repeats import mean_residual_plot as mean_residual_plot
+from .repeats import repeats_plot as repeats_plot
 from .result import record_plot as record_plot
 from .result import result_plots as result_plots
 from .result import sweep_plot as sweep_plot

@@ -29,6 +29,7 @@ TITLES = MappingProxyType(
     {
         "convergence": "Convergence of the instruments",
         "friction": "Friction against velocity",
+        "repeats": "Residuals that repeat",
         "spectrum": "Spectrum of the residuals",
         "tracking": "Tracking, recorded and simulated",
     }

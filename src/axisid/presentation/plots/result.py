@@ -19,6 +19,7 @@ from axisid.support.missing import Missing
 from .estimate import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
 from .friction import friction_plot
 from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line
+from .repeats import repeats_plot
 
 _ROOM = 1.0  # about the instruments' range, against it
 #: By whether a method has instruments, and else regresses the inverse model.
@@ -45,6 +46,7 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
         for other in result.estimates.values()
         if other is not estimate and other.form.left == estimate.form.left
     ]
+    repeats = repeats_plot(result, estimate)
     over_cutoff = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
     return {
         estimate.form.left: force_plot(estimate, beside),
@@ -53,6 +55,7 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
         "tracking": tracking_plot(result, estimate),
         "autocorrelation": autocorrelation_plot(estimate),
         "spectrum": spectrum_plot(estimate),
+        **({} if isinstance(repeats, Missing) else {"repeats": repeats}),
         **over_cutoff,
         "record": record_plot(result),
     }

@@ -6,6 +6,7 @@ from html import escape
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
+from axisid.estimation.moves import Band
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, Noted, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
@@ -13,6 +14,7 @@ from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
     drawn_table,
     left_out_notes,
+    moves_notes,
     physical_notes,
     preferred_physical,
     record_facts,
@@ -80,7 +82,8 @@ def _of_form(result: Identification, estimates: Sequence[Estimate]) -> str:
     groups += [
         (q, {e.method: e.ddm_parameters[q.name] for e in estimates}) for q in first.ddm_quantities
     ]
-    tables = (parameters_table(result, groups), "parameters"), (errors_table(estimates), "errors")
+    values = parameters_table(result, groups, over_moves=True)
+    tables = (values, "parameters"), (errors_table(estimates), "errors")
     return "".join(_scrolled(table, css) for table, css in tables)
 
 
@@ -102,7 +105,10 @@ def _physical(result: Identification, wording: Wording) -> str:
 
 
 def parameters_table(
-    result: Identification, groups: Sequence[tuple[Quantity, Mapping[str, Value]]]
+    result: Identification,
+    groups: Sequence[tuple[Quantity, Mapping[str, Value]]],
+    *,
+    over_moves: bool = False,
 ) -> Table:
     """A row for each method, so that a page of any width has room for all columns.
 
@@ -111,6 +117,8 @@ def parameters_table(
     result : Identification
     groups : sequence of (Quantity, mapping of str to Value)
         Each parameter with its values by method.
+    over_moves : bool
+        Whether deviations of the model's error stand behind those that they exceed.
     """
     axis = result.axis
     described = {p.name: p.description for p in (*axis.declared.parameters, *axis.axis.parameters)}
@@ -121,11 +129,12 @@ def parameters_table(
         drawn = _intervals(result, values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
-            rows.append((ends[0], method, *_cells(value), ends[1]))
+            band = result.diagnosis.bands.get(method, {}).get(quantity.name) if over_moves else None
+            rows.append((ends[0], method, *_cells(value, band), ends[1]))
     return Table(columns=_COLUMNS, rows=tuple(rows))
 
 
-def _cells(value: Value) -> tuple[Cell, ...]:
+def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
     """Value, interval, deviation and relative deviation.
 
     The estimator's own value is a note where it is another number than the interval's centre.
@@ -137,9 +146,14 @@ def _cells(value: Value) -> tuple[Cell, ...]:
     return (
         Noted(centre, note="" if centre == fitted else f"{fitted} as fitted"),
         f"{low} … {high}",
-        significant(value.deviation),
+        significant(value.deviation) if band is None or not band.exceeds else _both(value, band),
         f"{significant(relative)} %" if relative < _VAGUE else "-",
     )
+
+
+def _both(value: Value, band: Band) -> Noted:
+    """The deviation, and that of the model's error behind it."""
+    return Noted(significant(value.deviation), note=f"{significant(band.deviation)} over moves")
 
 
 def _intervals(
@@ -191,6 +205,7 @@ def _notes(result: Identification, wording: Wording) -> str:
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
+    notes += moves_notes(result.diagnosis)
     notes += shared_remarks(list(result.estimates.values()), wording)
     notes += left_out_notes({**result.skipped, **result.failed}, wording)
     return _note_lines(notes)

@@ -102,6 +102,42 @@ class WrittenSetting(Written, frozen=True, kw_only=True):
     given: Annotated[bool, about("False where it is to be left out.")]
 
 
+class WrittenLackOfFit(Written, frozen=True, kw_only=True):
+    """What is left at phases of the reference that repeat, of the judged estimate."""
+
+    period: Annotated[float | None, about("s; null where moves repeat in another order.")]
+    span: Annotated[tuple[float, float], about("Since the record's first sample, s.")]
+    times: Annotated[int, about("How often what repeats most often does.")]
+    rows: Annotated[int, about("At phases that repeat.")]
+    share: Annotated[float, about("Of these rows' power, what repeats.")]
+    deviation: Annotated[float, about("Of the share, HAC over the phases.")]
+    chance: Annotated[float, about("That noise alone repeats as much.")]
+    repeated: Annotated[float, about("Root mean square, in the unit of the left side.")]
+    noise: Annotated[float, about("The same of the noise.")]
+    left: Annotated[float, about("The same of the left side.")]
+    smoothness: Annotated[
+        float,
+        about("Correlation of the mean residual with that of the next phase."),
+    ]
+    hac_excess: Annotated[
+        Mapping[str, float | None],
+        about("HAC deviation in that of the noise alone, by parameter; null without noise."),
+    ]
+    time: Annotated[tuple[float, ...], about("Of the phases' first rows, s.")]
+    mean: Annotated[tuple[float, ...], about("Mean residual by phase.")]
+    count: Annotated[tuple[float, ...], about("Repeats by phase.")]
+
+
+class WrittenBand(Written, frozen=True, kw_only=True):
+    """How far the model's error may move a parameter."""
+
+    deviation: Annotated[float, about("Delete-one-group jackknife.")]
+    interval_95: Annotated[tuple[float, float], about("Student's, groups less one.")]
+    groups: int
+    by: Annotated[str, about("What the groups of rows are of.")]
+    exceeds: Annotated[bool, about("Whether it is noticeably wider than the interval for noise.")]
+
+
 class WrittenCheck(Written, frozen=True, kw_only=True):
     """One check of the verdict."""
 

@@ -8,10 +8,12 @@ from msgspec import UNSET, UnsetType
 from .base import Written, about
 from .diagnosis import (
     WrittenAlignment,
+    WrittenBand,
     WrittenCheck,
     WrittenEndogeneity,
     WrittenExcitation,
     WrittenInstruments,
+    WrittenLackOfFit,
     WrittenLawCheck,
 )
 from .estimate import WrittenEstimate
@@ -68,6 +70,13 @@ class WrittenIdentification(
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
     verdict: tuple[WrittenCheck, ...]
+    lack_of_fit: Annotated[WrittenLackOfFit | UnsetType, about("Where the reference repeats.")] = (
+        UNSET
+    )
+    model_bands: Annotated[
+        Mapping[str, Mapping[str, WrittenBand]] | UnsetType,
+        about("Of the model's error, by method and parameter."),
+    ] = UNSET
     skipped: Annotated[
         Mapping[str, str],
         about("Methods that axis or record do not allow, with the reason."),

@@ -12,6 +12,7 @@ from .identification import left_out_notes as left_out_notes
 from .identification import preferred_physical as preferred_physical
 from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block
+from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
 from .record import record_document as record_document
 from .record import record_facts as record_facts

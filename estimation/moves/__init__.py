@@ -1,0 +1,14 @@
+"""The moves of a record: which repeat, and what an estimate owes to each.
+
+In: an estimate and the record behind its filter. Out: its residuals split into noise and what the
+model lacks, and how far parameters scatter where moves are left out. Knows nothing of verdicts.
+"""
+
+from .jackknife import Band as Band
+from .jackknife import model_bands as model_bands
+from .lack_of_fit import LackOfFit as LackOfFit
+from .lack_of_fit import lack_of_fit as lack_of_fit
+from .moves import Moves as Moves
+from .moves import moves_of as moves_of
+from .repeats import Repeats as Repeats
+from .repeats import repeats_of as repeats_of

@@ -1,0 +1,215 @@
+"""A band for the model's error: how far parameters scatter where a part of the record is left out.
+
+A model that is not quite right is wrong in the same way wherever the axis moves in the same way:
+its error does not average out over neighbours, as noise does, but over moves that differ. So rows
+are put into groups that may share an error, and the estimate is made again without each. There are
+three ways to form them, after three ways to be wrong: by speed and direction, by speed alone, as
+what depends on the position is alike in both directions, and by thirds of the travel. What is told
+of a parameter is the widest band of the three.
+
+The estimate without a group is exact, ``(Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``, and with it the
+leverage of groups of different sizes (the correction that is called CR3).
+
+References
+----------
+[MacKinnon2023]_ for the cluster jackknife and its t distribution with groups less one.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import fdtrc, stdtrit
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.thresholds.estimates import INTERVAL_LEVEL
+from axisid.estimation.thresholds.moves import (
+    MAX_BAND_CHANCE,
+    MAX_DELETED_INFLATION,
+    MIN_BAND_EXCESS,
+    MIN_GROUPS,
+)
+from axisid.support.arrays import Array
+
+from .moves import Index, moves_of
+
+_PARTS = 3  # of the travel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Band:
+    """How far the model's error may move a parameter.
+
+    Attributes
+    ----------
+    deviation : float
+        Standard deviation by the delete-one-group jackknife.
+    interval : (float, float)
+        95 %, about the value less the filter's own bias, by Student's distribution with as many
+        degrees of freedom as there are groups, less one.
+    groups : int
+    by : str
+        What the groups are of, in words.
+    exceeds : bool
+        Whether it is noticeably wider than the interval for noise, and by more than chance.
+    """
+
+    deviation: float
+    interval: tuple[float, float]
+    groups: int
+    by: str
+    exceeds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Scatter:
+    """Deviations of all parameters under one way to form groups.
+
+    Attributes
+    ----------
+    deviations : (p,) array
+    by_noise : (p,) array
+        What independent noise makes of their squares, in its own variance: more than 1 where groups
+        tell unequally much.
+    freedom : (p,) array
+        Degrees of freedom of that.
+    groups : int
+    by : str
+    """
+
+    deviations: Array
+    by_noise: Array
+    freedom: Array
+    groups: int
+    by: str
+
+    @property
+    def reach(self) -> Array:
+        """Half of the 95 % intervals."""
+        quantile = float(stdtrit(self.groups - 1, (1 + INTERVAL_LEVEL.value) / 2))
+        return np.asarray(quantile * self.deviations, dtype=float)
+
+
+def model_bands(
+    estimates: Mapping[str, Estimate],
+    data: FilteredRecord,
+    *,
+    noisy: bool = True,
+    ways: Sequence[tuple[str, Index]] | None = None,
+) -> dict[str, dict[str, Band]]:
+    """The band of each physical parameter by method and name.
+
+    Parameters
+    ----------
+    estimates : mapping of str to Estimate
+        Of the same rows, by method.
+    data : FilteredRecord
+    noisy : bool
+        Whether noise may be what groups scatter by; not where repeats show that it is not.
+    ways : sequence of (str, (n,) array), optional
+        To form groups, as `groupings` gives them, which are the default.
+
+    Returns
+    -------
+    dict of str to dict of str to Band
+        Empty of a method without which no groups of rows tell all parameters.
+    """
+    first = next(iter(estimates.values()))
+    formed = [*groupings(data, first.rows.astype(np.intp))] if ways is None else ways
+    return {method: _bands(estimate, formed, noisy=noisy) for method, estimate in estimates.items()}
+
+
+def _bands(
+    estimate: Estimate, ways: Sequence[tuple[str, Index]], *, noisy: bool
+) -> dict[str, Band]:
+    found = [_scatter(estimate, labels, by) for by, labels in ways]
+    scatters = [scatter for scatter in found if scatter is not None]
+    if not scatters:
+        return {}
+    widest = np.argmax([scatter.reach for scatter in scatters], axis=0)
+    return {
+        q.name: _band(estimate, i, scatters[widest[i]], noisy=noisy)
+        for i, q in enumerate(estimate.quantities)
+    }
+
+
+def groupings(data: FilteredRecord, rows: Index) -> Iterator[tuple[str, Index]]:
+    """Ways to form groups, in words, each with the label of every row's, (n,)."""
+    position, velocity, _ = data.motion
+    moves = moves_of(velocity)
+    if len(moves):
+        of_row = np.searchsorted(moves.starts[1:], rows, side="right")
+        level = moves.levels[of_row]
+        yield "speed and direction", 2 * level + (moves.speeds[of_row] > 0)
+        yield "speed", level
+    place = position[rows]
+    edges = place.min() + np.ptp(place) * np.arange(1, _PARTS) / _PARTS
+    yield "thirds of the travel", np.searchsorted(edges, place, side="right")
+
+
+def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
+    """The jackknife over groups; None where they are too few, or one of them tells too much."""
+    names, groups = np.unique(labels, return_inverse=True)
+    if len(names) < MIN_GROUPS.value:
+        return None
+    X, left = estimate.X, estimate.net_residuals
+    scale = np.linalg.norm(X, axis=0)
+    Z = X if estimate.Z is None else estimate.Z
+    X, Z = X / scale, Z / np.linalg.norm(Z, axis=0)
+    products, sums = _by_group(X, Z, left, groups, len(names))
+    try:
+        without = np.linalg.inv(products.sum(axis=0) - products)
+        every = np.linalg.inv(products.sum(axis=0))
+    except np.linalg.LinAlgError:
+        return None
+    variances = _variances(without, estimate.jacobian / scale)
+    inflation = variances / _variances(every[None], estimate.jacobian / scale)
+    if not np.all((inflation > 0) & (inflation < MAX_DELETED_INFLATION.value)):
+        return None
+    moved = np.einsum("gij,gj->gi", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
+    physical = (moved / scale) @ estimate.jacobian.T
+    shrunk = (len(names) - 1) / len(names)
+    told = np.maximum(inflation - 1, 0.0)  # of a parameter by each group
+    return _Scatter(
+        deviations=np.sqrt(shrunk * np.sum(physical**2, axis=0)),
+        by_noise=np.maximum(shrunk * np.sum(told, axis=0), 1.0),
+        freedom=np.maximum(np.sum(told, axis=0) ** 2 / np.sum(told**2, axis=0) - 1, 1.0),
+        groups=len(names),
+        by=by,
+    )
+
+
+def _variances(inverses: Array, mapping: Array) -> Array:
+    """Of the physical parameters for independent noise of one variance, (g, p)."""
+    return np.asarray(np.einsum("pi,gij,pj->gp", mapping, inverses, mapping), dtype=float)
+
+
+def _by_group(X: Array, Z: Array, left: Array, groups: Index, count: int) -> tuple[Array, Array]:
+    """``Z'X`` and ``Z'e`` of each group, (g, k, k) and (g, k)."""
+    order = np.argsort(groups, kind="stable")
+    starts = np.searchsorted(groups[order], np.arange(count))
+    both = np.column_stack([X, left])[order]
+    found = np.add.reduceat(Z[order][:, :, None] * both[:, None, :], starts, axis=0)
+    return found[:, :, :-1], found[:, :, -1]
+
+
+def _band(estimate: Estimate, i: int, widest: _Scatter, *, noisy: bool) -> Band:
+    """The band of one parameter, beside its interval for noise."""
+    deviation, reach = float(widest.deviations[i]), float(widest.reach[i])
+    centre = float(estimate.corrected[i])
+    noise = float(estimate.covariances[estimate.chosen][i, i])
+    freedom = float(estimate.freedom[estimate.chosen][i])
+    own = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * np.sqrt(max(noise, 0.0))
+    expected = noise * float(widest.by_noise[i])
+    scatter = float(widest.freedom[i])
+    chance = float(fdtrc(scatter, freedom, deviation**2 / expected)) if noise > 0 else 0.0
+    told = not noisy or chance < MAX_BAND_CHANCE.value
+    exceeds = reach > MIN_BAND_EXCESS.value * own and told
+    return Band(
+        deviation=deviation,
+        interval=(centre - reach, centre + reach),
+        groups=widest.groups,
+        by=widest.by,
+        exceeds=bool(exceeds),
+    )

@@ -1,0 +1,26 @@
+"""Where friction depends on the position, the band holds the truth more often than the interval."""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
+study: Any = import_module("model_error")
+
+
+def test_strokes_have_the_speeds_of_the_public_record() -> None:
+    reference = study.strokes()
+    assert reference.max() == pytest.approx(0.246, abs=1e-3)
+    assert abs(reference[-1]) < 1e-6
+
+
+@pytest.mark.parametrize(("shape", "motion"), [("sine of 0.2 m", "moves")])
+def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> None:
+    found = study.coverage(shape, motion, runs=12, seed=1)
+    assert found["hac"]["Fc"] < 0.5
+    assert found["shown"]["Fc"] > 0.9
+    assert found["shown"]["Fv"] > 0.9
+    assert found["moves"]["Fv"] <= found["band"]["Fv"]

@@ -1,0 +1,70 @@
+"""The band is the jackknife's, exact for each group, and shown where noise is not what scatters."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, identify, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.moves import model_bands
+from axisid.estimation.moves.jackknife import groupings
+
+
+@pytest.fixture(scope="module")
+def result(emps: GeneratedAxis) -> Identification:
+    return identify(emps, twin_record(emps, seed=3), methods=["idm-ls", "ddm-ls"])
+
+
+def test_estimates_without_a_group_are_those_of_the_other_rows(result: Identification) -> None:
+    estimate = replace(result["idm-ls"], noise_free=None)
+    for by, labels in groupings(result.data, estimate.rows.astype(np.intp)):
+        names = np.unique(labels)
+        others = [
+            np.linalg.lstsq(estimate.X[labels != g], estimate.y[labels != g], rcond=None)[0]
+            for g in names
+        ]
+        scatter = np.sum((np.array(others) - estimate.theta) ** 2, axis=0)
+        expected = np.sqrt((len(names) - 1) / len(names) * scatter)
+        bands = model_bands({"idm-ls": estimate}, result.data, ways=[(by, labels)])["idm-ls"]
+        assert [b.deviation for b in bands.values()] == pytest.approx(list(expected), rel=1e-6)
+        assert all(b.groups == len(names) and b.by == by for b in bands.values())
+
+
+def test_the_widest_band_is_told(result: Identification) -> None:
+    ways = [*groupings(result.data, result["idm-ls"].rows.astype(np.intp))]
+    each = [model_bands(result.estimates, result.data, ways=[way])["idm-ls"] for way in ways]
+    told = result.diagnosis.bands["idm-ls"]
+    for name, band in told.items():
+        widths = [bands[name].interval[1] - bands[name].interval[0] for bands in each if bands]
+        assert band.interval[1] - band.interval[0] == pytest.approx(max(widths))
+
+
+def test_a_direct_model_by_instruments_has_the_same_bands(emps: GeneratedAxis) -> None:
+    result = identify(emps, twin_record(emps, seed=3), methods=["idm-iv", "ddm-iv"])
+    inverse, direct = (result.diagnosis.bands[m] for m in ("idm-iv", "ddm-iv"))
+    for name, band in inverse.items():
+        assert direct[name].deviation == pytest.approx(band.deviation, rel=0.1)
+
+
+def test_two_groups_tell_nothing(result: Identification) -> None:
+    labels = np.arange(len(result["idm-ls"].y)) % 2
+    assert model_bands(result.estimates, result.data, ways=[("halves", labels)])["idm-ls"] == {}
+
+
+def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification) -> None:
+    estimate = result["idm-ls"]
+    telling = np.zeros(len(estimate.y), dtype=np.intp)
+    acceleration = np.abs(estimate.X[:, 0])
+    telling[acceleration < 0.02 * acceleration.max()] = 1
+    telling[1::2] += 2 * (telling[1::2] > 0)
+    bands = model_bands(result.estimates, result.data, ways=[("acceleration", telling)])
+    assert bands["idm-ls"] == {}
+
+
+def test_bands_are_seldom_shown_of_a_right_model(emps2015: GeneratedAxis) -> None:
+    shown = []
+    for seed in range(10):
+        found = identify(emps2015, twin_record(emps2015, seed=seed), methods=["idm-iv"])
+        shown += [band.exceeds for band in found.diagnosis.bands["idm-iv"].values()]
+    assert np.mean(shown) < 0.1

@@ -1,0 +1,88 @@
+"""Repeats are found in the reference alone: their period, their span, rests between them."""
+
+import numpy as np
+import pytest
+
+from axisid.estimation.moves import Repeats, repeats_of
+from axisid.support.arrays import Array
+
+
+def move(length: float, samples: int = 400) -> Array:
+    phase = np.linspace(0, np.pi, samples, endpoint=False)
+    return np.asarray(length * (1 - np.cos(phase)) / 2)
+
+
+ONCE = np.concatenate([move(1.0), 1.0 - move(0.4), 0.6 + move(0.3), 0.9 - move(0.9)])
+
+
+def found(reference: Array) -> Repeats:
+    repeats = repeats_of(reference, ((0, len(reference)),))
+    assert repeats is not None
+    return repeats
+
+
+def test_the_period_is_that_of_the_reference() -> None:
+    repeats = found(np.tile(ONCE, 4))
+    assert repeats.period == len(ONCE)
+    assert repeats.times == 4
+    assert 0 < repeats.first <= len(ONCE)  # what is before the first move is not known
+    assert repeats.last == pytest.approx(4 * len(ONCE), abs=5)
+
+
+def test_samples_of_one_phase_have_one_number() -> None:
+    repeats = found(np.tile(ONCE, 3))
+    n = len(ONCE)
+    later = slice(n + 500, 2 * n - 10)
+    after = slice(2 * n + 500, 3 * n - 10)
+    assert np.all(repeats.move[later] >= 0)
+    assert np.array_equal(repeats.move[later], repeats.move[after])
+    assert np.array_equal(repeats.offset[later], repeats.offset[after])
+
+
+def test_last_digits_do_not_matter(rng: np.random.Generator) -> None:
+    reference = np.round(np.tile(ONCE, 3), 5)
+    exact, rounded = (
+        found(np.tile(ONCE, 3)),
+        found(reference + 1e-6 * rng.normal(size=len(reference))),
+    )
+    assert rounded.period is not None
+    assert rounded.period == pytest.approx(len(ONCE), abs=2)
+    assert np.mean(rounded.move >= 0) > 0.9 * np.mean(exact.move >= 0)
+
+
+def test_rests_of_any_length_may_part_repeats(rng: np.random.Generator) -> None:
+    pieces = []
+    for rest in (50, 170, 90, 230):
+        pieces += [np.zeros(rest), ONCE]
+    repeats = found(np.concatenate([*pieces, np.zeros(40)]))
+    assert repeats.period is None
+    assert repeats.times >= 3
+    assert np.sum(repeats.move >= 0) > 2.9 * len(ONCE)
+
+
+def test_part_of_a_record_may_repeat(rng: np.random.Generator) -> None:
+    others = [move(length) for length in (0.2, 0.7)]
+    head = np.concatenate([others[0], 0.2 - 0.2 * move(1.0), others[1], 0.7 - 0.7 * move(1.0)])
+    repeats = found(np.concatenate([head, np.tile(ONCE, 2), 0.5 * move(1.0)]))
+    assert repeats.first >= len(head)
+    assert repeats.period == len(ONCE)
+
+
+def test_moves_of_other_sizes_do_not_repeat() -> None:
+    pieces = [scale * np.concatenate([move(1.0), 1.0 - move(1.0)]) for scale in (1.0, 1.1, 1.2)]
+    reference = np.concatenate(pieces)
+    assert repeats_of(reference, ((0, len(reference)),)) is None
+
+
+@pytest.mark.parametrize("reference", [np.zeros(500), np.full(500, np.nan), np.arange(500.0)])
+def test_no_motion_repeats_nothing(reference: Array) -> None:
+    assert repeats_of(reference, ((0, len(reference)),)) is None
+
+
+def test_no_repeat_goes_across_a_gap() -> None:
+    reference = np.tile(ONCE, 2)
+    whole = repeats_of(reference, ((0, len(reference)),))
+    middle = len(ONCE) + 600
+    parted = repeats_of(reference, ((0, middle), (middle, len(reference))))
+    assert whole is not None
+    assert parted is None or np.sum(parted.move >= 0) < np.sum(whole.move >= 0)
