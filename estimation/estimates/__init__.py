@@ -4,14 +4,14 @@ In: `Problem`, `Method`. Out: `Estimate` with its `Value` of each parameter.
 Knows nothing of verdicts and of how it is shown.
 """
 
+from .bound_record import bound_record as bound_record
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
 from .estimate import NotSimulated as NotSimulated
 from .estimating import estimate_by as estimate_by
 from .filter_bias import noise_free_record as noise_free_record
-from .fit import Fit as Fit
-from .loop_turns import bound_record as bound_record
+from .method import Fit as Fit
 from .method import Method as Method
 from .methods import METHODS as METHODS
 from .physical import Physical as Physical

@@ -26,8 +26,7 @@ from axisid.support.remedy import Note
 from .covariances import COVARIANCES
 from .estimate import Estimate, NotSimulated
 from .filter_bias import NoiseFree, noise_free, slopes_by_gain
-from .fit import Fit
-from .method import Method
+from .method import Fit, Method
 from .problem import Problem
 
 

@@ -31,9 +31,8 @@ from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
 from .estimate import Iterate
-from .fit import Fit
 from .least_squares import least_squares_point
-from .method import Method, at_point
+from .method import Fit, Method, at_point
 from .pace import Pace
 from .problem import Problem, adding
 

@@ -15,8 +15,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .estimate import NotSimulated
-from .fit import Fit
-from .method import Method, at_point
+from .method import Fit, Method, at_point
 from .problem import Problem
 
 

@@ -1,13 +1,57 @@
-"""What a method of estimation is."""
+"""What a method of estimation is, and what it makes of a problem before that is judged."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
-from axisid.estimation.regression import Equations, Form, Solution
-from axisid.support.arrays import Array
+from axisid.estimation.regression import Equations, Factored, Form, Solution
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.remedy import Note
 
-from .fit import Fit
+from .estimate import Iterate, NotSimulated
 from .problem import Problem
+
+_NO_LOOP = NotSimulated("the method simulates no loop")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """A solution of measured rows, with the loops simulated from it.
+
+    Attributes
+    ----------
+    form : Form
+        At the point that the rows are linearised about.
+    measured : Equations
+    solution : Solution
+    instruments : Factored or None
+        None for least squares.
+    iterates : tuple of Iterate
+        The start and every iterate; empty for what is no iteration.
+    loops : tuple of Simulation
+        One for each segment of each record; empty where they could not be simulated.
+    simulated : (n,) array or NotSimulated
+        Left side as the simulated loops have it.
+    remarks : tuple of str or Note
+    """
+
+    form: Form
+    measured: Equations
+    solution: Solution
+    instruments: Factored | None = None
+    iterates: tuple[Iterate, ...] = ()
+    loops: tuple[Simulation, ...] = ()
+    simulated: Array | NotSimulated = _NO_LOOP
+    remarks: tuple[str | Note, ...] = ()
+
+    @property
+    def follows(self) -> bool:
+        """Whether the simulated loops move as the records do, so that they stand for them."""
+        if isinstance(self.simulated, NotSimulated):
+            return False
+        left = self.measured.left
+        return relative_error_percent(left - self.simulated, left) < MAX_SIMULATION_ERROR.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

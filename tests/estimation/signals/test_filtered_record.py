@@ -79,7 +79,7 @@ def test_one_identification_low_passes_each_motion_once(
     assert len(result) == 4
     assert len(filtered) == 6
     assert result.diagnosis.verdict
-    assert len(filtered) == 7  # the judged loop once more, for its delay
+    assert len(filtered) == 8  # the judged loop once more for its delay, and for what it lacks
     assert sum(np.shares_memory(each, record.position) for each in filtered) == 1
 
 

@@ -261,15 +261,21 @@ class Panel {
       }
       return;
     }
-    const there = [], back = [];
+    let path = "", there = [], back = [];
+    const close = () => {
+      if (there.length) path += `M${[...there, ...back.reverse()].join("L")}Z`;
+      there = [];
+      back = [];
+    };
     for (let i = first; i < last; i++) {
+      const low = this.py(series.low[i]), high = this.py(series.high[i]);
+      if (!Number.isFinite(low + high)) { close(); continue; }
       const x = this.plot.px(series.x[i]).toFixed(1);
-      there.push(`${x} ${this.py(series.high[i]).toFixed(1)}`);
-      back.push(`${x} ${this.py(series.low[i]).toFixed(1)}`);
+      there.push(`${x} ${high.toFixed(1)}`);
+      back.push(`${x} ${low.toFixed(1)}`);
     }
-    if (there.length) {
-      element("path", { d: `M${[...there, ...back.reverse()].join("L")}Z`, class: `band ${look}` }, parent);
-    }
+    close();
+    if (path) element("path", { d: path, class: `band ${look}` }, parent);
   }
 
   /** Points as strokes of no length with round ends: one element however many there are. */
