@@ -41,7 +41,7 @@ def _sine(turns: Array) -> Array:
 
 #: By name: what the friction does over the position, in turns, and how long one is, m.
 SHAPES: dict[str, tuple[Callable[[Array], Array], float]] = {
-    **{f"sine of {length:g} m": (_sine, length) for length in (0.02, 0.05, 0.1, 0.2, 0.5)},
+    **{f"sine of {length:g} m": (_sine, length) for length in (0.02, 0.05, 0.1, 0.2, 0.35, 0.5)},
     "sawtooth of 0.1 m": (_sawtooth, 0.1),
     "sawtooth of 0.3 m": (_sawtooth, 0.3),
 }

@@ -8,6 +8,8 @@ from .diagnostics import profile_alignment as profile_alignment
 from .estimates import METHODS as METHODS
 from .estimates import Iterate as Iterate
 from .estimates import Value as Value
+from .moves import Band as Band
+from .moves import LackOfFit as LackOfFit
 from .records import LogBlocks as LogBlocks
 from .records import Repairs as Repairs
 from .regression import Classical as Classical

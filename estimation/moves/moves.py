@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from axisid.estimation.thresholds.moves import (
     MAX_LEVEL_SPREAD,
@@ -51,6 +50,8 @@ class Moves:
 
 def moves_of(velocity: Array) -> Moves:
     """The moves of a velocity, (N,): of a reference, or filtered."""
+    from scipy.signal import find_peaks
+
     speed = np.concatenate([[0.0], np.abs(velocity), [0.0]])
     top = float(speed.max())
     found, shape = find_peaks(speed, height=MIN_MOVE_SPEED.value * top, prominence=0.0)

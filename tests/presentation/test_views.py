@@ -53,7 +53,10 @@ def test_every_kind_of_result_has_its_row() -> None:
 
 def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
     result = identify(emps2015, record, methods=["idm-ls", "idm-iv"])
-    for name in ("record", "friction", "tracking", "force", "autocorrelation", "spectrum"):
+    for name in (
+        *("record", "friction", "tracking", "force", "autocorrelation", "spectrum"),
+        "repeats",
+    ):
         assert isinstance(result.plot(name), Figure)
     assert isinstance(result["idm-iv"].plot("convergence"), Figure)
     assert isinstance(result.plot("force", method="idm-ls"), Figure)

@@ -29,6 +29,7 @@ from axisid import (
     twin_record,
     validate,
 )
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive
 from axisid.modeling.declaration import Axis
 from axisid.support.remedy import as_options
@@ -448,3 +449,17 @@ def test_an_absent_file_and_a_folder_are_told(tmp_path: Path) -> None:
     for path in (tmp_path / "absent.json", tmp_path):
         with pytest.raises(DataError, match="cannot be read"):
             load_result(path)
+
+
+def test_what_repeats_and_the_bands_are_read_back(emps2015: GeneratedAxis, tmp_path: Path) -> None:
+    result = identify(emps2015, twin_record(emps2015, seed=2), methods=["idm-ls"])
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file)
+    live, read = result.diagnosis.lack_of_fit, saved.diagnosis.lack_of_fit
+    assert live is not None
+    assert read is not None
+    np.testing.assert_array_equal(read.mean, live.mean)
+    assert (read.share, read.period, read.times) == (live.share, live.period, live.times)
+    assert saved.diagnosis.bands == result.diagnosis.bands
+    assert isinstance(saved.plot("repeats"), Figure)

@@ -46,7 +46,9 @@ from tests.axes.drives import braked
 Run = Callable[..., tuple[int, str, str]]
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&<!--"
-FIGURES = "force friction convergence tracking autocorrelation spectrum repeats sweep record".split()
+FIGURES = (
+    "force friction convergence tracking autocorrelation spectrum repeats sweep record".split()
+)
 
 
 class Page(HTMLParser):

@@ -14,7 +14,7 @@ from axisid.presentation.formulas.mathml import formula_mathml
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 
-FIGURES = 8
+FIGURES = 9
 
 
 @pytest.fixture(scope="module")
