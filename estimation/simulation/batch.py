@@ -64,6 +64,7 @@ def simulate_batch(
     *,
     start: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
+    injected: ArrayLike | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
     signals: Sequence[str] = SIGNALS[:5],
@@ -84,6 +85,8 @@ def simulate_batch(
     start : (B,) array_like, optional
         First positions; the first references by default.
     position_noise : (N, B) array_like, optional
+    injected : (N,) or (N, B) array_like, optional
+        Added to the control; shared, or one column a lane.
     resolution, substeps
         As in `simulate`.
     signals : sequence of str
@@ -129,6 +132,7 @@ def simulate_batch(
         parameters=theta,
         reference=ref,
         noise=_lane_noise(position_noise, (len(ref), lanes)),
+        injected=_lane_injected(injected, (len(ref), lanes)),
         start=first,
         period=period,
         resolution=resolution,
@@ -162,6 +166,18 @@ def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None
     return lanes
 
 
+def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    if injected is None:
+        return None
+    lanes = _aligned(injected, "the injected signal")
+    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
+        raise UsageError(
+            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
+            "finite."
+        )
+    return lanes
+
+
 def _wanted(signals: Sequence[str]) -> list[str]:
     """The generated code's names of the signals."""
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
@@ -190,6 +206,7 @@ class _Batch:
     parameters: Array
     reference: Array
     noise: Array | None
+    injected: Array | None
     start: Array
     period: float
     resolution: float
@@ -294,8 +311,10 @@ class _Batch:
             substeps=substeps,
         )
         arguments = (
-            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
-            self.noise if every or self.noise is None else self.noise[:, chosen],
+            *(
+                values if every or values is None or values.ndim == 1 else values[:, chosen]
+                for values in (self.reference, self.noise, self.injected)
+            ),
             self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
             self.start if every else np.ascontiguousarray(self.start[chosen]),
             settings,
@@ -327,8 +346,11 @@ class _Batch:
         again = np.asarray(status == STATUSES.index("out of range"))
         if again.any():
             lanes = chosen[again]
-            noise = None if self.noise is None else self.noise[:, lanes]
-            given = (self.parameters[lanes], self.start[lanes], noise, self.resolution)
+            moved_by = (
+                None if values is None else values if values.ndim == 1 else values[:, lanes]
+                for values in (self.noise, self.injected)
+            )
+            given = (self.parameters[lanes], self.start[lanes], *moved_by, self.resolution)
             wider = widened_distance(self.axis, *given)
             again[again] = wider > self.allowed[lanes]
             self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
@@ -339,6 +361,7 @@ def _virtual_batch(
     axis: GeneratedAxis,
     reference: Array,
     noise: Array | None,
+    injected: Array | None,
     parameters: Array,
     start: Array,
     settings: LoopSettings,
@@ -355,6 +378,7 @@ def _virtual_batch(
         ).run(
             reference if reference.ndim == 1 else reference[:, lane],
             None if noise is None else noise[:, lane],
+            injected if injected is None or injected.ndim == 1 else injected[:, lane],
             float(start[lane]),
         )
         for name in wanted:
