@@ -311,10 +311,9 @@ class _Batch:
             substeps=substeps,
         )
         arguments = (
-            *(
-                values if every or values is None or values.ndim == 1 else values[:, chosen]
-                for values in (self.reference, self.noise, self.injected)
-            ),
+            self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
+            self.noise if every else _of_lanes(self.noise, chosen),
+            self.injected if every else _of_lanes(self.injected, chosen),
             self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
             self.start if every else np.ascontiguousarray(self.start[chosen]),
             settings,
@@ -346,15 +345,22 @@ class _Batch:
         again = np.asarray(status == STATUSES.index("out of range"))
         if again.any():
             lanes = chosen[again]
-            moved_by = (
-                None if values is None else values if values.ndim == 1 else values[:, lanes]
-                for values in (self.noise, self.injected)
+            wider = widened_distance(
+                self.axis,
+                self.parameters[lanes],
+                self.start[lanes],
+                _of_lanes(self.noise, lanes),
+                _of_lanes(self.injected, lanes),
+                self.resolution,
             )
-            given = (self.parameters[lanes], self.start[lanes], *moved_by, self.resolution)
-            wider = widened_distance(self.axis, *given)
             again[again] = wider > self.allowed[lanes]
             self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
         return again
+
+
+def _of_lanes(values: Array | None, lanes: NDArray[np.intp]) -> Array | None:
+    """A signal of some lanes; one that all share as it is."""
+    return values if values is None or values.ndim == 1 else values[:, lanes]
 
 
 def _virtual_batch(

@@ -202,9 +202,14 @@ class _Loop:
         )
         settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if STATUSES[status] == "out of range":
-            lane = (self.parameters[None, :], np.array([self.start]))
-            moved_by = (self.noise, self.injected, self.resolution)
-            (wider,) = widened_distance(self.axis, *lane, *moved_by)
+            (wider,) = widened_distance(
+                self.axis,
+                self.parameters[None, :],
+                np.array([self.start]),
+                self.noise,
+                self.injected,
+                self.resolution,
+            )
             if wider > settings.allowed:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)

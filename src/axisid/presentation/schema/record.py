@@ -54,6 +54,10 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     ]
     samples: int
     sample_period: Annotated[float, about("s")]
+    injected_at: Annotated[
+        Literal["control", "reference"] | None,
+        about("What a recorded test signal was added to; null where there is none."),
+    ] = None
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
