@@ -26,6 +26,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_EXPLAINED_RESIDUAL,
     MAX_FACTOR_ERROR,
     MAX_LAW_RESIDUAL,
+    MAX_LIMIT_EXCESS,
     MAX_REPAIRED_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
@@ -265,7 +266,7 @@ def _compared(
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
     control, reference = np.asarray(record.control), np.asarray(record.commanded)
-    # Beyond the limit the unit is wrong, not the drive saturated.
+    # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
     limited = np.isclose(
         np.abs(control), axis.axis.drive.limit, rtol=LIMIT_TOLERANCE.value, atol=0.0
     )
@@ -275,7 +276,7 @@ def _compared(
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
         terms = np.hstack([terms, _added(record, law)])
-        return control, terms, ~limited
+        return control, terms, ~(limited | _cut_off(axis, control, terms))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
     smooth = SampledFilter(low_pass, record.period)
     _, velocity, _ = smooth.motion(record.position)
@@ -287,6 +288,13 @@ def _compared(
     limited[-settle:] = True
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
+
+
+def _cut_off(axis: GeneratedAxis, control: Array, terms: Array) -> NDArray[np.bool_]:
+    """Samples at which the law is beyond the drive's limit and the control is there, with noise."""
+    limit = axis.axis.drive.limit
+    there = np.abs(np.abs(control) - limit) <= MAX_LIMIT_EXCESS.value * limit
+    return np.asarray(there & (np.abs(terms.sum(axis=1)) >= limit))
 
 
 def _added(record: Record, law: ControlLaw) -> Array:

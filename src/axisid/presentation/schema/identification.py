@@ -31,6 +31,28 @@ class WrittenMethodValidation(Written, frozen=True, kw_only=True):
     position_error_rms: Annotated[float | None, about("In the coordinate's unit.")]
     tracking_error_percent: Annotated[float | None, about("Of the recorded tracking error.")]
     reason: Annotated[str, about("Why there are no simulated figures.")]
+    holds: Annotated[
+        bool | None,
+        about(
+            "Whether force, simulated loop and parameters are what they are on its own record; the "
+            "control law is looked at by itself."
+        ),
+    ] = None
+    own_simulation_error_percent: float | None = None
+    own_tracking_error_percent: Annotated[
+        float | None, about("null where it is not known, as of a result read from a file.")
+    ] = None
+    anew: Annotated[
+        Mapping[str, float | None] | None,
+        about("What the second record itself says of the parameters, by the same method."),
+    ] = None
+    anew_distances: Annotated[
+        Mapping[str, float | None] | None,
+        about("How far those are from the frozen ones, in HAC deviations of the difference."),
+    ] = None
+    anew_share_percent: Annotated[
+        float | None, about("Force that the difference makes, of all of it.")
+    ] = None
 
 
 class WrittenValidation(Written, frozen=True, kw_only=True):
@@ -42,6 +64,12 @@ class WrittenValidation(Written, frozen=True, kw_only=True):
         str | None,
         about("What speaks against the record's sampling period; null for nothing."),
     ]
+    law_check: Annotated[
+        WrittenLawCheck | None, about("The declared control law against the second record.")
+    ] = None
+    holds: Annotated[
+        bool | None, about("Whether every estimate does, and the control law is the declared one.")
+    ] = None
 
 
 class WrittenIdentification(
