@@ -82,7 +82,7 @@ def record_document(record: Record) -> WrittenRecord:
         masked=record.masked,
         samples=len(record),
         sample_period=record.period,
-        injected_at=cast(Any, record.injected_at),
+        injected_at=cast(Any, record.injected_at or UNSET),
     )
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
+from msgspec import UNSET, UnsetType
+
 from .base import Written, about
 
 
@@ -55,9 +57,9 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     samples: int
     sample_period: Annotated[float, about("s")]
     injected_at: Annotated[
-        Literal["control", "reference"] | None,
-        about("What a recorded test signal was added to; null where there is none."),
-    ] = None
+        Literal["control", "reference"] | UnsetType,
+        about("What a recorded test signal was added to."),
+    ] = UNSET
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
