@@ -271,8 +271,8 @@ def _loop(
     """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    noise = _beside(position_noise, ref, "the noise")
-    added = _beside(injected, ref, "the injected signal")
+    noise = beside(position_noise, ref, "the noise")
+    added = beside(injected, ref, "the injected signal")
     if not (start is None or (is_real(start) and math.isfinite(start))):
         raise UsageError(f"the start is {start!r}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
@@ -317,7 +317,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     )
 
 
-def _beside(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
+def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
     """A signal at the samples of a reference, if there is one."""
     if values is None:
         return None

@@ -8,6 +8,7 @@ parameters, by the same method, tells it.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import log_ndtr, ndtri_exp, stdtr
 
 from axisid.estimation.regression import (
     Equations,
@@ -18,6 +19,7 @@ from axisid.estimation.regression import (
     least_squares,
 )
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.studies import MAX_ANEW_SHARE, MIN_ANEW_DISTANCE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
@@ -34,7 +36,8 @@ class Anew:
     frozen, physical : (p,) array
         As they were, and as the second record has them.
     distances : (p,) array
-        Between them, in deviations (HAC) of their difference.
+        Between them, in deviations (HAC) of their difference; as of a normal variable with the
+        chance that Student's t has of what is farther, since deviations of short records are vague.
     share_percent : float
         Force that the difference makes on the second record, percent of all of it.
     """
@@ -71,6 +74,7 @@ def estimated_anew(
     neighbours: Neighbours,
     frozen: Array,
     covariance: Array,
+    freedom: Array,
 ) -> Anew | None:
     """Estimate from rows of the second record; None where they cannot tell the parameters.
 
@@ -88,6 +92,8 @@ def estimated_anew(
         Physical parameters.
     covariance : (p, p) array
         Theirs.
+    freedom : (p,) array
+        Degrees of freedom of its variances.
     """
     names = [q.expression or q.name for q in form.quantities]
     left = rows.left - rows.known
@@ -99,16 +105,42 @@ def estimated_anew(
             else instrumental_variables(left, regressor, factor(instruments, names))
         )
         physical, jacobian = form.physical(solution.theta)
-        both = jacobian @ Hac().matrix(solution) @ jacobian.T + covariance
+        here = np.diag(jacobian @ Hac().matrix(solution) @ jacobian.T)
+        least = float(Hac().freedom(solution).min())
     except EstimationError:
         return None
+    own = np.diag(covariance)
+    # Welch and Satterthwaite's degrees of freedom of a difference.
+    freedoms = (here + own) ** 2 / (here**2 / least + own**2 / freedom)
     change = rows.regressor @ (solution.theta - form.regressed(frozen))
     found = Anew(
         names=tuple(p.name for p in form.axis.parameters),
         units=tuple(p.unit for p in form.axis.parameters),
         frozen=frozen,
         physical=physical,
-        distances=(physical - frozen) / np.sqrt(np.diag(both)),
+        distances=as_normal((physical - frozen) / np.sqrt(here + own), freedoms),
         share_percent=relative_error_percent(change, rows.left),
     )
     return found if np.all(np.isfinite([*physical, *found.distances])) else None
+
+
+def as_normal(distances: Array, freedom: Array | float) -> Array:
+    """Distances in vague deviations as those of a normal variable that chance exceeds as often."""
+    chance = stdtr(freedom, -np.abs(distances))
+    # Of chances that no number holds the distance itself, where the freedom is large.
+    with np.errstate(divide="ignore"):
+        logs = np.where(chance > 0, np.log(chance), log_ndtr(-np.abs(distances)))
+    return np.asarray(-np.sign(distances) * ndtri_exp(logs))
+
+
+def least_mean_square(residuals: Array, neighbours: Neighbours) -> float:
+    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
+    squares = residuals**2
+    mean = float(squares.mean())
+    try:
+        ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
+        solution = least_squares(squares, ones)
+        deviation = float(np.sqrt(Hac().matrix(solution)[0, 0]))
+    except EstimationError:
+        return mean
+    return max(mean - MIN_DISTANCE_FROM_NOISE.value * deviation, 0.0)

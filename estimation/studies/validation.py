@@ -34,7 +34,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.shown import Shown
 
-from .anew import Anew, estimated_anew
+from .anew import Anew, estimated_anew, least_mean_square
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +61,8 @@ class MethodValidation:
     own_simulation_error_percent, own_tracking_error_percent : float or None
         On the record that the estimate was made from; None where they are not known, as the latter
         is of a result that was read from a file.
+    least_equation_error_percent : float or None
+        The equation error less what chance may make of it in so short a record.
     anew : Anew or None
         What the record itself says of the parameters; None where it cannot.
     """
@@ -74,6 +76,7 @@ class MethodValidation:
     reason: Note | None
     own_simulation_error_percent: float | None = None
     own_tracking_error_percent: float | None = None
+    least_equation_error_percent: float | None = None
     anew: Anew | None = None
 
     @property
@@ -88,7 +91,9 @@ class MethodValidation:
     def fits(self) -> bool:
         """Whether the equation error is of the size that it has on the estimate's own record."""
         most = MAX_VALIDATION_ERROR.value
-        return _as_small(self.equation_error_percent, self.own_equation_error_percent, most)
+        least = self.least_equation_error_percent
+        found = self.equation_error_percent if least is None else least
+        return _as_small(found, self.own_equation_error_percent, most)
 
     @property
     def follows(self) -> bool:
@@ -265,6 +270,10 @@ class FrozenEstimate(Protocol):
         """Of the physical parameters, (p, p), by name."""
 
     @property
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of the variances in these, (p,)."""
+
+    @property
     def equation_error_percent(self) -> float:
         """On its own record."""
 
@@ -366,7 +375,8 @@ def _validation(
             ),
             code="no-row",
         )
-    equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)
+    residuals = rows.left - rows.known - rows.regressor @ theta
+    equation = relative_error_percent(residuals, rows.left)
     if not math.isfinite(equation):
         raise DataError(
             f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
@@ -381,15 +391,25 @@ def _validation(
         tracking_error_percent=None,
         reason=None,
         own_simulation_error_percent=estimate.simulation_error_percent,
+        least_equation_error_percent=equation
+        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
     )
     covariance = estimate.covariances[estimate.chosen]
-    anew = partial(estimated_anew, form, rows, frozen=estimate.physical, covariance=covariance)
+    anew = partial(
+        estimated_anew,
+        form,
+        rows,
+        neighbours=data.neighbours,
+        frozen=estimate.physical,
+        covariance=covariance,
+        freedom=estimate.freedom[estimate.chosen],
+    )
     is_iv = estimate.method.endswith("iv")
     try:
         loops = simulated_loops(axis, record, estimate.physical)
         known, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else anew(instruments=None, neighbours=data.neighbours)
+        by_rows = None if is_iv else anew(instruments=None)
         return replace(found, reason=error.note, anew=by_rows)
     off, tracking = _positions(data, loops)
     instruments = regressor if is_iv else None
@@ -401,7 +421,7 @@ def _validation(
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        anew=anew(instruments=instruments, neighbours=data.neighbours),
+        anew=anew(instruments=instruments),
     )
 
 

@@ -54,11 +54,11 @@ MAX_ANEW_SHARE = Threshold(
     "measured: a mass a tenth larger makes 2 to 6, right records of 15 s at most 1.3",
 )
 MIN_ANEW_DISTANCE = Threshold(
-    5.0,
+    5.5,
     "1",
     "distance of a parameter estimated anew, in deviations, from which it is another one",
-    "measured: at most 3.8 on right records, where HAC deviations are too small for noise of "
-    "0.5 s; 12 or more with a mass a tenth larger",
+    "measured: at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1 and more "
+    "with a mass a tenth larger",
 )
 MAX_WEIGHT_DEVIATION = Threshold(
     0.02,

@@ -39,6 +39,8 @@ class SavedRecord:
         s.
     segments, masked : tuple of (int, int)
         First row and the one after the last of each.
+    injected_at : str or None
+        What a recorded test signal was added to.
     """
 
     provenance: Provenance
@@ -46,6 +48,7 @@ class SavedRecord:
     period: float
     segments: tuple[tuple[int, int], ...]
     masked: tuple[tuple[int, int], ...]
+    injected_at: str | None = None
 
     def __len__(self) -> int:
         return self.samples
@@ -286,6 +289,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         period=written.sample_period,
         segments=written.segments,
         masked=written.masked,
+        injected_at=written.injected_at or None,
     )
 
 
