@@ -1,12 +1,12 @@
 """A multisine added to the control, from a simulator apart from axisid: found, checked, missed."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from axisid import (
     Coordinate,
@@ -23,7 +23,6 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.commands.main import cli
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation.diagnostics import LawCheck, check_law
@@ -149,7 +148,7 @@ def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
 
 
 def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
-    emps2015: GeneratedAxis, tmp_path: Path
+    run: Callable[..., tuple[int, str, str]], emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
     added = multisine(0.3)
     noise = np.random.default_rng(1).normal(scale=1e-6, size=len(REFERENCE))
@@ -160,14 +159,12 @@ def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
     header = "time,reference,position,control,exc"
     np.savetxt(file, np.column_stack(columns), delimiter=",", header=header, comments="")
     arguments = ["identify", "emps2015", str(file), "--columns", "injected=exc", "--json", str(out)]
-    refused = CliRunner().invoke(cli, arguments)
-    assert refused.exit_code != 0
-    assert "add --injected-at control or --injected-at reference" in " ".join(
-        refused.output.split()
-    )
-    done = CliRunner().invoke(cli, [*arguments, "--injected-at", "control"])
-    assert done.exit_code == 0, done.output
-    assert "'exc' was added to the control" in " ".join(done.output.split())
+    code, _, err = run(*arguments)
+    assert code != 0
+    assert "add --injected-at control or --injected-at reference" in " ".join(err.split())
+    code, text, err = run(*arguments, "--injected-at", "control")
+    assert (code, err) == (0, "")
+    assert "'exc' was added to the control" in " ".join(text.split())
     written = json.loads(out.read_text())
     assert written["record"]["injected_at"] == "control"
     assert written["law_check"]["passed"]

@@ -1,4 +1,4 @@
-"""A recorded test signal: where it enters, its unit, and that it is treated as the other columns."""
+"""A recorded test signal: where it enters, its unit, and that it is treated as other columns."""
 
 from dataclasses import replace
 from pathlib import Path

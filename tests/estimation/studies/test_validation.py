@@ -142,7 +142,7 @@ def test_short_records_are_not_blamed_for_slow_noise() -> None:
     assert as_normal(np.array([-5.0, 3.0]), 1e7) == pytest.approx([-5.0, 3.0], abs=1e-3)
     slow = np.sin(np.linspace(0.0, 7.0, 700))
     fast = np.random.default_rng(1).normal(size=700)
-    assert least_mean_square(slow, Neighbours.consecutive(700)) < 0.3 * np.mean(slow**2)
+    assert least_mean_square(slow, Neighbours.consecutive(700)) < 0.6 * np.mean(slow**2)
     assert least_mean_square(fast, Neighbours.consecutive(700)) > 0.7 * np.mean(fast**2)
 
 
