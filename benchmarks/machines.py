@@ -64,6 +64,10 @@ class Machine:
         Step of the encoder, m; 0 for none. Where its steps lie is drawn for each run.
     position_noise, force_noise, control_noise : callable, optional
         In the measured position, within the loop; in the force; in the recorded control only.
+    injected : (N,) array, optional
+        A test signal in the column ``injected``, added to the control or to the reference.
+    injected_at : str
+        Which of the two.
     """
 
     mass: float = 100.0
@@ -81,6 +85,8 @@ class Machine:
     position_noise: Noise | None = None
     force_noise: Noise | None = None
     control_noise: Noise | None = None
+    injected: Array | None = None
+    injected_at: str = "control"
 
 
 def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[dict[str, Array]]:
@@ -95,18 +101,23 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     q, v = np.full(runs, reference[0]), np.zeros(runs)
     positions, controls = np.empty((runs, n)), np.empty((runs, n))
     last = _encoder(machine, q + of_position[:, 0], phase)
+    added = np.zeros(n) if machine.injected is None else machine.injected[:n]
+    to_control, to_reference = (
+        added if machine.injected_at == place else 0 * added for place in ("control", "reference")
+    )
+    followed = reference + to_reference
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
         speed = (measured - last) / machine.period
-        wanted = machine.kv * (machine.kp * (reference[k] - measured) - speed)
+        wanted = machine.kv * (machine.kp * (followed[k] - measured) - speed) + to_control[k]
         control = np.clip(wanted, -machine.limit, machine.limit)
         positions[:, k], controls[:, k], last = measured, control, measured
         q, v = _sample(machine, k, q, v, machine.gain * control + of_force[:, k])
     controls += of_control
-    time = machine.period * np.arange(n)
+    shared = {"time": machine.period * np.arange(n), "reference": reference}
+    shared |= {} if machine.injected is None else {"injected": added}
     return [
-        {"time": time, "reference": reference, "position": p, "control": u}
-        for p, u in zip(positions, controls, strict=True)
+        {**shared, "position": p, "control": u} for p, u in zip(positions, controls, strict=True)
     ]
 
 

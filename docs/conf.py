@@ -24,7 +24,13 @@ extensions = [
     "mathml",
     "references",
 ]
-exclude_patterns = ["conf.py", "axis_pages.py", "results_schema.py", "extensions/**"]
+exclude_patterns = [
+    "conf.py",
+    "axis_pages.py",
+    "results_schema.py",
+    "readme_figures.py",
+    "extensions/**",
+]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".py": "myst-nb"}
 # An unused reference of the bibliography is no mistake.
 suppress_warnings = ["ref.citation"]

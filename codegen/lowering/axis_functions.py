@@ -33,16 +33,16 @@ def axis_programs(model: AxisModel) -> tuple[Program, ...]:
     acceleration = _direct_dynamics(model)
     programs = [inverse_dynamics(model), _idm_regressor(model), acceleration]
     programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
-    law = None if model.axis.control is None else _control_law(model, model.axis.control)
-    plant = plant_programs(model, law, acceleration)
+    law = model.axis.control
+    driven = None if law is None else _control_law(model, law, injected=True)
+    plant = plant_programs(model, driven, acceleration)
     programs += plant
-    if law is not None and model.axis.control is not None:
-        start = _control_start(model, model.axis.control)
+    if law is not None and driven is not None:
         programs += [
-            start,
-            law,
-            _control_terms(model.axis.control),
-            closed_loop_step(model, law, plant[1]),
+            _control_start(model, law),
+            _control_law(model, law),
+            _control_terms(law),
+            closed_loop_step(model, driven, plant[1]),
         ]
     return tuple(programs)
 
@@ -122,10 +122,16 @@ def _control_start(model: AxisModel, law: ControlLaw) -> Program:
 
 
 def _output(
-    model: AxisModel, law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]
+    model: AxisModel,
+    law: ControlLaw,
+    builder: Builder,
+    values: dict[sympy.Symbol, int],
+    injected: int | None = None,
 ) -> int:
-    """The law's output within the drive's limit."""
+    """The law's output, with what is added to it, within the drive's limit."""
     control = _law_lowering(law, builder, values)(law.output)
+    if injected is not None:
+        control = builder.apply("add", control, injected)
     return within(model.axis.drive.limit, builder, control)
 
 
@@ -144,14 +150,16 @@ def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, 
     return Lowering(builder, {**values, **known, PERIOD: builder.constant(law.period)})
 
 
-def _control_law(model: AxisModel, law: ControlLaw) -> Program:
+def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -> Program:
+    """The law by itself, or as the loop has it: with a test signal that is added to its output."""
     arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY)
     builder, values = arguments.builder, arguments.values
+    added = builder.scalar("injected") if injected else None
     state = builder.vector("state", _state(law))
     memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
     line = state[len(law.memory) :]
     following = _law_lowering(law, builder, {**values, **memory})
-    control = _output(model, law, builder, {**values, **memory})
+    control = _output(model, law, builder, {**values, **memory}, added)
     queue = (control, *line)
     builder.output("control", [[queue[-1]]])
     builder.output(

@@ -19,7 +19,7 @@ from .switching import Switching, switching
 
 # What is held between samples, under a sampled law and under a continuous one.
 HELD_FORCE = ("tau",)
-HELD_REFERENCE = ("reference", "reference_rate", "measurement_error")
+HELD_REFERENCE = ("reference", "reference_rate", "measurement_error", "injected")
 
 
 def plant_programs(
@@ -31,7 +31,7 @@ def plant_programs(
     ----------
     model : AxisModel
     law : Program or None
-        The control law.
+        The control law, to which a test signal may be added.
     acceleration : Program
         The direct dynamics, as declared.
 
@@ -103,7 +103,8 @@ class _Plant:
     """The plant under what is held between samples, as operations of one builder.
 
     A sampled law holds its force. A continuous law is evaluated inside the plant's derivative; held
-    are the line that the reference follows and the error of the measurement.
+    are the line that the reference follows, the error of the measurement and the test signal that
+    is added to the control.
     """
 
     model: AxisModel
@@ -124,11 +125,11 @@ class _Plant:
         if self.law is None:
             return self.held[0]
         build = self.builder.apply
-        reference, rate, error = self.held
+        reference, rate, error, injected = self.held
         if elapsed is not None:
             reference = build("add", reference, build("mul", rate, elapsed))
         measured = build("add", q, error)
-        law = self.builder.inline(self.law, (reference,), (measured,), (dq,), ())
+        law = self.builder.inline(self.law, (reference,), (measured,), (dq,), (injected,), ())
         made = self.builder.inline(drive_force(self.model), law["control"], (q,), (dq,))
         return made["tau"][0]
 
@@ -240,21 +241,31 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
-    """Build one sample of the loop from its control law and a step of the plant."""
+    """Build one sample of the loop from its control law and a step of the plant.
+
+    Parameters
+    ----------
+    model : AxisModel
+    law : Program
+        To which a test signal may be added.
+    plant : Program
+        ``plant_step``.
+    """
     coordinate = model.axis.coordinate
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     arguments = Arguments(reciprocals=True).scalars(q, dq)
     builder, values = arguments.builder, arguments.values
     state_port = next(port for port in law.inputs if port.name == "state")
     state = builder.vector("state", state_port.elements)
-    reference, rate, error = map(builder.scalar, HELD_REFERENCE)
+    held = tuple(map(builder.scalar, HELD_REFERENCE))
+    reference, _, error, injected = held
     # The direction, the sides if there are any, the parameters and the step.
     others = [builder.vector(port.name, port.elements) for port in plant.inputs[3:]]
     measured = builder.apply("add", values[q], error)
-    control = builder.inline(law, (reference,), (measured,), (values[dq],), state)
+    control = builder.inline(law, (reference,), (measured,), (values[dq],), (injected,), state)
     made = builder.inline(drive_force(model), control["control"], (values[q],), (values[dq],))
     (tau,) = made["tau"]
-    held = (tau,) if _held_names(model) == HELD_FORCE else (reference, rate, error)
+    held = (tau,) if _held_names(model) == HELD_FORCE else held
     end = builder.inline(plant, (values[q],), (values[dq],), held, *others)
     builder.output(f"{q.name}_next", [end[f"{q.name}_next"]])
     builder.output(f"{dq.name}_next", [end[f"{dq.name}_next"]])

@@ -179,7 +179,8 @@ static double breakaway(double q, const double *held, const struct mode *mode, c
                         double left)
 {
 #if CONTINUOUS
-    double low = 0.0, high = left, later[HELD] = {held[0] + held[1] * left, held[1], held[2]};
+    double low = 0.0, high = left;
+    double later[HELD] = {held[0] + held[1] * left, held[1], held[2], held[3]};
     if (fabs(at_rest(q, later, mode, p)) < 1.0)
         return left;
     for (int i = 0; i < MOST_REFINEMENTS; ++i) {
@@ -460,13 +461,13 @@ static double encoder(double q, double noise, double resolution)
 
 /* A sample that starts at rest, changes its mode or is taken in several steps. */
 static int sample_with_events(struct lane *lane, double reference, double rate, double error,
-                              const double *p, double period, ptrdiff_t substeps)
+                              double added, const double *p, double period, ptrdiff_t substeps)
 {
-    double memory[AT_LEAST_1_MEMORY], ignored[3], held[3] = {0.0, rate, error};
+    double memory[AT_LEAST_1_MEMORY], ignored[3], held[4] = {0.0, rate, error, added};
     struct mode *mode = &lane->mode;
     mode->direction = sign(lane->dq);
-    closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, IN(mode), p, period,
-                     ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
+    closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, IN(mode), p,
+                     period, ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
                      &lane->control, ignored + 2);
     held[0] = CONTINUOUS ? reference : lane->force;
     if (lane->dq == 0.0)
@@ -498,7 +499,7 @@ APART static struct moved later_substeps(struct moved end, const double *later, 
                                          const double *p, double step, ptrdiff_t substeps,
                                          double *changes)
 {
-    double held[3] = {later[0], later[1], later[2]};
+    double held[4] = {later[0], later[1], later[2], later[3]};
     for (ptrdiff_t i = 1; i < substeps; ++i) {
         const double q = end.q, dq = end.dq;
         pass(held, step);
@@ -520,13 +521,14 @@ static void put(double *values, ptrdiff_t at, double value)
         values[at] = value;
 }
 
-/* One simulation. Returns a status; `stopped` is the sample it speaks of. It ends, with nothing to
-   show, once `stop` is set: its caller was interrupted. */
-int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *parameters,
-             double period, double start, double resolution, double allowed, ptrdiff_t substeps,
-             double *position, double *velocity, double *acceleration, double *force,
-             double *control, double *direction, double *before, ptrdiff_t *stopped,
-             const volatile int *stop)
+/* One simulation. Returns a status; `stopped` is the sample it speaks of. Noise is in the measured
+   position, `injected` is added to the control; null for none. It ends, with nothing to show, once
+   `stop` is set: its caller was interrupted. */
+int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *injected,
+             const double *parameters, double period, double start, double resolution,
+             double allowed, ptrdiff_t substeps, double *position, double *velocity,
+             double *acceleration, double *force, double *control, double *direction,
+             double *before, ptrdiff_t *stopped, const volatile int *stop)
 {
     struct lane lane = {.q = start};
     struct mode mode = {0};
@@ -544,6 +546,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         const double r = reference[k];
         const double rate = CONTINUOUS && k + 1 < samples ? (reference[k + 1] - r) / period : 0.0;
         const double error = encoder(q, noise ? noise[k] : 0.0, resolution);
+        const double added = injected ? injected[k] : 0.0;
         *stopped = k;
         if (*stop)
             return DONE;
@@ -553,10 +556,10 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
         put(velocity, k, dq);
         put(before, k, end);
         mode.direction = sign(dq);
-        closed_loop_step(q, dq, memory, r, rate, error, IN(&mode), p, step, &q1, &dq1, next, &ddq,
-                         &tau, &u, &last);
+        closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
+                         &ddq, &tau, &u, &last);
         const struct moved moved = {q1, dq1, ddq, last};
-        const double held[3] = {CONTINUOUS ? r : tau, rate, error};
+        const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
         double changes = events(q, dq, &moved, held, &mode, p, step);
         end = mode.direction;
         if (changes == 0.0 && substeps > 1) {
@@ -574,7 +577,7 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
             for (int i = 0; i < MEMORY; ++i)
                 lane.memory[i] = memory[i];
             const int status =
-                sample_with_events(&lane, r, rate, error, parameters, period, substeps);
+                sample_with_events(&lane, r, rate, error, added, parameters, period, substeps);
             if (status != DONE)
                 return status;
             q1 = lane.q;
@@ -601,7 +604,8 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
 /* Values of one sample for all lanes of a block. */
 struct block {
     double q[LANES], dq[LANES], memory[AT_LEAST_1_MEMORY][LANES], parameters[PARAMETERS][LANES];
-    double reference[LANES], rate[LANES], error[LANES], direction[LANES], end[LANES];
+    double reference[LANES], rate[LANES], error[LANES], added[LANES];
+    double direction[LANES], end[LANES];
 #if SIDES
     double sides[SIDES][LANES];
 #endif
@@ -637,14 +641,15 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
     for (int l = 0; l < LANES; ++l) {
         double p[PARAMETERS], memory[AT_LEAST_1_MEMORY] = {0.0}, next[AT_LEAST_1_MEMORY], tau, u;
         const double r = b->reference[l], rate = b->rate[l], error = b->error[l];
+        const double added = b->added[l];
         const struct mode mode = mode_of(b, l, sign(b->dq[l]));
         struct moved moved;
         for (int j = 0; j < PARAMETERS; ++j)
             p[j] = b->parameters[j][l];
         for (int j = 0; j < MEMORY; ++j)
             memory[j] = b->memory[j][l];
-        closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, IN(&mode), p, step, &moved.q,
-                         &moved.dq, next, &moved.first, &tau, &u, &moved.last);
+        closed_loop_step(b->q[l], b->dq[l], memory, r, rate, error, added, IN(&mode), p, step,
+                         &moved.q, &moved.dq, next, &moved.first, &tau, &u, &moved.last);
         b->q1[l] = moved.q;
         b->dq1[l] = moved.dq;
         b->ddq[l] = moved.first;
@@ -654,7 +659,7 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
         for (int j = 0; j < MEMORY; ++j)
             b->next[j][l] = next[j];
         const double away = fabs(b->q[l] - r) <= b->allowed[l] ? 0.0 : 1.0;
-        const double held[3] = {CONTINUOUS ? r : tau, rate, error};
+        const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
         b->slow[l] = events(b->q[l], b->dq[l], &moved, held, &mode, p, step) + away;
     }
     if (substeps > 1)
@@ -663,7 +668,8 @@ static void step_block(struct block *b, double step, ptrdiff_t substeps)
     for (ptrdiff_t i = 1; i < substeps; ++i)
         for (int l = 0; l < LANES; ++l) {
             double p[PARAMETERS];
-            double held[3] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l]};
+            double held[4] = {CONTINUOUS ? b->now[l] : b->tau[l], b->rate[l], b->error[l],
+                              b->added[l]};
             const struct mode mode = mode_of(b, l, b->direction[l]);
             pass(held, step);
             b->now[l] = held[0];
@@ -687,8 +693,8 @@ static int finish_lane(struct block *b, int l, double period, ptrdiff_t substeps
     for (int j = 0; j < MEMORY; ++j)
         lane.memory[j] = b->memory[j][l];
     lane.mode = mode_of(b, l, 0.0);
-    const int status = sample_with_events(&lane, b->reference[l], b->rate[l], b->error[l], p, period,
-                                          substeps);
+    const int status = sample_with_events(&lane, b->reference[l], b->rate[l], b->error[l],
+                                          b->added[l], p, period, substeps);
     b->q1[l] = lane.q;
     b->dq1[l] = lane.dq;
     b->direction[l] = lane.direction;
@@ -726,10 +732,12 @@ static void put_block(double *values, ptrdiff_t at, const double *lanes, ptrdiff
 /* LANES simulations side by side, of which `count` are wanted. */
 static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *reference,
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
-                           ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
-                           const double *start, const double *allowed, double period,
-                           double resolution, ptrdiff_t substeps, struct outputs out, int *status,
-                           ptrdiff_t *stopped, const volatile int *stop)
+                           ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
+                           ptrdiff_t injected_time, ptrdiff_t injected_lane,
+                           const double *parameters, const double *start, const double *allowed,
+                           double period, double resolution, ptrdiff_t substeps,
+                           struct outputs out, int *status, ptrdiff_t *stopped,
+                           const volatile int *stop)
 {
     _Alignas(64) struct block b = {0}; /* a vector register never spans two cache lines */
     double dead[LANES] = {0.0};
@@ -765,6 +773,8 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
             if (noise || resolution > 0.0)
                 b.error[l] = encoder(
                     b.q[l], noise ? noise[k * noise_time + from * noise_lane] : 0.0, resolution);
+            if (injected)
+                b.added[l] = injected[k * injected_time + from * injected_lane];
         }
         step_block(&b, period / (double)substeps, substeps);
         put_block(out.before, at, k ? b.end : b.direction, count);
@@ -800,11 +810,13 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
     }
 }
 
-/* Many simulations, `lanes` of them: parameters, start and status by lane; references and noise with
-   strides over time and lanes (0 where all lanes share one). Interrupted as one simulation is. */
+/* Many simulations, `lanes` of them: parameters, start and status by lane; references, noise and
+   what is added to the control with strides over time and lanes (0 where all lanes share one).
+   Interrupted as one simulation is. */
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
-                    ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *parameters,
+                    ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
+                    ptrdiff_t injected_time, ptrdiff_t injected_lane, const double *parameters,
                     const double *start, const double *allowed, double period, double resolution,
                     ptrdiff_t substeps, double *position, double *velocity, double *acceleration,
                     double *force, double *control, double *direction, double *before,
@@ -819,7 +831,9 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
             before ? before + first : NULL, stride};
         simulate_block(samples, left < LANES ? left : LANES, reference + first * reference_lane,
                        reference_time, reference_lane, noise ? noise + first * noise_lane : NULL,
-                       noise_time, noise_lane, parameters + first * PARAMETERS, start + first,
+                       noise_time, noise_lane,
+                       injected ? injected + first * injected_lane : NULL, injected_time,
+                       injected_lane, parameters + first * PARAMETERS, start + first,
                        allowed + first, period, resolution, substeps, out, status + first,
                        stopped + first, stop);
     }

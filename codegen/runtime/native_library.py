@@ -83,11 +83,12 @@ class NativeLibrary:
         self,
         reference: Array,
         noise: Array | None,
+        injected: Array | None,
         parameters: Array,
         start: float,
         settings: LoopSettings,
     ) -> tuple[int, int, dict[str, Array]]:
-        """Run one simulation.
+        """Run one simulation, with a test signal added to the control or without.
 
         Returns
         -------
@@ -105,7 +106,7 @@ class NativeLibrary:
             return self._call(
                 "simulate",
                 len(reference),
-                *(reference, noise, parameters),
+                *(reference, noise, injected, parameters),
                 float(settings.period),
                 float(start),
                 float(settings.resolution),
@@ -123,6 +124,7 @@ class NativeLibrary:
         self,
         reference: Array,
         noise: Array | None,
+        injected: Array | None,
         parameters: Array,
         start: Array,
         settings: LoopSettings,
@@ -135,6 +137,8 @@ class NativeLibrary:
         ----------
         reference : (N,) or (N, B) array
         noise : (N, B) array or None
+        injected : (N,) or (N, B) array or None
+            Added to the control.
         parameters : (B, p) array, contiguous
         start : (B,) array, contiguous
         settings : LoopSettings
@@ -163,6 +167,7 @@ class NativeLibrary:
                 last - first,
                 *_strided(reference, first),
                 *_strided(noise, first),
+                *_strided(injected, first),
                 parameters[first:],
                 start[first:],
                 settings.allowed[first:],

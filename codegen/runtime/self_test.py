@@ -125,13 +125,15 @@ class _Lanes:
 
     reference: Array
     noise: Array
+    injected: Array
     start: Array
     parameters: Array
     settings: LoopSettings
 
-    def one(self, lane: int) -> tuple[tuple[Array, Array], LoopSettings]:
-        """Reference and noise of a lane, and its settings."""
-        given = (self.reference[:, lane].copy(), self.noise[:, lane].copy())
+    def one(self, lane: int) -> tuple[tuple[Array, Array, Array], LoopSettings]:
+        """Reference, noise and what is added to the control of a lane, and its settings."""
+        reference, noise, injected = self.reference[:, lane], self.noise[:, lane], self.injected
+        given = (reference.copy(), noise.copy(), injected[:, lane].copy())
         return given, replace(self.settings, allowed=float(self.settings.allowed[lane]))
 
 
@@ -148,7 +150,8 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
         if slow and all(_is_resolved(*pair) for pair in pairs):
             break
     statuses, ends, batch = library.simulate_batch(
-        lanes.reference, lanes.noise, lanes.parameters, lanes.start, settings, SIGNALS, 1
+        *(lanes.reference, lanes.noise, lanes.injected, lanes.parameters, lanes.start),
+        *(settings, SIGNALS, 1),
     )
     for lane, pair in zip(_TRIED, pairs, strict=True):
         given, own = lanes.one(lane)
@@ -177,7 +180,8 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
     settings = LoopSettings(
         period=_STEP, resolution=0.0 if continuous else 1e-6, allowed=allowed, substeps=substeps
     )
-    return _Lanes(reference, noise, start, parameters, settings)
+    injected = 0.1 * sizes * rng.normal(size=reference.shape)
+    return _Lanes(reference, noise, injected, start, parameters, settings)
 
 
 def _expected(
@@ -213,7 +217,7 @@ def _is_slow(rates: Any, lanes: _Lanes, lane: int, result: _Result) -> bool:
         signals[name][None, :until] for name in ("position", "velocity", "force", "direction")
     )
     continuous = rates.size1_in("held") > 1
-    held = np.vstack([q, 0 * q, lanes.noise[:until, lane]]) if continuous else force
+    held = np.vstack([q, 0 * q, lanes.noise[:until, lane], 0 * q]) if continuous else force
     arguments = [q, dq, held, direction, lanes.parameters[lane][:, None]]
     stiffness, damping = (np.abs(change.full()) for change in rates.call(arguments))
     step = lanes.settings.period / lanes.settings.substeps

@@ -48,12 +48,13 @@ class VirtualLoop:
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
-        self, reference: Array, noise: Array | None, start: float
+        self, reference: Array, noise: Array | None, injected: Array | None, start: float
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
+        injected = np.zeros(samples) if injected is None else injected
         q, dq, end = start, 0.0, 0.0
         mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
         measured = start + self._encoder(start, noise[0])
@@ -68,7 +69,9 @@ class VirtualLoop:
                 rate = (reference[k + 1] - reference[k]) / settings.period
             error = self._encoder(q, noise[k])
             try:
-                q, dq, mode, row = self._sample(q, dq, mode, (reference[k], rate, error))
+                q, dq, mode, row = self._sample(
+                    q, dq, mode, (reference[k], rate, error, injected[k])
+                )
             except _StoppedError as stop:
                 return stop.status, k, signals
             end = mode.direction
@@ -86,11 +89,12 @@ class VirtualLoop:
         return float(np.floor((q + noise) / resolution + 0.5) * resolution - q)
 
     def _sample(
-        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float]
+        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float, float]
     ) -> tuple[float, float, Mode, tuple[float, float, float, float]]:
         """Motion and mode at the next sample; acceleration, force, control, direction now.
 
-        `held` is the reference, its rate, and the error of the measurement.
+        `held` is the reference, its rate, the error of the measurement, and what is added to the
+        control.
         """
         mode = mode.directed(float(np.sign(dq)))
         moved, (force, control) = self._law(q, dq, mode, held)
@@ -111,7 +115,7 @@ class VirtualLoop:
         return q, dq, mode, row
 
     def _law(
-        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float]
+        self, q: float, dq: float, mode: Mode, held: tuple[float, float, float, float]
     ) -> tuple[Moved, tuple[float, float]]:
         """The law's next state; a step of the whole sample, and force and control."""
         step = self._loop_step
@@ -122,6 +126,7 @@ class VirtualLoop:
             reference=held[0],
             reference_rate=held[1],
             measurement_error=held[2],
+            injected=held[3],
             direction=mode.direction,
         )
         step.arguments["state"][:] = out[2]

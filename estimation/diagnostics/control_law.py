@@ -1,10 +1,10 @@
 """The declared control law against what the drive did.
 
 The recorded control is regressed on the law's own terms, computed from the recorded reference and
-position. Every factor must be 1. What they are instead tells the fault: millimetres for metres, a
-flipped sign, another gain, another clock, a delay. A law that takes an ideal sensor's velocity is
-compared after a zero-phase low-pass of both sides, since that velocity is not recorded; the
-identification's own filter plays no part.
+position, and on a test signal that was added to it. Every factor must be 1. What they are instead
+tells the fault: millimetres for metres, a flipped sign, another gain, another clock, a delay. A law
+that takes an ideal sensor's velocity is compared after a zero-phase low-pass of both sides, since
+that velocity is not recorded; the identification's own filter plays no part.
 """
 
 import math
@@ -39,7 +39,7 @@ from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .check import Check, passed
 
@@ -57,7 +57,7 @@ _UNITS = {
     math.pi / 180: "degrees for radians",
     180 / math.pi: "radians for degrees",
 }
-_CONSTANT, _DRIFT = "constant", "drift"
+_CONSTANT, _DRIFT, _INJECTED = "constant", "drift", "injected"
 _SETTLE = 10  # samples in which the law's memory fills
 
 
@@ -68,8 +68,8 @@ class LawCheck:
     Attributes
     ----------
     factors : dict of str to float
-        By product of gains; each is 1 if the law is the drive's. Empty where the record cannot
-        tell the law's terms apart.
+        By product of gains, and ``injected`` for a test signal that was added to the control; each
+        is 1 if the law is the drive's. Empty where the record cannot tell them apart.
     residual_percent : float or None
         ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
         another period than the law's.
@@ -131,14 +131,23 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
+    names += [] if record.added_control is None else [_INJECTED]
     factors, fitted = _factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
     scaled = _scaled(control[used], terms[used], names, following)
+    if _takes_velocity(law) and abs(scaled.get(_INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
+        del scaled[_INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
     left = (control - terms.sum(axis=1))[used]
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
     repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
+    fault = _slightly(law, scaled, lean, factors, axis.axis.drive.unit)
+    remedy = None
+    if declared >= MAX_LAW_RESIDUAL.value or shift:
+        delay = None if law.continuous else law.delay
+        fault = _fault(law, factors, declared, fitted, shift, delay, constant)
+        remedy = _unnamed(record, fitted, shift, constant)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -150,11 +159,8 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         if passed
         else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
         if repair
-        else _slightly(law, scaled, lean, factors, axis.axis.drive.unit)
-        if declared < MAX_LAW_RESIDUAL.value and shift == 0
-        else _fault(
-            law, factors, declared, fitted, shift, None if law.continuous else law.delay, constant
-        ),
+        else fault,
+        remedy=None if passed or repair else remedy,
     )
 
 
@@ -173,6 +179,21 @@ def law_check(law: LawCheck | Missing) -> Check | Missing:
         "sampling period that is more than 0.05 % from the law's",
         meaning=law.meaning,
         remedy=law.remedy,
+    )
+
+
+def _unnamed(
+    record: Record, fitted: float | None, shift: int, constant: float | None
+) -> Remedy | None:
+    """How to name a test signal, where nothing else explains what the law leaves."""
+    explained = fitted is not None and fitted <= MAX_LAW_RESIDUAL.value
+    if record.injected is not None or shift or constant is not None or explained:
+        return None
+    return Remedy.of(
+        "; or name a test signal that was added to the control or to the reference, with ",
+        Setting("columns", "injected=NAME"),
+        " and ",
+        Setting("injected-at"),
     )
 
 
@@ -217,6 +238,13 @@ def _changed_columns(record: Record) -> Iterator[tuple[str, Record]]:
     """The record as it would be without a common mistake in its columns, and which."""
     reference, position = record.reference, record.position
     assert reference is not None  # noqa: S101  # there is none to check without it
+    if record.injected is not None:
+        there = "reference" if record.injected_at == "control" else "control"
+        yield f"the test signal added to the {there}", replace(record, injected_at=there)
+        for scale, what in _COLUMN_FAULTS.items():
+            scaled = replace(record, injected=scale * record.injected)
+            yield f"the test signal times {scale:g}: check {what}", scaled
+        yield "no test signal: check which column it is", replace(record, injected=None)
     for role, values in (("position", position), ("reference", reference)):
         for scale, what in _COLUMN_FAULTS.items():
             changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
@@ -240,8 +268,8 @@ def _compared(
     axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
-    control, reference = np.asarray(record.control), np.asarray(record.reference)
-    # Beyond the limit the unit is wrong, not the drive saturated.
+    control, reference = np.asarray(record.control), np.asarray(record.commanded)
+    # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
     limited = np.isclose(
         np.abs(control), axis.axis.drive.limit, rtol=LIMIT_TOLERANCE.value, atol=0.0
     )
@@ -250,11 +278,13 @@ def _compared(
     limited[:settle] = True
     if not _takes_velocity(law):
         terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
+        terms = np.hstack([terms, _added(record, law)])
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
     smooth = SampledFilter(low_pass, record.period)
     _, velocity, _ = smooth.motion(record.position)
     terms = _run_law(axis, reference, record.position, velocity)
+    terms = np.hstack([terms, _added(record, law)])
     if np.all(np.isfinite(terms)):
         control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
         terms = np.column_stack(columns)
@@ -269,6 +299,15 @@ def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     wanted = terms.sum(axis=1)
     there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
     return np.asarray(there & (wanted * np.sign(control) > limit))
+
+
+def _added(record: Record, law: ControlLaw) -> Array:
+    """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
+    added = record.added_control
+    if added is None:
+        return np.empty((len(record), 0))
+    late = np.concatenate([np.zeros(law.delay), added[: len(added) - law.delay]])
+    return np.asarray(late[:, None])
 
 
 def _factors(
@@ -347,13 +386,16 @@ def _slightly(
         return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
     values = np.array(list(scaled.values()))
     what = (
-        "the control's scaling, such as the gain of a converter"
+        "the unit of the test signal"
+        if set(scaled) == {_INJECTED}
+        else "the control's scaling, such as the gain of a converter"
         if np.ptp(values) < MAX_SCALE_ERROR.value
         else "the gains, the velocity filter and the period"
     )
+    every = "" if set(scaled) == {_INJECTED} else "; what scales the control scales every estimate"
     return (
-        f"the recorded control is the declared law's but for its factors ({listed}): check {what}; "
-        "what scales the control scales every estimate"
+        f"the recorded control is the declared law's but for its factors ({listed}): check "
+        f"{what}{every}"
     )
 
 
@@ -442,6 +484,10 @@ def _fault(
         )
     if one := _one_gain(law, factors):
         return f"{start}{one}"
+    if off == [_INJECTED]:
+        return (
+            f"{start}with this factor it would be; check the sign and the unit of the test signal"
+        )
     if not np.all(np.abs(values / common - 1) < MAX_FACTOR_ERROR.value):
         return (
             f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "

@@ -48,12 +48,15 @@ class LogBlocks:
         As in `read_record`.
     rows : int
         Of a block.
+    injected_at : str, optional
+        As in `read_record`.
     """
 
     file: Path
     axis: Axis | GeneratedAxis | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     rows: int = ROWS
+    injected_at: str | None = None
     _passes: "_Passes" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -80,7 +83,12 @@ class LogBlocks:
         try:
             check_kind(self.file)
             for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
-                yield Chosen(table, as_declared(self.axis), dict(self.columns))
+                yield Chosen(
+                    table,
+                    as_declared(self.axis),
+                    dict(self.columns),
+                    injected_at=self.injected_at,
+                )
         except OSError as error:
             raise DataError(
                 f"{self.file} cannot be read: {error.strerror}. Check the path."
@@ -266,6 +274,10 @@ class _Even:
         check_even(self.source, middle, mean, period, _WHOLE)
         self.drift.check(self.source, mean, _WHOLE)
 
+    def _still(self) -> set[str]:
+        """Roles that may be constant, as in a `Record`."""
+        return {"time", "injected"} | ({"reference"} if "injected" in self.reached else set())
+
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
         if self.samples < MIN_RECORD_ROWS.value:
@@ -277,7 +289,7 @@ class _Even:
         if self.timed:
             self._check_times(mean, period)
         for role, (least, most) in self.reached.items():
-            if role != "time":
+            if role not in self._still():
                 check_varies(self.source, role, least, most)
         notes = steps_told(self.least, self.most, mean, self.drift) if self.timed else ()
         spread = (self.most - self.least) / (self.last - self.first) if period is None else 0.0

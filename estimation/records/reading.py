@@ -34,6 +34,7 @@ def read_record(
     *,
     columns: Mapping[str, str] | None = None,
     sample_period: float | None = None,
+    injected_at: str | None = None,
     repairs: Repairs | None = None,
     max_memory: float | None = None,
 ) -> Record:
@@ -51,7 +52,10 @@ def read_record(
     columns : mapping of str to str, optional
         Column names by role, over those of the axis, each with a unit if it is not SI
         (``"pos:mm"``). A role that neither names is looked for under its own name (``time``,
-        ``position``, ``reference``, ``control``, ``force``).
+        ``position``, ``reference``, ``control``, ``force``, ``injected``).
+    injected_at : str, optional
+        What the test signal in the column ``injected`` was added to, ``"control"`` or
+        ``"reference"``, over what the axis says.
     sample_period : float, optional
         s; takes the place of the time column's mean step, and of the column if there is none.
     repairs : Repairs, optional
@@ -87,7 +91,13 @@ def read_record(
         )
     repairs = repairs or Repairs()
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    found = Chosen(table, declared, dict(columns or {}), has_period=sample_period is not None)
+    found = Chosen(
+        table,
+        declared,
+        dict(columns or {}),
+        has_period=sample_period is not None,
+        injected_at=injected_at,
+    )
     return _record(table, found, declared, sample_period, repairs)
 
 
@@ -115,11 +125,14 @@ def _record(
             repairs.resample,
             split=repairs.gaps is not None,
             stated=sample_period,
+            splined=("position", "reference")
+            + (("injected",) if found.injected_at == "reference" else ()),
         )
     )
     return Record(
         time=laid.time,
         **laid.columns,
+        injected_at=found.injected_at,
         sample_period=laid.period,
         segments=laid.segments,
         masked=runs(laid.masked),

@@ -15,11 +15,12 @@ from axisid.estimation.thresholds.records import (
     MAX_STATED_PERIOD_DEVIATION,
     MIN_RECORD_ROWS,
 )
+from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
-from axisid.support.remedy import Remedy
+from axisid.support.remedy import Remedy, Setting
 from axisid.support.shown import Shown
 
 from .time_steps import (
@@ -50,6 +51,10 @@ class Record(Shown, Exact):
         Control signal in the drive's unit.
     force : (N,) array or None
         Drive force, N or N m; taken instead of the control where both are given.
+    injected : (N,) array or None
+        A test signal that was added in the loop, in the unit of what it was added to.
+    injected_at : str or None
+        What it was added to: ``control``, between the law and the drive's limit, or ``reference``.
     sample_period : float or None
         s. None takes the mean of the time column's steps. Given beside them, it confirms that the
         log is not sampled as a control law runs.
@@ -71,6 +76,8 @@ class Record(Shown, Exact):
     reference: Array | None = None
     control: Array | None = None
     force: Array | None = None
+    injected: Array | None = None
+    injected_at: str | None = None
     sample_period: float | None = None
     segments: tuple[tuple[int, int], ...] = ()
     masked: tuple[tuple[int, int], ...] = ()
@@ -87,6 +94,7 @@ class Record(Shown, Exact):
                 raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
         for role, values in self.channels().items():
             object.__setattr__(self, role, self._column(role, values))
+        self._check_injected()
         if not (self.sample_period is None or is_real(self.sample_period)):
             check_sample_period(self.sample_period)
         for name in ("segments", "masked"):
@@ -95,7 +103,7 @@ class Record(Shown, Exact):
         self._check_spans()
         self._check_time()
         for role, values in self.channels().items():
-            if role != "time":
+            if role in self._varying:
                 check_varies(self._name(), role, float(values.min()), float(values.max()))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
@@ -141,6 +149,18 @@ class Record(Shown, Exact):
         inside = tuple((a, b) for a, b in masked if a < b)
         return replace(self, **cut, segments=(), masked=inside)
 
+    @property
+    def commanded(self) -> Array | None:
+        """What the control law is to follow: the reference with what was added to it, (N,)."""
+        if self.reference is None or self.injected is None or self.injected_at != "reference":
+            return self.reference
+        return self.reference + self.injected
+
+    @property
+    def added_control(self) -> Array | None:
+        """What was added to the control, in the drive's unit, (N,); None for nothing."""
+        return self.injected if self.injected_at == "control" else None
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -152,6 +172,7 @@ class Record(Shown, Exact):
             "reference": self.reference,
             "control": self.control,
             "force": self.force,
+            "injected": self.injected,
         }
         return {role: values for role, values in columns.items() if values is not None}
 
@@ -166,6 +187,26 @@ class Record(Shown, Exact):
 
     def _name(self) -> str:
         return self.provenance.source
+
+    @property
+    def _varying(self) -> set[str]:
+        """Roles that say nothing where they are constant; a test signal may move the axis alone."""
+        still = {"injected"} if self.injected is None else {"injected", "reference"}
+        return {*self.channels()} - {"time", *still}
+
+    def _check_injected(self) -> None:
+        if self.injected is None:
+            object.__setattr__(self, "injected_at", None)
+        elif self.injected_at not in INJECTION_POINTS:
+            raise UsageError(
+                f"{self._name()}: the injected signal is added to {self.injected_at!r}; give ",
+                Remedy.of(
+                    Setting("injected-at", "control"),
+                    " or ",
+                    Setting("injected-at", "reference"),
+                    ".",
+                ),
+            )
 
     def _column(self, role: str, values: ArrayLike) -> Array:
         column = frozen(real_array(values, f"{self._name()}: the {role}", DataError))

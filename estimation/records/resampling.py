@@ -21,7 +21,7 @@ from .time_steps import BACKWARD, advice_on_backward
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
-_SPLINED = ("position", "reference")
+_SPLINED = ("position", "reference")  # by cubic splines, what else there is by straight lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +61,7 @@ def resample(
     *,
     split: bool,
     stated: float | None = None,
+    splined: Sequence[str] = _SPLINED,
 ) -> Laid:
     """Resample columns, each with its own clock.
 
@@ -78,6 +79,8 @@ def resample(
         Whether the log may be cut at gaps.
     stated : float, optional
         s; the position's sampling period as the user knows it, in place of its mean step.
+    splined : sequence of str
+        Roles that go on smoothly between their samples.
 
     Raises
     ------
@@ -124,14 +127,16 @@ def resample(
             code="gaps",
         )
     columns = {
-        role: np.concatenate([_onto(grid, piece, role, clocks[role], s) for piece, grid in kept])
+        role: np.concatenate(
+            [_onto(grid, piece, clocks[role], s, smooth=role in splined) for piece, grid in kept]
+        )
         for role, s in samples.items()
     }
     time = np.concatenate([grid for _, grid in kept])
     masked = np.zeros(len(time), dtype=bool)
     for role, mask in masks.items():
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-    repairs = [_told(samples, clocks, time, chosen)]
+    repairs = [_told(samples, clocks, time, chosen, splined)]
     if split:
         lost = sum(b[0] - a[1] - 1 / own for a, b in pairwise(covered))
         out = sum(len(g) for g in grids) - len(time)
@@ -200,13 +205,13 @@ def _grid(start: float, stop: float, period: float) -> Array:
 
 
 def _onto(
-    grid: Array, piece: tuple[float, float], role: str, clock: Array, samples: Samples
+    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, *, smooth: bool
 ) -> Array:
     """A column at the times of a grid, from its samples in and just around a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
-    if role not in _SPLINED or len(time) < _FEWEST:
+    if not smooth or len(time) < _FEWEST:
         return np.interp(grid, time, values)
     from scipy.interpolate import CubicSpline
 
@@ -214,11 +219,14 @@ def _onto(
 
 
 def _told(
-    samples: Mapping[str, Samples], clocks: Mapping[str, Array], time: Array, rate: float
+    samples: Mapping[str, Samples],
+    clocks: Mapping[str, Array],
+    time: Array,
+    rate: float,
+    splined: Sequence[str],
 ) -> Repair:
-    splined = [role for role in samples if role in _SPLINED]
-    by_lines = [role for role in samples if role not in _SPLINED]
-    how = f"{', '.join(splined)} by cubic splines"
+    by_lines = [role for role in samples if role not in splined]
+    how = f"{', '.join(role for role in samples if role in splined)} by cubic splines"
     if by_lines:
         how += f", {', '.join(by_lines)} by straight lines"
     rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}

@@ -13,8 +13,12 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 
-def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:
-    """Coherent units that a role may have: one if the axis is known."""
+def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
+    """Coherent units that a role may have: one if the axis is known.
+
+    A test signal has that of what it is added to.
+    """
+    role = injected_at or "control" if role == "injected" else role
     if role == "time":
         return ("s",)
     if axis is None:
@@ -25,7 +29,14 @@ def expected_units(role: str, axis: Axis | None) -> tuple[str, ...]:
 
 
 def to_si(
-    role: str, values: Array, unit: str, axis: Axis | None, *, requested: bool, source: str
+    role: str,
+    values: Array,
+    unit: str,
+    axis: Axis | None,
+    *,
+    requested: bool,
+    source: str,
+    injected_at: str | None = None,
 ) -> tuple[Array, str]:
     """Convert a column to SI, and say what was done; empty where nothing was.
 
@@ -42,6 +53,8 @@ def to_si(
         Whether the user gave the unit, for the error.
     source : str
         File name.
+    injected_at : str, optional
+        What a test signal is added to.
 
     Raises
     ------
@@ -49,7 +62,7 @@ def to_si(
         The unit is unknown, or measures something else than the role does.
     """
     wrong = UsageError if requested else DataError
-    wanted = expected_units(role, axis)
+    wanted = expected_units(role, axis, injected_at)
     found = known_unit(unit)
     named = Setting("columns", f"{role}=NAME:UNIT")
     if found is None:
@@ -83,13 +96,15 @@ def _measures(unit: Unit, wanted: str) -> bool:
     return unit.same_dimension(parse_unit(wanted))
 
 
-def taken_as_si(roles: Mapping[str, str], axis: Axis | None) -> str:
+def taken_as_si(
+    roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None = None
+) -> str:
     """What is said of columns, by role, whose unit nobody gave."""
     if not roles:
         return ""
     named = []
     for role, name in roles.items():
-        wanted = expected_units(role, axis)
+        wanted = expected_units(role, axis, injected_at)
         unit = " or ".join(wanted) if wanted else "as the drive has it"
         label = LABEL_WITH_UNIT.fullmatch(name)
         passed = label[4] if label is not None else None

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
-from axisid.modeling.declaration import ROLES, Axis
+from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
@@ -21,7 +21,8 @@ class Chosen:
     """Columns by role, in SI, with what was assumed on the way.
 
     Of the columns that only the axis declares, the time may be missing where the period is given or
-    the file has clocks of its own, the reference always, and the control where there is a force.
+    the file has clocks of its own, the reference and a test signal always, and the control where
+    there is a force.
     """
 
     def __init__(
@@ -31,12 +32,15 @@ class Chosen:
         requested: dict[str, str],
         *,
         has_period: bool = False,
+        injected_at: str | None = None,
     ) -> None:
+        self.injected_at = _injected_at(axis, injected_at)
         self.names: dict[str, str] = {}
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
         without_unit: dict[str, str] = {}
         chosen, without = _choose(table, axis, requested, has_period=has_period)
+        notes += self._placed(table.source, chosen, requested, axis, asked=bool(injected_at))
         for role, (name, unit, by_user) in chosen.items():
             column = table.columns[name]
             samples = column.read()
@@ -50,6 +54,7 @@ class Chosen:
                     axis,
                     requested=by_user and bool(unit),
                     source=table.source,
+                    injected_at=self.injected_at,
                 )
             else:
                 without_unit[role] = name
@@ -59,8 +64,51 @@ class Chosen:
         if said := self._own_clocks(requested):
             notes.append(said)
             without_unit.pop("time", None)
-        taken = taken_as_si(without_unit, axis)
+        taken = taken_as_si(without_unit, axis, injected_at=self.injected_at)
         self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
+
+    def _placed(
+        self,
+        source: str,
+        chosen: dict[str, tuple[str, str, bool]],
+        requested: Mapping[str, str],
+        axis: Axis | None,
+        *,
+        asked: bool,
+    ) -> list[str]:
+        """What is said of where the test signal enters; without a place it is not taken.
+
+        Raises
+        ------
+        UsageError
+            It was named and nothing says where it enters, or the other way round.
+        """
+        if "injected" not in chosen:
+            if asked:
+                raise UsageError(
+                    f"{source}: no column is the test signal that is added to the "
+                    f"{self.injected_at}; ",
+                    Remedy.of("name it with ", _to_name(["injected"]), "."),
+                    code="no-injected",
+                )
+            return []
+        name = chosen["injected"][0]
+        if self.injected_at:
+            return [f"{name!r} was added to the {self.injected_at}"]
+        if "injected" in requested or (axis is not None and "injected" in axis.columns):
+            raise UsageError(
+                f"{source}: {name!r} is a test signal, but nothing says what it was added to; ",
+                Remedy.of(
+                    "add ",
+                    Setting("injected-at", "control"),
+                    " or ",
+                    Setting("injected-at", "reference"),
+                    ".",
+                ),
+                code="injected-where",
+            )
+        del chosen["injected"]
+        return [f"{name!r} is left out, since nothing says whether it was added to the control"]
 
     def _own_clocks(self, requested: Mapping[str, str]) -> str:
         """Leave out a time column that no user named and that is of another group than the others.
@@ -76,6 +124,16 @@ class Chosen:
         name = self.names.pop("time")
         del self.samples["time"]
         return f"the column {name!r} has {rows} rows, the position {needed}: {_CLOCKS} in its place"
+
+
+def _injected_at(axis: Axis | None, given: str | None) -> str | None:
+    """What a test signal is added to, as the user says it or else the axis."""
+    if given is not None and given not in INJECTION_POINTS:
+        raise UsageError(
+            f"a test signal is said to be added to {given!r}; give "
+            f"{' or '.join(map(repr, INJECTION_POINTS))}."
+        )
+    return given or (axis.injected_at if axis is not None else "") or None
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
@@ -146,6 +204,7 @@ def _without(
     if "force" in chosen:
         spared["control"] = "so the control law is not compared with the record"
     spared["reference"] = "so least squares only, no instruments"
+    spared["injected"] = "so no test signal is reckoned with"
     return {
         role: f"no column {missing[role]!r} for the {role}, {what}"
         for role, what in spared.items()
@@ -165,7 +224,8 @@ def _lacking(
     Where the axis has not `declared` its columns, those of the other roles count as missing too.
     """
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
-    others = [role for role in ROLES if role not in chosen and role not in missing]
+    wanting = [role for role in ROLES if role != "injected"]
+    others = [role for role in wanting if role not in chosen and role not in missing]
     others = [] if declared or not set(_NEEDED) & set(missing) else others
     also = f", nor one named {' or '.join(others)}" if others else ""
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]

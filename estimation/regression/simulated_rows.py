@@ -27,6 +27,8 @@ class LoopDataError(DataError):
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
 
+    A test signal that was added to it is in it.
+
     Raises
     ------
     ModelError
@@ -37,7 +39,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     law = axis.axis.control
     if law is None:
         raise no_control_law(axis.axis.name)
-    if record.reference is None:
+    if record.commanded is None:
         raise LoopDataError(
             f"{record.provenance.source} has no reference column, from which the closed loop "
             "is simulated; ",
@@ -50,7 +52,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
             "law's period. Declare the drive's period."
         )
-    return record.reference
+    return record.commanded
 
 
 def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tuple[Simulation, ...]:
@@ -65,7 +67,7 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
     EstimationError
         The loop cannot be simulated with these parameters.
     """
-    reference = loop_reference(axis, record)
+    reference, added = loop_reference(axis, record), record.added_control
     return tuple(
         simulate_estimate(
             axis,
@@ -73,6 +75,7 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
             reference[first:last],
             record.period,
             start=float(record.position[first]),
+            injected=None if added is None else added[first:last],
         )
         for first, last in record.spans
     )

@@ -65,6 +65,7 @@ def simulate_batch(
     *,
     start: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
+    injected: ArrayLike | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
     signals: Sequence[str] = SIGNALS[:5],
@@ -85,6 +86,8 @@ def simulate_batch(
     start : (B,) array_like, optional
         First positions; the first references by default.
     position_noise : (N, B) array_like, optional
+    injected : (N,) or (N, B) array_like, optional
+        Added to the control; shared, or one column a lane.
     resolution, substeps
         As in `simulate`.
     signals : sequence of str
@@ -130,6 +133,7 @@ def simulate_batch(
         parameters=theta,
         reference=ref,
         noise=_lane_noise(position_noise, (len(ref), lanes)),
+        injected=_lane_injected(injected, (len(ref), lanes)),
         start=first,
         period=period,
         resolution=resolution,
@@ -163,6 +167,18 @@ def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None
     return lanes
 
 
+def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
+    if injected is None:
+        return None
+    lanes = _aligned(injected, "the injected signal")
+    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
+        raise UsageError(
+            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
+            "finite."
+        )
+    return lanes
+
+
 def _wanted(signals: Sequence[str]) -> list[str]:
     """The generated code's names of the signals."""
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
@@ -191,6 +207,7 @@ class _Batch:
     parameters: Array
     reference: Array
     noise: Array | None
+    injected: Array | None
     start: Array
     period: float
     resolution: float
@@ -296,7 +313,8 @@ class _Batch:
         )
         arguments = (
             self.reference if every or self.reference.ndim == 1 else self.reference[:, chosen],
-            self.noise if every or self.noise is None else self.noise[:, chosen],
+            self.noise if every else _of_lanes(self.noise, chosen),
+            self.injected if every else _of_lanes(self.injected, chosen),
             self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
             self.start if every else np.ascontiguousarray(self.start[chosen]),
             settings,
@@ -328,18 +346,29 @@ class _Batch:
         again = np.asarray(status == STATUSES.index("out of range"))
         if again.any():
             lanes = chosen[again]
-            noise = None if self.noise is None else self.noise[:, lanes]
-            given = (self.parameters[lanes], self.start[lanes], noise, self.resolution)
-            wider = widened_distance(self.axis, *given)
+            wider = widened_distance(
+                self.axis,
+                self.parameters[lanes],
+                self.start[lanes],
+                _of_lanes(self.noise, lanes),
+                _of_lanes(self.injected, lanes),
+                self.resolution,
+            )
             again[again] = wider > self.allowed[lanes]
             self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
         return again
+
+
+def _of_lanes(values: Array | None, lanes: NDArray[np.intp]) -> Array | None:
+    """A signal of some lanes; one that all share as it is."""
+    return values if values is None or values.ndim == 1 else values[:, lanes]
 
 
 def _virtual_batch(
     axis: GeneratedAxis,
     reference: Array,
     noise: Array | None,
+    injected: Array | None,
     parameters: Array,
     start: Array,
     settings: LoopSettings,
@@ -356,6 +385,7 @@ def _virtual_batch(
         ).run(
             reference if reference.ndim == 1 else reference[:, lane],
             None if noise is None else noise[:, lane],
+            injected if injected is None or injected.ndim == 1 else injected[:, lane],
             float(start[lane]),
         )
         for name in wanted:

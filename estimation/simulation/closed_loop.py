@@ -97,6 +97,7 @@ def simulate(
     *,
     start: float | None = None,
     position_noise: ArrayLike | None = None,
+    injected: ArrayLike | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> Simulation:
@@ -116,6 +117,10 @@ def simulate(
         First position; the first reference by default.
     position_noise : (N,) array_like, optional
         Added to the position that the law measures.
+    injected : (N,) array_like, optional
+        Test signal in the drive's unit, added to what the law gives before the drive's limit and
+        the law's delay; held from a sample to the next. One that is added to the reference is
+        added to `reference`.
     resolution : float
         Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
     substeps : int, optional
@@ -138,7 +143,17 @@ def simulate(
         too fast to follow; the sample is named.
     """
     axis = as_generated(axis)
-    loop = _loop(axis, parameters, reference, period, start, position_noise, resolution, substeps)
+    loop = _loop(
+        axis,
+        parameters,
+        reference,
+        period,
+        start,
+        position_noise,
+        injected,
+        resolution,
+        substeps,
+    )
     if refusal := bounds_refusal(axis, loop.parameters):
         raise UsageError(refusal)
     check_period(axis, period)
@@ -148,13 +163,20 @@ def simulate(
 
 
 def simulate_estimate(
-    axis: GeneratedAxis, parameters: Array, reference: Array, period: float, *, start: float
+    axis: GeneratedAxis,
+    parameters: Array,
+    reference: Array,
+    period: float,
+    *,
+    start: float,
+    injected: Array | None = None,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
     The period is the record's. Otherwise as `simulate`.
     """
-    return _loop(axis, parameters, reference, period, start, None, 0.0, None).simulated(None)
+    loop = _loop(axis, parameters, reference, period, start, None, injected, 0.0, None)
+    return loop.simulated(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,6 +187,7 @@ class _Loop:
     parameters: Array
     reference: Array
     noise: Array | None
+    injected: Array | None
     start: float
     period: float
     resolution: float
@@ -180,8 +203,14 @@ class _Loop:
         )
         settings, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if STATUSES[status] == "out of range":
-            lane = (self.parameters[None, :], np.array([self.start]), self.noise, self.resolution)
-            (wider,) = widened_distance(self.axis, *lane)
+            (wider,) = widened_distance(
+                self.axis,
+                self.parameters[None, :],
+                np.array([self.start]),
+                self.noise,
+                self.injected,
+                self.resolution,
+            )
             if wider > settings.allowed:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
@@ -224,8 +253,8 @@ class _Loop:
         if library is None:
             self.axis.native.warn_once()
             loop = VirtualLoop(self.axis.functions, self.parameters, settings)
-            return loop.run(self.reference, self.noise, self.start)
-        given = (self.reference, self.noise, self.parameters, self.start)
+            return loop.run(self.reference, self.noise, self.injected, self.start)
+        given = (self.reference, self.noise, self.injected, self.parameters, self.start)
         return library.simulate(*given, settings)
 
 
@@ -236,17 +265,15 @@ def _loop(
     period: float,
     start: float | None,
     position_noise: ArrayLike | None,
+    injected: ArrayLike | None,
     resolution: float,
     substeps: int | None,
 ) -> _Loop:
     """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    noise = None if position_noise is None else _vector(position_noise, "the noise")
-    if noise is not None and (noise.shape != ref.shape or not np.all(np.isfinite(noise))):
-        raise UsageError(
-            f"the noise has {len(noise)} samples, the reference {len(ref)}; give as many, finite."
-        )
+    noise = beside(position_noise, ref, "the noise")
+    added = beside(injected, ref, "the injected signal")
     if not (start is None or (is_real(start) and math.isfinite(start))):
         raise UsageError(f"the start is {given(start)}; give a position, or leave it out.")
     first = float(ref[0] if start is None else start)
@@ -257,6 +284,7 @@ def _loop(
         parameters=theta,
         reference=ref,
         noise=noise,
+        injected=added,
         start=first,
         period=period,
         resolution=resolution,
@@ -288,6 +316,19 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
         force=held,
         direction=simulation.direction_before,
     )
+
+
+def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
+    """A signal at the samples of a reference, if there is one."""
+    if values is None:
+        return None
+    signal = _vector(values, what)
+    if signal.shape != reference.shape or not np.all(np.isfinite(signal)):
+        raise UsageError(
+            f"{what} has {len(signal)} samples, the reference {len(reference)}; give as many, "
+            "finite."
+        )
+    return signal
 
 
 def _vector(values: ArrayLike, what: str) -> Array:

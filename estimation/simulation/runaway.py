@@ -34,9 +34,10 @@ def widened_distance(
     parameters: Array,
     start: Array,
     noise: Array | None,
+    injected: Array | None,
     resolution: float,
 ) -> Array:
-    """The same for what moves the axis but its reference, (B,): the load, noise, counts.
+    """The same for what moves the axis but its reference, (B,): load, noise, counts, test signals.
 
     Parameters
     ----------
@@ -44,10 +45,22 @@ def widened_distance(
     parameters : (B, p) array
     start : (B,) array
     noise : (N,) or (N, B) array, optional
+    injected : (N,) or (N, B) array, optional
+        Added to the control.
     resolution : float
     """
     measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    return np.asarray(RUNAWAY_RATIO.value * np.maximum(_sag(axis, parameters, start), measured))
+    pushed = 0.0 if injected is None else _pushed(axis, start, np.abs(injected).max(axis=0))
+    moved = np.maximum(_sag(axis, parameters, start) + pushed, measured)
+    return np.asarray(RUNAWAY_RATIO.value * moved)
+
+
+def _pushed(axis: GeneratedAxis, start: Array, added: Array) -> Array:
+    """Way from its reference on which the control answers to so much that is added to it, (B,)."""
+    controls = np.array([_controls(axis, float(q)) for q in start]).T
+    with np.errstate(all="ignore"):
+        way = np.where(added == 0, 0.0, added * _OFF / np.abs(controls[1] - controls[0]))
+    return np.asarray(np.where(np.isfinite(way), way, np.inf))
 
 
 def _sag(axis: GeneratedAxis, parameters: Array, start: Array) -> Array:

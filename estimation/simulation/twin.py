@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.records import Record
@@ -14,7 +15,7 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
 
-from .closed_loop import simulate
+from .closed_loop import beside, simulate
 
 _MOST_SAMPLES = 2e6
 
@@ -48,7 +49,12 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
 
 
 def twin_record(
-    axis: Axis | GeneratedAxis, *, position_noise: float | None = None, seed: int | None = None
+    axis: Axis | GeneratedAxis,
+    *,
+    position_noise: float | None = None,
+    seed: int | None = None,
+    injected: ArrayLike | None = None,
+    injected_at: str | None = None,
 ) -> Record:
     """Simulate the axis's own experiment with its true parameters.
 
@@ -61,6 +67,10 @@ def twin_record(
         experiment's by default.
     seed : int, optional
         Of the noise; the experiment's by default.
+    injected : (N,) array_like, optional
+        A test signal, one value for each sample of the experiment.
+    injected_at : str, optional
+        What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
 
     Raises
     ------
@@ -92,12 +102,24 @@ def twin_record(
     if not is_whole(chosen) or chosen < 0:
         raise UsageError(f"the seed is {given(chosen)}; give a whole number of 0 or more.")
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
-    loop = simulate(generated, np.array(truth), reference, law.period, position_noise=noise)
+    place = injected_at or declared.injected_at or None
+    added = None if injected is None else beside(injected, reference, "the injected signal")
+    loop = simulate(
+        generated,
+        np.array(truth),
+        reference if added is None or place != "reference" else reference + added,
+        law.period,
+        start=float(reference[0]),
+        position_noise=noise,
+        injected=added if place == "control" else None,
+    )
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),
         position=loop.measured_position,
         reference=reference,
         control=loop.control,
+        injected=added,
+        injected_at=place,
         sample_period=law.period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "

@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics import LawCheck, check_law
 from axisid.estimation.estimates import METHODS, bound_record
+from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     loop_reference,
@@ -19,12 +22,19 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
-from axisid.estimation.thresholds.studies import MAX_VALIDATION_ERROR, MAX_VALIDATION_ERROR_RATIO
+from axisid.estimation.thresholds.studies import (
+    MAX_VALIDATION_ERROR,
+    MAX_VALIDATION_ERROR_RATIO,
+    MAX_VALIDATION_TRACKING,
+)
 from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.given import given
+from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.shown import Shown
+
+from .anew import Anew, estimated_anew, least_mean_square
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +58,13 @@ class MethodValidation:
         what the loop leaves the estimate does not explain.
     reason : Note or None
         Why there are no simulated figures.
+    own_simulation_error_percent, own_tracking_error_percent : float or None
+        On the record that the estimate was made from; None where they are not known, as the latter
+        is of a result that was read from a file.
+    least_equation_error_percent : float or None
+        The equation error less what chance may make of it in so short a record.
+    anew : Anew or None
+        What the record itself says of the parameters; None where it cannot.
     """
 
     method: str
@@ -57,12 +74,46 @@ class MethodValidation:
     position_error_rms: float | None
     tracking_error_percent: float | None
     reason: Note | None
+    own_simulation_error_percent: float | None = None
+    own_tracking_error_percent: float | None = None
+    least_equation_error_percent: float | None = None
+    anew: Anew | None = None
 
     @property
     def holds(self) -> bool:
-        """Whether the error is of the size that it has on the estimate's own record."""
-        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
-        return self.equation_error_percent <= max(times * self.own_equation_error_percent, most)
+        """Whether the force fits the motion, the loop the record, and the parameters are the same.
+
+        The errors are compared with those on the estimate's own record.
+        """
+        return self.fits and self.follows and not (self.anew and self.anew.moved)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the equation error is of the size that it has on the estimate's own record."""
+        most = MAX_VALIDATION_ERROR.value
+        least = self.least_equation_error_percent
+        found = self.equation_error_percent if least is None else least
+        return _as_small(found, self.own_equation_error_percent, most)
+
+    @property
+    def follows(self) -> bool:
+        """Whether the simulated loop is as near the record as it is on the estimate's own."""
+        pairs = (
+            (
+                self.simulation_error_percent,
+                self.own_simulation_error_percent,
+                MAX_VALIDATION_ERROR.value,
+            ),
+            (
+                self.tracking_error_percent,
+                self.own_tracking_error_percent,
+                MAX_VALIDATION_TRACKING.value,
+            ),
+        )
+        return all(
+            found is None or own is None or _as_small(found, own, most)
+            for found, own, most in pairs
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -80,6 +131,8 @@ class Validation(Shown, Exact):
         Whether it is the record that the estimates were made from.
     time_base : Note or None
         What speaks against the record's sampling period.
+    law : LawCheck or Missing
+        The declared control law against the record.
     """
 
     record: Record
@@ -87,6 +140,7 @@ class Validation(Shown, Exact):
     methods: tuple[MethodValidation, ...]
     same_record: bool = False
     time_base: Note | None = None
+    law: LawCheck | Missing = field(default_factory=lambda: Missing("it was not looked at"))
 
     def __iter__(self) -> Iterator[MethodValidation]:
         return iter(self.methods)
@@ -111,6 +165,9 @@ class Validation(Shown, Exact):
             ("simulation error", "%"): tuple(v.simulation_error_percent for v in self),
             ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
+            ("parameters anew", "%"): tuple(
+                None if v.anew is None else v.anew.share_percent for v in self
+            ),
         }
 
     @property
@@ -120,27 +177,77 @@ class Validation(Shown, Exact):
         notes = [Note.of("no simulation: ", reason) for reason in reasons]
         if self.time_base:
             notes.append(Note.of("believe nothing before this is mended: ", self.time_base))
-        return (*notes, Note(self._whether_it_holds()))
+        return (*notes, *self._whether_it_holds())
 
-    def _whether_it_holds(self) -> str:
-        """Which estimates do not, in words."""
+    @property
+    def has_declared_law(self) -> bool:
+        """Whether nothing speaks against the declared control law on this record."""
+        return isinstance(self.law, Missing) or self.law.passed
+
+    def _whether_it_holds(self) -> tuple[Note, ...]:
+        """Which estimates do not, and why, in words."""
         if self.same_record:
-            return (
+            said = (
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
             )
+            return (Note(said),)
+        faults = [*self._other_law(), *self._other_force(), *self._other_loop(), *self._moved()]
+        return tuple(faults) or (Note(self._held()),)
+
+    def _held(self) -> str:
         times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
-        lost = [v.method for v in self if not v.holds]
-        if not lost:
-            return (
-                f"the estimates hold: no equation error is both beyond {most:g} % and beyond "
-                f"{times:g} times the one on their own record"
-            )
+        also = ", the simulated loops follow it" * any(v.tracking_error_percent for v in self)
+        also += ", its control is the declared law's" * (not isinstance(self.law, Missing))
+        also += ", and estimated anew the parameters are the same" * any(v.anew for v in self)
         return (
-            f"{', '.join(lost)}: does not hold on this record (more than {most:g} % and than "
-            f"{times:g} times the error on its own); check that it is the same axis, its units"
-            " and its signs"
+            f"the estimates hold: no equation error is both beyond {most:g} % and beyond "
+            f"{times:g} times the one on their own record{also}"
         )
+
+    def _other_law(self) -> Iterator[Note]:
+        if isinstance(self.law, LawCheck) and not self.law.passed:
+            yield Note.of("does not hold: the loop of this record is another one: ", self.law.note)
+
+    def _other_force(self) -> Iterator[Note]:
+        times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
+        if lost := [v.method for v in self if not v.fits]:
+            yield Note(
+                f"{', '.join(lost)}: does not hold on this record (more than {most:g} % and than "
+                f"{times:g} times the error on its own); check that it is the same axis, its units"
+                " and its signs"
+            )
+
+    def _other_loop(self) -> Iterator[Note]:
+        """Only where the law does not say more of it, or the force is at fault."""
+        lost = [v for v in self if v.fits and not v.follows]
+        if not lost or not self.has_declared_law:
+            return
+        worst = max(v.tracking_error_percent or 0.0 for v in lost)
+        yield Note(
+            f"{', '.join(v.method for v in lost)}: does not hold on this record: the force fits "
+            f"the motion, but the simulated position is {worst:.3g} % of the tracking error from "
+            "the recorded one, far more than on its own record; check the gains and the period of "
+            "the drive, and name a test signal that was added, with ",
+            Remedy.of(Setting("columns", "injected=NAME"), " and ", Setting("injected-at")),
+        )
+
+    def _moved(self) -> Iterator[Note]:
+        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.moved}
+        said = {method: anew.told() for method, anew in found.items()}
+        for words in dict.fromkeys(said.values()):
+            methods = [method for method in said if said[method] == words]
+            share = max(found[method].share_percent for method in methods)
+            yield Note(
+                f"{', '.join(methods)}: does not hold on this record: estimated anew it has "
+                f"{words}, which makes {share:.2g} % of the force; check the load and what has "
+                "changed, or whether friction and motion are beyond what the model says"
+            )
+
+
+def _as_small(found: float, own: float, most: float) -> bool:
+    """Whether an error is small, or of the size that it has on the estimate's own record."""
+    return found <= max(MAX_VALIDATION_ERROR_RATIO.value * own, most)
 
 
 class FrozenEstimate(Protocol):
@@ -155,7 +262,23 @@ class FrozenEstimate(Protocol):
         """Physical parameters, (p,)."""
 
     @property
+    def chosen(self) -> str:
+        """Name of the covariance that intervals are of."""
+
+    @property
+    def covariances(self) -> Mapping[str, Array]:
+        """Of the physical parameters, (p, p), by name."""
+
+    @property
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of the variances in these, (p,)."""
+
+    @property
     def equation_error_percent(self) -> float:
+        """On its own record."""
+
+    @property
+    def simulation_error_percent(self) -> float | None:
         """On its own record."""
 
 
@@ -223,7 +346,11 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
         data = bound_record(result.axis, record, rescaled)
-        methods = tuple(_validation(data, estimate) for estimate in result.estimates.values())
+        own_data = result.data if isinstance(result, Identification) else None
+        methods = tuple(
+            _validation(data, estimate, own_data) for estimate in result.estimates.values()
+        )
+        law = check_law(result.axis, record)
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
@@ -231,6 +358,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         methods=methods,
         same_record=_is_same(result.record, record),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
+        law=law,
     )
 
 
@@ -240,7 +368,9 @@ def _is_same(own: OwnRecord, other: Record) -> bool:
     return own.digest == other.digest or (bool(file) and file == other.provenance.sha256)
 
 
-def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidation:
+def _validation(
+    data: FilteredRecord, estimate: FrozenEstimate, own_data: FilteredRecord | None
+) -> MethodValidation:
     axis, record = data.axis, data.record
     form = METHODS[estimate.method].form(axis).at(estimate.physical)
     rows = form.equations(data.signals).reduced(data)
@@ -254,43 +384,69 @@ def _validation(data: FilteredRecord, estimate: FrozenEstimate) -> MethodValidat
             ),
             code="no-row",
         )
-    equation = relative_error_percent(rows.left - rows.known - rows.regressor @ theta, rows.left)
+    residuals = rows.left - rows.known - rows.regressor @ theta
+    equation = relative_error_percent(residuals, rows.left)
     if not math.isfinite(equation):
         raise DataError(
             f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
             "check the size and the units of its columns."
         )
-    try:
-        reference = loop_reference(axis, record)
-        loops = simulated_loops(axis, record, estimate.physical)
-        known, regressor = simulated_right(form, loops, estimate.physical, data)
-    except (ModelError, DataError, EstimationError) as error:
-        return MethodValidation(
-            method=estimate.method,
-            equation_error_percent=equation,
-            own_equation_error_percent=estimate.equation_error_percent,
-            simulation_error_percent=None,
-            position_error_rms=None,
-            tracking_error_percent=None,
-            reason=error.note,
-        )
-    off, tracking = _positions(data, loops, reference)
-    return MethodValidation(
+    found = MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
         own_equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=None,
+        position_error_rms=None,
+        tracking_error_percent=None,
+        reason=None,
+        own_simulation_error_percent=estimate.simulation_error_percent,
+        least_equation_error_percent=equation
+        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
+    )
+    covariance = estimate.covariances[estimate.chosen]
+    anew = partial(
+        estimated_anew,
+        form,
+        rows,
+        neighbours=data.neighbours,
+        frozen=estimate.physical,
+        covariance=covariance,
+        freedom=estimate.freedom[estimate.chosen],
+    )
+    is_iv = estimate.method.endswith("iv")
+    try:
+        loops = simulated_loops(axis, record, estimate.physical)
+        known, regressor = simulated_right(form, loops, estimate.physical, data)
+    except (ModelError, DataError, EstimationError) as error:
+        by_rows = None if is_iv else anew(instruments=None)
+        return replace(found, reason=error.note, anew=by_rows)
+    off, tracking = _positions(data, loops)
+    instruments = regressor if is_iv else None
+    return replace(
+        found,
         simulation_error_percent=relative_error_percent(
             rows.left - regressor @ theta - known, rows.left
         ),
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
-        reason=None,
+        own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
+        anew=anew(instruments=instruments),
     )
 
 
-def _positions(
-    data: FilteredRecord, loops: Sequence[Simulation], reference: Array
-) -> tuple[Array, Array]:
+def _own_tracking(data: FilteredRecord | None, physical: Array) -> float | None:
+    """The same error on the estimate's own record, where that and its loop are there."""
+    if data is None:
+        return None
+    try:
+        loops = simulated_loops(data.axis, data.record, physical)
+    except (ModelError, DataError, EstimationError):
+        return None
+    return relative_error_percent(*_positions(data, loops))
+
+
+def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
     """Recorded less simulated position, and reference less recorded position."""
     position, kept = data.record.position, data.kept
+    reference = loop_reference(data.axis, data.record)
     return (position - simulated_position(loops))[kept], (reference - position)[kept]

@@ -39,6 +39,27 @@ MAX_VALIDATION_ERROR = Threshold(
     "the same by itself, up to which an estimate holds whatever the other error is",
     "chosen",
 )
+MAX_VALIDATION_TRACKING = Threshold(
+    5.0,
+    "%",
+    "simulated position from the recorded one, of the tracking error, up to which an estimate "
+    "holds whatever it is on its own record",
+    "measured: at most 0.7 on right records, 5.4 with a coarse encoder that has as much on its "
+    "own; 10 with a gain a tenth off",
+)
+MAX_ANEW_SHARE = Threshold(
+    1.0,
+    "%",
+    "force that parameters estimated anew make otherwise, up to which the frozen ones hold",
+    "measured: a mass a tenth larger makes 2 to 6, right records of 15 s at most 1.3",
+)
+MIN_ANEW_DISTANCE = Threshold(
+    5.5,
+    "1",
+    "distance of a parameter estimated anew, in deviations, from which it is another one",
+    "measured: at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1 and more "
+    "with a mass a tenth larger",
+)
 MAX_WEIGHT_DEVIATION = Threshold(
     0.02,
     "1",

@@ -4,6 +4,7 @@ In: elements, laws, drives, energies. Out: `Axis`.
 Knows nothing of the models that are derived from it.
 """
 
+from .axis import INJECTION_POINTS as INJECTION_POINTS
 from .axis import ROLES as ROLES
 from .axis import Axis as Axis
 from .axis import check_axis as check_axis

@@ -29,7 +29,9 @@ from .experiment import Experiment
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
-ROLES = ("time", "position", "reference", "control", "force")
+ROLES = ("time", "position", "reference", "control", "force", "injected")
+#: What a recorded test signal, the role ``injected``, can be added to.
+INJECTION_POINTS = ("control", "reference")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -53,6 +55,9 @@ class Axis:
         The sampled law that closes the loop; instrumental variables need it.
     columns : mapping of str to str
         Column names of this axis's records by role (see `ROLES`).
+    injected_at : str
+        What the test signal in the column ``injected`` is added to: ``control``, before the drive's
+        limit, or ``reference``. Empty where there is none, or where each record says it.
     experiment : Experiment or None
         The motion of the axis's twin.
     title : str
@@ -72,6 +77,7 @@ class Axis:
     experiment: Experiment | None = None
     title: str = ""
     left_out: tuple[Parameter, ...] = ()
+    injected_at: str = ""
 
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
@@ -193,6 +199,11 @@ class Axis:
                     f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
                     f"{', '.join(ROLES)}, each with the name of a column."
                 )
+        if self.injected_at not in ("", *INJECTION_POINTS):
+            raise ModelError(
+                f"axis {self.name!r}: injected_at is {self.injected_at!r}; give 'control' or "
+                "'reference', what the test signal is added to."
+            )
 
     def _check_truth(self) -> None:
         truth = self.experiment.truth if self.experiment else {}

@@ -126,6 +126,7 @@ def _axis(root: Table) -> Axis | None:
         "drive": _drive(root, {**known, **moving}) or Drive(gain=1.0),
         "control": _control(root),
         "columns": _columns(root),
+        "injected_at": _injected_at(root),
         "experiment": _experiment(root, list(unknown)),
     }
     if coordinate is None or parameters is None or dynamics is None:
@@ -320,9 +321,14 @@ def _memory(table: Table, name: str, symbols: Symbols) -> Memory:
     )
 
 
+def _injected_at(root: Table) -> str:
+    table = root.table("columns")
+    return table.text("injected_at") if "injected_at" in table.values else ""
+
+
 def _columns(root: Table) -> dict[str, str]:
     table = root.table("columns")
-    table.only(*ROLES)
+    table.only(*ROLES, "injected_at")
     return {role: table.text(role) for role in ROLES if role in table.values}
 
 

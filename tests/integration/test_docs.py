@@ -6,6 +6,9 @@ from pathlib import Path
 import axisid
 from tests.faces import FACES, public_names
 
+#: Programs in the folder that are no pages.
+WRITERS = ("conf.py", "axis_pages.py", "readme_figures.py", "results_schema.py")
+
 
 def test_every_public_name_is_in_the_api_reference(root: Path) -> None:
     text = "\n".join(page.read_text() for page in (root / "docs" / "api").glob("*.md"))
@@ -19,9 +22,7 @@ def test_every_public_name_is_in_the_api_reference(root: Path) -> None:
 
 def test_pages_that_are_programs_say_what_they_are_in_their_first_cell(root: Path) -> None:
     pages = [*(root / "docs").glob("*.py"), *(root / "docs" / "howto").glob("*.py")]
-    programs = [
-        page for page in pages if page.name not in ("conf.py", "axis_pages.py", "results_schema.py")
-    ]
+    programs = [page for page in pages if page.name not in WRITERS]
     assert len(programs) >= 8
     for page in programs:
         assert page.read_text().startswith("# %% [markdown]\n# # "), page

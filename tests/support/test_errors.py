@@ -81,6 +81,8 @@ CASES: dict[str, Case] = {
     "no-column": lambda _: read_record({"time": TIME, "q": POSITION}),
     "column-twice": lambda _: read_record(log(), columns={"reference": "position"}),
     "time-unit": lambda _: check_filter(axisid.Prefilter(), emps(), N, 1.0, "log"),
+    "no-injected": lambda _: read_record(log(), injected_at="control"),
+    "injected-where": lambda _: read_record(log(e=POSITION), columns={"injected": "e"}),
     "no-force": lambda _: FilteredRecord.bind(emps(), bare(), FILTER).force,
     "no-reference": lambda _: loop_reference(emps(), bare()),
     "too-few-candidates": lambda _: axisid.compare([emps()], bare()),

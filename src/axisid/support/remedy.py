@@ -137,6 +137,7 @@ _PREFILTER = "Prefilter({})"
 ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
     {
         "columns": Argument(of="read_record", name="columns", written=_mapping("columns")),
+        "injected-at": Argument(of="read_record", name="injected_at", written=_text("injected_at")),
         "sample-period": Argument(
             of="read_record", name="sample_period", written=_number("sample_period")
         ),

@@ -147,8 +147,11 @@ def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.
     theta = [95.0, 200.0, 20.0, -3.0]
     functions = emps.functions
     for q, dq, q1, q2, noise in 1e-3 * rng.normal(size=(20, 5)):
-        step = functions["closed_loop_step"](q, dq, [q1, q2], 2e-3, 0.0, noise, 1.0, theta, 1e-3)
+        signals = (2e-3, 0.0, noise, 0.4)
+        step = functions["closed_loop_step"](q, dq, [q1, q2], *signals, 1.0, theta, 1e-3)
         control, state = functions["control_law"](2e-3, q + noise, dq, [q1, q2])
+        limit = emps.axis.drive.limit
+        control = max(-limit, min(limit, float(control) + 0.4)) if abs(control) < limit else control
         tau = emps.axis.drive.gain * float(control)
         q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)[:2]
         ddq = functions["direct_dynamics"](q, dq, tau, 1.0, theta)

@@ -154,7 +154,7 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     assert old is not None
     assert edited is not None
     assert old.path != edited.path
-    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((3, 1)), np.ones(1), np.ones(4)]
+    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1), np.ones(4)]
     step[3] = np.array([1e-5])
     forces = [
         lib.rows("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0] for lib in (old, edited)

@@ -73,20 +73,20 @@ def test_distances_are_of_the_reference_and_of_the_way_to_it() -> None:
 @pytest.mark.parametrize("kind", ["cascade", "late"])
 def test_widened_distance_is_a_hundred_times_the_sag(kind: str) -> None:
     given = (np.array([THETA, 2 * THETA]), np.array([0.0, 0.3]))
-    wide = widened_distance(vertical(kind=kind), *given, None, 0.0)
+    wide = widened_distance(vertical(kind=kind), *given, None, None, 0.0)
     assert wide == pytest.approx([100 * SAG, 200 * SAG], rel=1e-6)
 
 
 def test_widened_distance_is_that_of_noise_and_counts_where_they_are_larger() -> None:
     given = (vertical(), THETA[None, :], np.zeros(1))
     noise = np.array([-0.01, 0.02, 0.0])
-    assert widened_distance(*given, noise, 0.0) == pytest.approx([3.0])
-    assert widened_distance(*given, noise, 0.05) == pytest.approx([5.0])
-    assert widened_distance(*given, None, 0.05) == pytest.approx([5.0])
+    assert widened_distance(*given, noise, None, 0.0) == pytest.approx([3.0])
+    assert widened_distance(*given, noise, None, 0.05) == pytest.approx([5.0])
+    assert widened_distance(*given, None, None, 0.05) == pytest.approx([5.0])
 
 
 def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
-    wide = widened_distance(vertical(kind="brake"), THETA[None, :], np.zeros(1), None, 0.0)
+    wide = widened_distance(vertical(kind="brake"), THETA[None, :], np.zeros(1), None, None, 0.0)
     assert wide == math.inf
     loop = simulate(vertical(kind="brake"), THETA, SMALL, PERIOD)
     assert loop.position[-1] < -100 * np.ptp(SMALL), "it sinks, as slowly as it is braked"
@@ -96,4 +96,4 @@ def test_a_force_without_a_load_gives_no_way() -> None:
     cascade = cascade_pd(kp=KP, kv=KV, period=PERIOD)
     axis = body(k * q.symbol, parameters=(k,), name="level", control=cascade)
     given = (np.array([[MASS, 1.0]]), np.zeros(1))
-    assert widened_distance(build(axis), *given, None, 0.0) == 0
+    assert widened_distance(build(axis), *given, None, None, 0.0) == 0

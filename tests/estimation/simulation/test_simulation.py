@@ -70,6 +70,7 @@ def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -
     noise = 1e-6 * np.random.default_rng(seed).normal(size=len(reference))
     options: dict[str, Any] = {
         "position_noise": data.draw(st.sampled_from([None, noise])),
+        "injected": data.draw(st.sampled_from([None, 0.2 * np.sin(np.arange(len(reference)))])),
         "resolution": 0.0 if law.continuous else data.draw(st.sampled_from([0.0, 1e-6])),
         "substeps": data.draw(st.sampled_from([None, 1, 3])),
     }
@@ -300,6 +301,7 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         PERIOD,
         start=start,
         position_noise=noise,
+        injected=1e3 * noise,
         signals=(*FIELDS, "direction_before"),
         threads=threads,
     )
@@ -312,6 +314,7 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
             PERIOD,
             start=start[lane],
             position_noise=noise[:, lane],
+            injected=1e3 * noise[:, lane],
         )
         for field in (*FIELDS, "direction_before"):
             assert np.array_equal(batch[field][:, lane], getattr(single, field)), field
@@ -391,9 +394,9 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     library = guarded.library()
     assert library is not None
     reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
-    status, stopped, _ = library.simulate(reference, None, theta, 0.0, settings_)
+    status, stopped, _ = library.simulate(reference, None, None, theta, 0.0, settings_)
     loop = VirtualLoop(axis.functions, theta, settings_)
-    again, where, _ = loop.run(reference, None, 0.0)
+    again, where, _ = loop.run(reference, None, None, 0.0)
     assert (status, stopped) == (again, where) == (3, stopped)
     monkeypatch.setattr(
         "axisid.codegen.runtime.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
@@ -461,6 +464,7 @@ def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
         ({"period": np.nan}, "period is nan s"),
         ({"position_noise": [0.0]}, "noise has 1 samples, the reference 3"),
         ({"position_noise": [0.0, np.nan, 0.0]}, "give as many, finite"),
+        ({"injected": [0.0]}, "injected signal has 1 samples, the reference 3"),
         ({"resolution": -1.0}, "resolution is -1.0"),
         ({"substeps": -2}, "substeps are -2"),
         ({"substeps": 2.5}, "substeps are 2.5"),
@@ -484,6 +488,7 @@ def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) ->
         ({"parameters": np.ones((2, 3))}, "has 4 parameters"),
         ({"reference": np.zeros((5, 3))}, r"reference \(5, 3\)"),
         ({"position_noise": np.zeros((5, 3))}, "noise has the shape"),
+        ({"injected": np.zeros(4)}, "injected signal has the shape"),
         ({"signals": ("speed",)}, "there is no signal speed"),
         ({"start": [0.0]}, "one position a lane"),
         ({"parameters": np.ones((0, 4))}, "at least one lane"),

@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
-from axisid.estimation.signals import SampledFilter
+from axisid.estimation.signals import Neighbours, SampledFilter
+from axisid.estimation.studies.anew import as_normal, least_mean_square
 from axisid.estimation.studies.validation import MethodValidation
 from axisid.presentation.report.page import report_html
 
@@ -105,6 +106,44 @@ def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, hold
         reason="",
     )
     assert one.holds is holds
+
+
+def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015, position_noise=1e-7))
+    own = load_axis("emps2015")
+    assert own.experiment is not None
+    heavy = dict(own.experiment.truth)
+    heavy["M"] *= 1.1
+    changed = replace(own, experiment=replace(own.experiment, truth=heavy))
+    other = validate(result, twin_record(changed, position_noise=1e-7, seed=5))
+    assert all(v.anew is not None and "M" in v.anew.moved for v in other)
+    text = " ".join(str(other).split())
+    assert "the estimates hold" not in text
+    assert f"estimated anew it has M {heavy['M']:.3g}" in text
+    assert not other.to_dict()["holds"]
+
+
+def test_a_gain_a_tenth_off_is_told_by_the_law(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015, position_noise=1e-7))
+    own = load_axis("emps2015")
+    assert own.control is not None
+    gains = {**own.control.gains, "kp": 1.1 * own.control.gains["kp"]}
+    changed = replace(own, control=replace(own.control, gains=gains))
+    other = validate(result, twin_record(changed, position_noise=1e-7, seed=5))
+    assert not other.has_declared_law
+    text = " ".join(str(other).split())
+    assert "does not hold: the loop of this record is another one: " in text
+    assert "kp*kv x 1.1" in text
+
+
+def test_short_records_are_not_blamed_for_slow_noise() -> None:
+    """Deviations of few degrees of freedom count as what chance makes of them."""
+    assert as_normal(np.array([5.0]), 5.0) == pytest.approx([2.87], abs=0.01)
+    assert as_normal(np.array([-5.0, 3.0]), 1e7) == pytest.approx([-5.0, 3.0], abs=1e-3)
+    slow = np.sin(np.linspace(0.0, 7.0, 700))
+    fast = np.random.default_rng(1).normal(size=700)
+    assert least_mean_square(slow, Neighbours.consecutive(700)) < 0.6 * np.mean(slow**2)
+    assert least_mean_square(fast, Neighbours.consecutive(700)) > 0.7 * np.mean(fast**2)
 
 
 def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: GeneratedAxis) -> None:

@@ -23,6 +23,7 @@ class Reading:
 
     sample_period: float | None
     columns: dict[str, str]
+    injected_at: Literal["control", "reference"] | None
     resample: float | Literal["auto"] | None
     gaps: Literal["split"] | None
     wrap: str | None
@@ -51,6 +52,7 @@ class Reading:
             file,
             axis,
             columns=self.columns,
+            injected_at=self.injected_at,
             sample_period=self.sample_period,
             repairs=repairs,
             max_memory=self.max_memory,
@@ -60,20 +62,28 @@ class Reading:
         """The same in blocks, for a log larger than memory; nothing can be repaired then."""
         from axisid.estimation.records import LogBlocks
 
-        asked = {*self.given} - {"--columns", "--sample-period"}
+        asked = {*self.given} - {"--columns", "--injected-at", "--sample-period"}
         if asked:
             raise click.UsageError(
                 f"{' and '.join(sorted(asked))} cannot be done in blocks; leave --stream out."
             )
-        return LogBlocks(file=Path(file), axis=axis, columns=self.columns)
+        return LogBlocks(
+            file=Path(file), axis=axis, columns=self.columns, injected_at=self.injected_at
+        )
 
 
 _OPTIONS = (
     click.option(
         "--columns",
         metavar="ROLE=NAME[:UNIT],...",
-        help="Columns; roles: time, position, reference, control, force; units such as mm, deg, "
-        "ms, mA.",
+        help="Columns; roles: time, position, reference, control, force, injected (a test signal); "
+        "units such as mm, deg, ms, mA.",
+    ),
+    click.option(
+        "--injected-at",
+        type=click.Choice(["control", "reference"]),
+        help="What the test signal in the column injected was added to; to the control before the "
+        "drive's limit.",
     ),
     click.option(
         "--sample-period",
@@ -123,6 +133,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
     def collected(
         *,
         columns: str | None,
+        injected_at: Literal["control", "reference"] | None,
         sample_period: float | None,
         resample: str | None,
         gaps: Literal["split"] | None,
@@ -135,6 +146,7 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
         reading = Reading(
             sample_period=_period(sample_period),
             columns=_roles(columns),
+            injected_at=injected_at,
             resample=_rate(resample),
             gaps=gaps,
             wrap=wrap,

@@ -53,7 +53,7 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     """
     return {
         "judged": diagnosis.preferred,
-        "law_check": _law_check(diagnosis.law),
+        "law_check": law_document(diagnosis.law),
         "instruments": _instruments(diagnosis.instruments),
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
         "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
@@ -69,7 +69,7 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     }
 
 
-def _law_check(check: LawCheck | Missing) -> WrittenLawCheck:
+def law_document(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
         return WrittenLawCheck(

@@ -87,6 +87,7 @@ def record_document(record: Record) -> WrittenRecord:
         samples=len(record),
         sample_period=record.period,
         samples_sha256=record.digest,
+        injected_at=cast(Any, record.injected_at or UNSET),
     )
 
 

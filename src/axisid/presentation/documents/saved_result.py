@@ -44,6 +44,8 @@ class SavedRecord:
         First row and the one after the last of each.
     digest : str
         Of the samples, as `Record.digest`.
+    injected_at : str or None
+        What a recorded test signal was added to.
     """
 
     provenance: Provenance
@@ -52,6 +54,7 @@ class SavedRecord:
     segments: tuple[tuple[int, int], ...]
     masked: tuple[tuple[int, int], ...]
     digest: str
+    injected_at: str | None = None
 
     def __len__(self) -> int:
         return self.samples
@@ -294,6 +297,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         segments=written.segments,
         masked=written.masked,
         digest=written.samples_sha256,
+        injected_at=written.injected_at or None,
     )
 
 

@@ -6,6 +6,7 @@ from axisid.estimation.studies import MethodValidation, Validation
 from axisid.presentation.schema import WrittenMethodValidation, WrittenValidation, plain
 from axisid.support.arrays import finite_tree
 
+from .diagnosis import law_document
 from .identification import record_document, said
 
 
@@ -20,11 +21,13 @@ def validation_document(validation: Validation) -> WrittenValidation:
         record=record_document(validation.record),
         methods=tuple(map(_method, validation)),
         time_base=said(validation.time_base),
+        law_check=law_document(validation.law),
+        holds=validation.has_declared_law and all(v.holds for v in validation),
     )
 
 
 def _method(validation: MethodValidation) -> WrittenMethodValidation:
-    v = validation
+    v, anew = validation, validation.anew
     return WrittenMethodValidation(
         method=v.method,
         equation_error_percent=finite_tree(v.equation_error_percent),
@@ -33,4 +36,14 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
         position_error_rms=finite_tree(v.position_error_rms),
         tracking_error_percent=finite_tree(v.tracking_error_percent),
         reason=said(v.reason) or "",
+        holds=v.holds,
+        own_simulation_error_percent=finite_tree(v.own_simulation_error_percent),
+        own_tracking_error_percent=finite_tree(v.own_tracking_error_percent),
+        anew=None
+        if anew is None
+        else finite_tree(dict(zip(anew.names, anew.physical.tolist(), strict=True))),
+        anew_distances=None
+        if anew is None
+        else finite_tree(dict(zip(anew.names, anew.distances.tolist(), strict=True))),
+        anew_share_percent=None if anew is None else finite_tree(anew.share_percent),
     )

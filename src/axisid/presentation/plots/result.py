@@ -82,11 +82,12 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
     kept = result.data.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
+    given = "the reference alone" if record.injected is None else "reference and test signal alone"
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from the reference "
-        f"alone. The tracking error is reference less position; the simulated position is "
+        caption=f"The closed loop simulated with {estimate.method.upper()} from {given}. "
+        f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label="time [s]",
         panels=(
@@ -115,6 +116,12 @@ def record_plot(result: Identification) -> Plot:
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("control", drive.unit, record.control, "warm"),
         ("force", str(q.force_unit), result.data.force, "model"),
+        (
+            f"injected, {record.injected_at}",
+            q.unit if record.injected_at == "reference" else drive.unit,
+            record.injected,
+            "other",
+        ),
     )
     panels += [
         Panel(label=labelled(name, unit), series=(line("", time, values, tone),))

@@ -33,6 +33,29 @@ class WrittenMethodValidation(Written, frozen=True, kw_only=True):
     position_error_rms: Annotated[float | None, about("In the coordinate's unit.")]
     tracking_error_percent: Annotated[float | None, about("Of the recorded tracking error.")]
     reason: Annotated[str, about("Why there are no simulated figures.")]
+    holds: Annotated[
+        bool | UnsetType,
+        about(
+            "Whether force, simulated loop and parameters are what they are on its own record; the "
+            "control law is looked at by itself."
+        ),
+    ] = UNSET
+    own_simulation_error_percent: float | UnsetType | None = UNSET
+    own_tracking_error_percent: Annotated[
+        float | UnsetType | None,
+        about("null where it is not known, as of a result read from a file."),
+    ] = UNSET
+    anew: Annotated[
+        Mapping[str, float | None] | UnsetType | None,
+        about("What the second record itself says of the parameters, by the same method."),
+    ] = UNSET
+    anew_distances: Annotated[
+        Mapping[str, float | None] | UnsetType | None,
+        about("How far those are from the frozen ones, in HAC deviations of the difference."),
+    ] = UNSET
+    anew_share_percent: Annotated[
+        float | UnsetType | None, about("Force that the difference makes, of all of it.")
+    ] = UNSET
 
 
 class WrittenValidation(Written, frozen=True, kw_only=True):
@@ -44,6 +67,13 @@ class WrittenValidation(Written, frozen=True, kw_only=True):
         str | None,
         about("What speaks against the record's sampling period; null for nothing."),
     ]
+    law_check: Annotated[
+        WrittenLawCheck | UnsetType, about("The declared control law against the second record.")
+    ] = UNSET
+    holds: Annotated[
+        bool | UnsetType,
+        about("Whether every estimate does, and the control law is the declared one."),
+    ] = UNSET
 
 
 class WrittenIdentification(

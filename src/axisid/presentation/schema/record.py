@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
+from msgspec import UNSET, UnsetType
+
 from .base import Written, about
 
 
@@ -61,6 +63,10 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
             "the role, then the values as 64-bit floats."
         ),
     ]
+    injected_at: Annotated[
+        Literal["control", "reference"] | UnsetType,
+        about("What a recorded test signal was added to."),
+    ] = UNSET
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):

@@ -1,0 +1,110 @@
+"""How often frozen estimates are said to hold on records where they do, and where they do not.
+
+Each machine of `judgement` is identified from one record and validated on another: with other
+noise, another motion, and with something changed that has to be named.
+
+    python benchmarks/validation.py                   a table
+    python benchmarks/validation.py --runs 40 --only "fine encoder"
+"""
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from judgement import RIGHT, declared, reference_of
+from library import prefilter_of
+from machines import Array, Machine, records
+
+from axisid import build, identify, load_axis, read_record, twin_record, validate
+from axisid.modeling import LIBRARY
+
+_SECOND = 1000  # seeds apart
+_FREQUENCIES = (2.0, 5.0, 9.0, 14.0, 20.0, 27.0)  # Hz
+
+#: What is changed for the second record, its motion, and what then has to be said.
+CHANGES: dict[str, tuple[Callable[[Machine], Machine], str, str]] = {
+    "other noise": (lambda m: m, "moves", ""),
+    "sines": (lambda m: m, "sines", ""),
+    "short moves": (lambda m: m, "short moves", ""),
+    "test signal": (lambda m: replace(m, injected=multisine(0.3)), "moves", ""),
+    "mass +10 %": (lambda m: replace(m, mass=1.1 * m.mass), "moves", r"\bM 1\d\d"),
+    "kp +10 %": (lambda m: replace(m, kp=1.1 * m.kp), "moves", r"another one.*kp"),
+    "test signal unnamed": (
+        lambda m: replace(m, injected=multisine(0.3)),
+        "moves",
+        r"another one.*test signal",
+    ),
+    "in the reference": (
+        lambda m: replace(m, injected=multisine(2e-5), injected_at="reference"),
+        "moves",
+        r"another one.*test signal",
+    ),
+}
+
+
+def multisine(amplitude: float) -> Array:
+    """A test signal of six sines that begins at zero."""
+    time, rng = 1e-3 * np.arange(20_000), np.random.default_rng(7)
+    waves = sum(np.sin(2 * math.pi * f * time + rng.uniform(0, 6)) for f in _FREQUENCIES)
+    return np.asarray(np.minimum(1.0, time / 0.5) * amplitude * waves)
+
+
+def shares(case_name: str, *, runs: int, seed: int) -> dict[str, tuple[float, str]]:
+    """Share of the runs that hold, or are named, by what is changed; with what is said of one."""
+    case = RIGHT[case_name]
+    axis = declared(has_offset=case.has_offset)
+    own = records(case.machine, reference_of("moves"), runs, seed)
+    results = [identify(axis, read_record(columns, axis)) for columns in own]
+    found = {}
+    for name, (change, motion, wanted) in CHANGES.items():
+        machine = change(case.machine)
+        second = records(machine, reference_of(motion), runs, seed + _SECOND)
+        place = machine.injected_at if machine.injected is not None and not wanted else None
+        right, said = 0, ""
+        for result, columns in zip(results, second, strict=True):
+            if place is None:
+                columns.pop("injected", None)
+            checked = validate(result, read_record(columns, axis, injected_at=place))
+            notes = " ".join(map(str, checked.notes))
+            is_right = bool(re.search(wanted, notes)) if wanted else "estimates hold" in notes
+            right += is_right
+            said = said if is_right else notes
+        found[name] = right / runs, said
+    return found
+
+
+def twin_share(name: str, *, runs: int, seed: int) -> tuple[float, str]:
+    """The same for twins of a library axis with other noise."""
+    axis = build(load_axis(name))
+    right, said = 0, ""
+    for k in range(seed, seed + runs):
+        result = identify(axis, twin_record(axis, seed=k), prefilter_of(name))
+        notes = " ".join(map(str, validate(result, twin_record(axis, seed=k + _SECOND)).notes))
+        right += "estimates hold" in notes
+        said = said if "estimates hold" in notes else notes
+    return right / runs, said
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--runs", type=int, default=40, help="of each case (default 40)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", metavar="NAME", help="one machine or twin")
+    options = parser.parse_args()
+    given = {"runs": options.runs, "seed": options.seed}
+    for name in (name for name, case in RIGHT.items() if case.motion != "short moves"):
+        if options.only in (None, name):
+            for change, (share, said) in shares(name, **given).items():
+                print(f"{name:<24}{change:<22}{100 * share:4.0f} %  {said[:150]}", flush=True)
+    for name in LIBRARY:
+        if options.only in (None, name):
+            share, said = twin_share(name, **given)
+            print(f"{name:<24}{'other noise':<22}{100 * share:4.0f} %  {said[:150]}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""Parameters estimated anew from the record that frozen ones are held against.
+
+An equation error tells little of a parameter that scales a small part of the force: a mass a tenth
+larger leaves 6 % of the force where noise may leave as much. What the record itself says of the
+parameters, by the same method, tells it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import log_ndtr, ndtri_exp, stdtr
+
+from axisid.estimation.regression import (
+    Equations,
+    Form,
+    Hac,
+    factor,
+    instrumental_variables,
+    least_squares,
+)
+from axisid.estimation.signals import Neighbours
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.studies import MAX_ANEW_SHARE, MIN_ANEW_DISTANCE
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import EstimationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Anew:
+    """A frozen estimate beside one that the second record itself gives, by the same method.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        Of the p physical parameters.
+    frozen, physical : (p,) array
+        As they were, and as the second record has them.
+    distances : (p,) array
+        Between them, in deviations (HAC) of their difference; as of a normal variable with the
+        chance that Student's t has of what is farther, since deviations of short records are vague.
+    share_percent : float
+        Force that the difference makes on the second record, percent of all of it.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    frozen: Array
+    physical: Array
+    distances: Array
+    share_percent: float
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Parameters that are others on the second record; none where it makes no difference."""
+        if not self.share_percent > MAX_ANEW_SHARE.value:
+            return ()
+        far = np.abs(self.distances) > MIN_ANEW_DISTANCE.value
+        return tuple(name for name, is_far in zip(self.names, far, strict=True) if is_far)
+
+    def told(self) -> str:
+        """The parameters that are others, in words."""
+        rows = zip(self.names, self.units, self.frozen, self.physical, strict=True)
+        return ", ".join(
+            f"{name} {there:.4g} {unit} in place of {own:.4g}"
+            for name, unit, own, there in rows
+            if name in self.moved
+        )
+
+
+def estimated_anew(
+    form: Form,
+    rows: Equations,
+    instruments: Array | None,
+    neighbours: Neighbours,
+    frozen: Array,
+    covariance: Array,
+    freedom: Array,
+) -> Anew | None:
+    """Estimate from rows of the second record; None where they cannot tell the parameters.
+
+    Parameters
+    ----------
+    form : Form
+        About the frozen parameters.
+    rows : Equations
+        Of the second record, filtered.
+    instruments : (n, k) array or None
+        From its loop, simulated with the frozen parameters; None for least squares.
+    neighbours : Neighbours
+        Of the rows.
+    frozen : (p,) array
+        Physical parameters.
+    covariance : (p, p) array
+        Theirs.
+    freedom : (p,) array
+        Degrees of freedom of its variances.
+    """
+    names = [q.expression or q.name for q in form.quantities]
+    left = rows.left - rows.known
+    try:
+        regressor = factor(rows.regressor, names, neighbours=neighbours)
+        solution = (
+            least_squares(left, regressor)
+            if instruments is None
+            else instrumental_variables(left, regressor, factor(instruments, names))
+        )
+        physical, jacobian = form.physical(solution.theta)
+        here = np.diag(jacobian @ Hac().matrix(solution) @ jacobian.T)
+        least = float(Hac().freedom(solution).min())
+    except EstimationError:
+        return None
+    own = np.diag(covariance)
+    # Welch and Satterthwaite's degrees of freedom of a difference.
+    freedoms = (here + own) ** 2 / (here**2 / least + own**2 / freedom)
+    change = rows.regressor @ (solution.theta - form.regressed(frozen))
+    found = Anew(
+        names=tuple(p.name for p in form.axis.parameters),
+        units=tuple(p.unit for p in form.axis.parameters),
+        frozen=frozen,
+        physical=physical,
+        distances=as_normal((physical - frozen) / np.sqrt(here + own), freedoms),
+        share_percent=relative_error_percent(change, rows.left),
+    )
+    return found if np.all(np.isfinite([*physical, *found.distances])) else None
+
+
+def as_normal(distances: Array, freedom: Array | float) -> Array:
+    """Distances in vague deviations as those of a normal variable that chance exceeds as often."""
+    chance = stdtr(freedom, -np.abs(distances))
+    # Of chances that no number holds the distance itself, where the freedom is large.
+    with np.errstate(divide="ignore"):
+        logs = np.where(chance > 0, np.log(chance), log_ndtr(-np.abs(distances)))
+    return np.asarray(-np.sign(distances) * ndtri_exp(logs))
+
+
+def least_mean_square(residuals: Array, neighbours: Neighbours) -> float:
+    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
+    squares = residuals**2
+    mean = float(squares.mean())
+    try:
+        ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
+        solution = least_squares(squares, ones)
+        deviation = float(np.sqrt(Hac().matrix(solution)[0, 0]))
+    except EstimationError:
+        return mean
+    return max(mean - MIN_DISTANCE_FROM_NOISE.value * deviation, 0.0)

@@ -1,0 +1,190 @@
+"""A multisine added to the control, from a simulator apart from axisid: found, checked, missed."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Coordinate,
+    Parameter,
+    Record,
+    UsageError,
+    build,
+    identify,
+    load_result,
+    newton,
+    read_record,
+    simulate,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.control import cascade_pd_difference
+from axisid.elements import Drive, coulomb, viscous
+from axisid.estimation.diagnostics import LawCheck, check_law
+from axisid.estimation.simulation import trajectory
+from axisid.modeling.declaration import back_and_forth
+from benchmarks.machines import Machine, records, white
+
+TRUTH = {"M": 100.0, "Fv": 240.0, "Fc": 25.0}
+MOVES = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.75, repeat=2)
+REFERENCE = np.asarray(trajectory(MOVES, 1e-3))
+QUIET = Machine(resolution=5e-8, control_noise=white(2e-3))
+PLACES = {"control": 0.3, "reference": 4e-5}
+
+
+def multisine(size: float) -> np.ndarray:
+    time, rng = 1e-3 * np.arange(len(REFERENCE)), np.random.default_rng(3)
+    waves = (np.sin(2 * np.pi * f * time + rng.uniform(0, 6)) for f in (2.0, 5.0, 9.0, 14.0, 23.0))
+    return np.asarray(size * np.minimum(1.0, time / 0.5) * sum(waves))
+
+
+@pytest.fixture(scope="module")
+def stage() -> GeneratedAxis:
+    q = Coordinate("q", unit="m")
+    mass = Parameter("M", "kg", nominal=90.0, lower=0.0)
+    fv, fc = Parameter("Fv", "N/(m/s)"), Parameter("Fc", "N")
+    law = cascade_pd_difference(kp=QUIET.kp, kv=QUIET.kv, period=QUIET.period)
+    return build(
+        newton(
+            "stage",
+            coordinate=q,
+            parameters=(mass, fv, fc),
+            inertia=mass,
+            resistance=(viscous(fv, q), coulomb(fc, q)),
+            drive=Drive(gain=QUIET.gain, unit="V", limit=QUIET.limit),
+            control=law,
+        )
+    )
+
+
+def driven(place: str, *, seed: int = 1, mass: float = 100.0) -> dict[str, np.ndarray]:
+    signal = multisine(PLACES[place])
+    machine = replace(QUIET, injected=signal, injected_at=place, mass=mass)
+    (columns,) = records(machine, REFERENCE, 1, seed)
+    return columns
+
+
+def record_of(place: str, stage: GeneratedAxis, **given: float) -> Record:
+    return read_record(driven(place, **given), stage, injected_at=place)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_instruments_give_the_truth_and_the_law_is_the_drives(
+    place: str, stage: GeneratedAxis
+) -> None:
+    result = identify(stage, record_of(place, stage))
+    estimate = result["idm-iv"]
+    for name, value in estimate.parameters.items():
+        low, high = value.interval
+        assert low - 2e-3 * TRUTH[name] < TRUTH[name] < high + 2e-3 * TRUTH[name]
+    assert estimate.simulation_error_percent is not None
+    assert estimate.simulation_error_percent < 1
+    law = result.diagnosis.law
+    assert isinstance(law, LawCheck)
+    assert law.passed
+    assert law.residual_percent is not None
+    assert law.residual_percent < 0.5
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_without_its_column_the_law_fails_and_names_what_may_be_missing(
+    place: str, stage: GeneratedAxis
+) -> None:
+    columns = driven(place)
+    del columns["injected"]
+    law = check_law(stage, read_record(columns, stage))
+    assert isinstance(law, LawCheck)
+    assert not law.passed
+    assert "name a test signal that was added to the control or to the reference" in str(law.note)
+
+
+def test_a_wrong_place_sign_or_unit_is_told(stage: GeneratedAxis) -> None:
+    right = record_of("control", stage)
+    assert right.injected is not None
+    said = {
+        "added to the control": replace(right, injected_at="reference"),
+        "times -1: check its sign": replace(right, injected=-right.injected),
+        "the sign and the unit of the test signal": replace(right, injected=7 * right.injected),
+        "check the unit of the test signal": replace(right, injected=1.04 * right.injected),
+    }
+    for words, record in said.items():
+        law = check_law(stage, record)
+        assert isinstance(law, LawCheck)
+        assert not law.passed
+        assert words in str(law.note)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_validation_reckons_with_it_and_misses_it(place: str, stage: GeneratedAxis) -> None:
+    plain = identify(stage, read_record(records(QUIET, REFERENCE, 1, 4)[0], stage))
+    held = validate(plain, record_of(place, stage, seed=5))
+    assert "the estimates hold" in str(held)
+    assert held.to_dict()["holds"]
+    columns = driven(place, seed=5)
+    del columns["injected"]
+    missed = validate(plain, read_record(columns, stage))
+    assert "the estimates hold" not in str(missed)
+    assert "does not hold: the loop of this record is another one" in str(missed)
+    assert "name a test signal" in str(missed)
+    assert not missed.to_dict()["holds"]
+
+
+def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
+    stage: GeneratedAxis,
+) -> None:
+    def forced(columns: dict[str, np.ndarray]) -> Record:
+        kept = {name: columns[name] for name in ("time", "reference", "position")}
+        return read_record({**kept, "force": QUIET.gain * columns["control"]}, stage)
+
+    (quiet,) = records(QUIET, REFERENCE, 1, 4)
+    plain = identify(stage, forced(quiet))
+    missed = " ".join(str(validate(plain, forced(driven("control", seed=5)))).split())
+    assert "the force fits the motion, but the simulated position" in missed
+
+
+def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
+    run: Callable[..., tuple[int, str, str]], emps2015: GeneratedAxis, tmp_path: Path
+) -> None:
+    added = multisine(0.3)
+    noise = np.random.default_rng(1).normal(scale=1e-6, size=len(REFERENCE))
+    given = {"position_noise": noise, "injected": added}
+    loop = simulate(emps2015, emps2015.nominal, REFERENCE, 1e-3, **given)  # type: ignore[arg-type]
+    columns = (loop.time, REFERENCE, loop.measured_position, loop.control, added)
+    file, out = tmp_path / "log.csv", tmp_path / "result.json"
+    header = "time,reference,position,control,exc"
+    np.savetxt(file, np.column_stack(columns), delimiter=",", header=header, comments="")
+    arguments = ["identify", "emps2015", str(file), "--columns", "injected=exc", "--json", str(out)]
+    code, _, err = run(*arguments)
+    assert code != 0
+    assert "add --injected-at control or --injected-at reference" in " ".join(err.split())
+    code, text, err = run(*arguments, "--injected-at", "control")
+    assert (code, err) == (0, "")
+    assert "'exc' was added to the control" in " ".join(text.split())
+    written = json.loads(out.read_text())
+    assert written["record"]["injected_at"] == "control"
+    assert written["law_check"]["passed"]
+    saved = load_result(out, axis=emps2015.axis)
+    assert saved.record.injected_at == "control"
+    again = read_record(file, emps2015, columns={"injected": "exc"}, injected_at="control")
+    assert "holds" in saved.validate(again).to_dict()
+
+
+def test_a_twin_has_the_signal_that_it_is_given(emps2015: GeneratedAxis) -> None:
+    plain = twin_record(emps2015)
+    added = 0.2 * np.sin(2 * np.pi * 11 * plain.time)
+    twin = twin_record(emps2015, injected=added, injected_at="control")
+    assert twin.injected_at == "control"
+    law = check_law(emps2015, twin)
+    assert isinstance(law, LawCheck)
+    assert law.factors["injected"] == pytest.approx(1.0, abs=0.05)
+    moved = twin_record(emps2015, injected=1e-5 * added, injected_at="reference")
+    assert moved.commanded is not None
+    assert moved.reference is not None
+    np.testing.assert_allclose(moved.commanded, moved.reference + 1e-5 * added)
+    with pytest.raises(UsageError, match="is added to None"):
+        twin_record(emps2015, injected=added)
