@@ -438,10 +438,10 @@ def _one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
 
     A gain that all products have alike is no such one: nothing tells it from the control's scale.
     """
-    values = np.array(list(factors.values()))
-    if not len(values) or np.any(values <= 0):
-        return ""
     products = {str(product): product.as_powers_dict() for product, _ in law.terms}
+    values = np.array(list(factors.values()))
+    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
+        return ""  # a test signal has a factor too, which no gain explains
     found = []
     for name, value in law.gains.items():
         powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
