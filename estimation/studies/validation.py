@@ -166,7 +166,9 @@ class Validation(Shown, Exact):
             ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
             ("parameters anew", "%"): tuple(
-                None if v.anew is None else v.anew.share_percent for v in self
+                # Of the record that they are of, rounding alone is left.
+                None if v.anew is None else round(v.anew.share_percent, 6)
+                for v in self
             ),
         }
 
