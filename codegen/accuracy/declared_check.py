@@ -17,8 +17,8 @@ from axisid.codegen.lowering import Program
 from axisid.codegen.thresholds.generation import MAX_DECLARED_ROUNDING, MAX_SUMMED_DIFFERENCE
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Parameter, with_numbers
+from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
-from axisid.support.real_numbers import Array
 
 from .evaluate import evaluate
 from .oracle import Oracle, UndecidedError

@@ -9,8 +9,8 @@ from axisid.codegen.lowering import Program, drive_force, drive_force_by_gain
 from axisid.codegen.thresholds.generation import MAX_CONTROL_DIFFERENCE, MAX_GAIN_SLOPE_DIFFERENCE
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, FORCE
+from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
-from axisid.support.real_numbers import Array
 
 from .evaluate import evaluate
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from axisid.codegen.lowering import Program
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 
 def _select(condition: Array, value: Array, otherwise: Array) -> Array:

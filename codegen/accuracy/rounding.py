@@ -11,7 +11,7 @@ from typing import Any
 import casadi
 import numpy as np
 
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 #: Of an operation's result: some units in the last place, since libraries' functions differ.
 _ROUNDING = 4 * np.finfo(float).eps

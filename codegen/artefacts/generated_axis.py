@@ -24,9 +24,10 @@ from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
 from axisid.modeling.wording import describe_direction, describe_loss
+from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
-from axisid.support.real_numbers import Array, real_array
+from axisid.support.real_numbers import real_array
 
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature
 

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.real_numbers import Array, real_array
+from axisid.support.real_numbers import real_array
 
 #: Arguments that are vectors; every other one is a scalar.
 VECTORS = frozenset({"parameters", "ddm_parameters", "state", "held", "sides"})

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 from .arguments import checked_arguments, is_scalar
 from .slices import StoppableRuns, slices

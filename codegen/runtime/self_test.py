@@ -16,7 +16,7 @@ from axisid.codegen.thresholds.generation import (
     MAX_ROUNDING_SHARE,
     MAX_TESTED_RATE,
 )
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 from .arguments import by_sample, is_scalar
 from .native_errors import WrongLibraryError

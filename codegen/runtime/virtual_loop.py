@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 from .virtual_plant import Buffered, Mode, Moved, VirtualPlant
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.lowering import STUCK
-from axisid.support.real_numbers import Array
+from axisid.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -150,7 +150,7 @@ FAULTS: tuple[Fault, ...] = (
         name="a force at a place that the axis never reaches",
         make=_asked("identify", _FAR, "--method", "idm-iv", "--no-native"),
         code=6,
-        says=r"does not show P, .*make a parameter in N about \S+ and its nominal value is 10",
+        says=r"does not show P[,:] .*make a parameter in N about \S+ and its nominal value is 10",
     ),
     Fault(
         name="a term that a log in blocks does not show",

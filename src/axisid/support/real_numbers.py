@@ -1,14 +1,14 @@
 """Numbers that a caller gives: real ones, or a sentence that says what they are."""
 
 import sys
-from typing import TypeGuard
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from typing import TYPE_CHECKING, TypeGuard
 
 from .errors import AxisidError, UsageError
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:  # an axis is declared without NumPy
+    from numpy.typing import ArrayLike
+
+    from .arrays import Array
 
 _KINDS = {"c": "complex", "U": "text", "S": "text"}
 
@@ -17,12 +17,20 @@ def is_real(value: object) -> TypeGuard[float]:
     """Whether a value is one real number within floating point or infinite, and no truth value."""
     if isinstance(value, int) and not isinstance(value, bool):
         return abs(value) <= sys.float_info.max
-    return isinstance(value, (float, np.integer, np.floating))
+    return isinstance(value, float) or _is_numpys(value, "integer", "floating")
 
 
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether a value is one whole number of a type for those, and no truth value."""
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if isinstance(value, int):
+        return not isinstance(value, bool)
+    return _is_numpys(value, "integer")
+
+
+def _is_numpys(value: object, *kinds: str) -> bool:
+    """Whether a value is a NumPy number, which there is only where NumPy is loaded."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
 
 
 def is_nothing(count: object) -> bool:
@@ -30,7 +38,7 @@ def is_nothing(count: object) -> bool:
     return count is None or (isinstance(count, int) and count == 0)
 
 
-def real_array(values: ArrayLike, what: str, error: type[AxisidError] = UsageError) -> Array:
+def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageError) -> "Array":
     """Return an array of floats; one that is none yet is made.
 
     Parameters
@@ -45,6 +53,8 @@ def real_array(values: ArrayLike, what: str, error: type[AxisidError] = UsageErr
     AxisidError
         They are masked, complex, ragged or no numbers.
     """
+    import numpy as np
+
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
     if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
