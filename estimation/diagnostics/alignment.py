@@ -257,7 +257,9 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     equations = form.equations(quiet.signals)
     reduced = equations.reduced(quiet)
     law = quiet.axis.axis.control
-    made = _held("raw" if law is None or law.continuous else "zoh")  # by the loop itself
+    sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
+    # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
+    made = _held("raw" if law is None or law.continuous or sensed else "zoh")
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
     given = (rows, made, reduced.known, regressor, Z, simulated)

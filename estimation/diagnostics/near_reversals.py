@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, noise_free_record
 from axisid.estimation.regression import simulated_loops
-from axisid.estimation.signals import FilteredRecord, beside_force
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds.diagnostics import (
     MAX_NEAR_EXCESS,
     MAX_NEAR_RATIO,
@@ -55,9 +55,7 @@ def near_reversals(data: FilteredRecord, estimate: Estimate) -> NearReversals | 
         loops = simulated_loops(data.axis, data.record, estimate.physical)
     except AxisidError as error:
         return Missing.of(error.note)
-    made = np.concatenate([loop.force for loop in loops])
-    starts = [start for start, _ in data.record.spans]
-    simulated = beside_force(data.motion, made, starts, hold=data.prefilter.hold).force
+    simulated = noise_free_record(data, loops).signals.force
     force = whole.reduce(data.signals.force)
     apart = force - whole.reduce(simulated)
     fitted = np.isin(whole.row_numbers, data.row_numbers)

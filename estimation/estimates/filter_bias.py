@@ -116,9 +116,23 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
         record,
         position=simulated_position(loops),
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
-        force=None if record.force is None else np.concatenate([s.force for s in loops]),
+        force=None
+        if record.force is None
+        else np.concatenate([_sensed(data, loop) for loop in loops]),
     )
     return replace(data, record=simulated)
+
+
+def _sensed(data: FilteredRecord, loop: Simulation) -> Array:
+    """What a force sensor sees at a sample, (N,): the mean of what is held before and after.
+
+    With `zoh` the column is said to be what is held from the sample on.
+    """
+    law = data.axis.axis.control
+    if law is None or law.continuous or data.prefilter.hold == "zoh":
+        return loop.force
+    before = np.append(loop.force[:1], loop.force[:-1])
+    return np.asarray((loop.force + before) / 2, dtype=float)
 
 
 def _with_gain(data: FilteredRecord, scale: float) -> Signals:

@@ -13,11 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, noise_free_record
 from axisid.estimation.regression import (
     Equations,
     simulated_loops,
-    simulated_position,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
@@ -102,16 +101,7 @@ def examined(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
     loops = simulated_loops(data.axis, data.record, preferred.physical)
-    record = data.record
-    quiet = replace(
-        data,
-        record=replace(
-            record,
-            position=simulated_position(loops),
-            control=None if record.control is None else np.concatenate([s.control for s in loops]),
-            force=None if record.force is None else np.concatenate([s.force for s in loops]),
-        ),
-    )
+    quiet = noise_free_record(data, loops)
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)
     stuck = np.concatenate([loop.mode == 0 for loop in loops])

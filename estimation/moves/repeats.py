@@ -151,7 +151,7 @@ def _described(
 
 def _period(reference: Array, lags: set[int], tolerance: float) -> int | None:
     """The shortest of these lags after which a stretch of the reference is the same all along."""
-    for lag in sorted(lags):
+    for lag in sorted(lag for lag in lags if 0 < lag < len(reference)):
         if float(np.abs(reference[lag:] - reference[:-lag]).max()) <= tolerance:
             return lag
     return None

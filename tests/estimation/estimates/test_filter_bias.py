@@ -108,3 +108,15 @@ def test_a_printed_value_says_what_its_interval_is_about_where_that_is_not_the_v
     assert ("(9.4 without filter bias)" in str(value)) is shown
     assert str(value).startswith("10 +- 1 kg")
     assert str(value).endswith("95 %: 7.4 to 11.4 kg")
+
+
+def test_residuals_of_a_sensed_force_are_free_of_the_filter_too(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A sensor sees the mean of what is held before and after a sample."""
+    assert twin.control is not None
+    held = emps2015.axis.drive.gain * twin.control
+    sensed = replace(twin, force=(held + np.append(held[:1], held[:-1])) / 2)
+    estimate = identify(emps2015, sensed, methods="idm-iv")["idm-iv"]
+    assert estimate.residual_tests.cross_z <= estimate.residual_tests.cross_limit
+    assert estimate.filter_bias == pytest.approx(np.zeros(3), abs=0.5)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from axisid.estimation.moves import Repeats, repeats_of
+from axisid.estimation.moves.repeats import _period
 from axisid.support.arrays import Array
 
 
@@ -86,3 +87,13 @@ def test_no_repeat_goes_across_a_gap() -> None:
     parted = repeats_of(reference, ((0, middle), (middle, len(reference))))
     assert whole is not None
     assert parted is None or np.sum(parted.move >= 0) < np.sum(whole.move >= 0)
+
+
+def test_a_reference_of_noise_has_no_period_and_no_fault() -> None:
+    """Moves that are the same but for a shift may begin at the same sample."""
+    rng = np.random.default_rng(13)
+    reference = np.cumsum(rng.normal(size=3000)) * 1e-6
+    for noise in (0.0, 1e-7, 1e-6):
+        found = repeats_of(reference + noise * rng.normal(size=3000), ((0, 3000),))
+        assert found is None or found.period is None or found.period > 0
+    assert _period(np.ones(50), {0, 50, 60}, 0.1) is None
