@@ -125,7 +125,7 @@ def _near_reversals(case: Case) -> Check | Missing | None:
     if case.data.prefilter.reversals != "leave-out":
         return None
     unit = case.data.axis.axis.coordinate.force_unit
-    return near_reversals_check(near_reversals(case.data, case.preferred), str(unit))
+    return near_reversals_check(near_reversals(case.data, case.quiet), str(unit))
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:

@@ -137,7 +137,7 @@ class Case:
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, or why it cannot be measured."""
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments, self._quiet)
+            return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
 
@@ -163,8 +163,8 @@ class Case:
         """What was fixed against the record; None where nothing can be asked."""
         return fixed_check(self.preferred)
 
-    @property
-    def _quiet(self) -> FilteredRecord | None:
+    @cached_property
+    def quiet(self) -> FilteredRecord | None:
         """The loop that is simulated with the judged estimate, under the record's filter."""
         if self.preferred.noise_free is None:
             return None

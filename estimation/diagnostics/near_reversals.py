@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.estimates import Estimate, noise_free_record
-from axisid.estimation.regression import simulated_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds.diagnostics import (
     MAX_NEAR_EXCESS,
@@ -18,7 +16,6 @@ from axisid.estimation.thresholds.diagnostics import (
     MIN_LEFT_OUT_ROWS,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
 from .check import Check, passed
@@ -44,18 +41,14 @@ class NearReversals:
     rows: int
 
 
-def near_reversals(data: FilteredRecord, estimate: Estimate) -> NearReversals | Missing:
-    """The simulated loop on all rows, those that were left out among them."""
+def near_reversals(data: FilteredRecord, quiet: FilteredRecord | None) -> NearReversals | Missing:
+    """The simulated loop, `quiet`, on all rows, those that were left out among them."""
     if data.prefilter.reversals != "leave-out":
         return Missing("no samples were left out")
-    if estimate.noise_free is None:
+    if quiet is None:
         return Missing("the simulated loop does not follow the record")
     whole = data.keeping_reversals()
-    try:
-        loops = simulated_loops(data.axis, data.record, estimate.physical)
-    except AxisidError as error:
-        return Missing.of(error.note)
-    simulated = noise_free_record(data, loops).signals.force
+    simulated = quiet.signals.force
     force = whole.reduce(data.signals.force)
     apart = force - whole.reduce(simulated)
     fitted = np.isin(whole.row_numbers, data.row_numbers)
