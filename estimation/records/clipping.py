@@ -16,6 +16,7 @@ from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds.records import (
     HELD_VALUE_SHARE,
     LIMIT_TOLERANCE,
+    MAX_LIMIT_EXCESS_AT_TOP,
     MAX_QUANTUM_MULTIPLE,
     MAX_QUANTUM_REMAINDER,
     MAX_SMOOTH_STEP,
@@ -27,6 +28,7 @@ from axisid.estimation.thresholds.records import (
 )
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
+from axisid.support.remedy import Note, Remedy, Setting
 
 Mask = NDArray[np.bool_]
 
@@ -67,6 +69,31 @@ def clipped(
     )
     text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
     return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
+
+
+def clipping_told(
+    columns: Mapping[str, Array],
+    axis: Axis | None,
+    clocks: Mapping[str, Array] | None = None,
+) -> list[Note]:
+    """What is said of a control or a force that is cut off, but for a control at the limit.
+
+    Parameters as of `clipped`.
+    """
+    role = "force" if "force" in columns else "control"
+    if role not in columns:
+        return []
+    values = columns[role]
+    cut = _flat_tops(values, _still(columns, role, clocks))
+    if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
+        cut &= np.abs(values) < axis.drive.limit * (1 - MAX_LIMIT_EXCESS_AT_TOP.value)
+    if not cut.any():
+        return []
+    said = (
+        f"the {role} is cut off in {int(cut.sum())} samples{_at(values, cut)}, as by a recorder or "
+        "a converter: if the drive did not, leave them out with "
+    )
+    return [Note(said, Remedy.of(Setting("mask", "clipped")))]
 
 
 def _at(values: Array, mask: Mask) -> str:

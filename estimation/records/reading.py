@@ -16,7 +16,7 @@ from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.remedy import Note
 
-from .clipping import Mask, clipped
+from .clipping import Mask, clipped, clipping_told
 from .clocks import jitter_told, timed, together
 from .jumps import left_jumps
 from .record import Record, check_sample_period
@@ -115,6 +115,7 @@ def _record(
     empty = _dropped_rows(read, samples)
     samples, masks, made, jumps = _repaired(table.source, samples, axis, repairs)
     spiky = spikes_told(samples, axis, numbered=not empty)
+    cut = [] if repairs.mask is not None else clipping_told(*_by_role(samples, axis))
     laid = (
         _as_sampled(samples, masks, sample_period, repairs)
         if repairs.resample is None
@@ -143,7 +144,7 @@ def _record(
             path=table.path,
             columns=found.names,
             assumed=found.notes,
-            doubts=(*table.doubts, *jumps, *spiky, *jitter_told(laid.time, laid.segments)),
+            doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_told(laid.time, laid.segments)),
             repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
@@ -215,6 +216,14 @@ def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Re
     return [Repair(kind="empty", count=sum(lost.values()), text=text)]
 
 
+def _by_role(
+    samples: dict[str, Samples], axis: Axis | None
+) -> tuple[dict[str, Array], Axis | None, dict[str, Array]]:
+    """Values, axis and clocks, as what looks for clipped samples takes them."""
+    clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
+    return {role: s.values for role, s in samples.items()}, axis, clocks
+
+
 def _repaired(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
 ) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[Note]]:
@@ -231,7 +240,6 @@ def _repaired(
         made.append(repair)
     jumps = left_jumps(source, samples["position"], axis, gap, modulus)
     if repairs.mask is not None:
-        clocks = {role: s.clock for role, s in samples.items() if s.clock is not None}
-        masks, repair = clipped({role: s.values for role, s in samples.items()}, axis, clocks)
+        masks, repair = clipped(*_by_role(samples, axis))
         made.append(repair)
     return samples, masks, made, [] if jumps is None else [jumps]

@@ -95,6 +95,12 @@ MIN_NAME_SIMILARITY = Threshold(
     "similarity of a column's name to a wanted one, by difflib, from which it is proposed",
     "chosen",
 )
+MAX_LIMIT_EXCESS_AT_TOP = Threshold(
+    0.02,
+    "1",
+    "distance of a flat top from the drive's limit, as a share of it, up to which it is that",
+    "chosen: more than a converter's noise",
+)
 LIMIT_TOLERANCE = Threshold(
     1e-6,
     "1",

@@ -142,6 +142,9 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             of="read_record", name="sample_period", written=_number("sample_period")
         ),
         "max-memory": Argument(of="read_record", name="max_memory", written=_bytes("max_memory")),
+        "mask": Argument(
+            of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text("mask")
+        ),
         "resample": Argument(
             of="estimation.Repairs", name="resample", call=_REPAIRS, written=_text("resample")
         ),
