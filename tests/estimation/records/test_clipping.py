@@ -153,3 +153,19 @@ def test_law_check_leaves_out_what_a_masked_position_leaves_in_its_memory(
         law = check_law(emps, replace(record, sample_period=1e-3))
         assert isinstance(law, LawCheck)
         assert law.passed == passed
+
+
+def test_a_control_that_is_cut_off_is_told_where_no_mask_was_asked_for(
+    emps2015: GeneratedAxis,
+) -> None:
+    record = twin_record(emps2015)
+    assert record.control is not None
+    columns = {"time": record.time, "position": record.position, "control": record.control}
+    assert not read_record(columns, emps2015).provenance.doubts
+    top = 0.6 * float(np.abs(record.control).max())
+    cut = {**columns, "control": np.clip(record.control, -top, top)}
+    (doubt,) = read_record(cut, emps2015).provenance.doubts
+    assert "the control is cut off in" in str(doubt)
+    assert 'mask="clipped"' in str(doubt)
+    asked = read_record(cut, emps2015, repairs=Repairs(mask="clipped"))
+    assert not asked.provenance.doubts
