@@ -104,6 +104,8 @@ def _explained(last: _Written, expected: float, reach: float, known: Sequence[_W
     exponents = {n.exponent for n in known if n.power > last.power}
     # A whole number among whole numbers has no decimals that may be missing.
     least_missing = 0 if any(n.decimals for n in known) or last.power else 1
-    scales = 10.0 ** np.array([*range(least_missing, missing + 1), *exponents])
-    least, most = size * scales - reach, (size + unit) * scales + reach
-    return bool(np.any((least <= along) & (along <= most)))
+    powers = np.array([*range(least_missing, missing + 1), *exponents], dtype=float)
+    with np.errstate(all="ignore"):  # what no number holds explains nothing
+        scales = 10.0**powers
+        least, most = size * scales - reach, (size + unit) * scales + reach
+        return bool(np.any((least <= along) & (along <= most)))

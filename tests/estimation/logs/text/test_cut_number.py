@@ -133,3 +133,14 @@ def test_row_that_lacks_a_cell_is_refused_as_before(tmp_path: Path) -> None:
 def test_text_that_only_looks_like_a_number_is_no_cut_one(cell: str) -> None:
     cells = [*(f"{k}.25e+00" for k in range(120)), cell]
     assert cut_number(cells, ["0"] * 120 + ["\n"], ended=False) == ""
+
+
+def test_an_exponent_that_no_number_holds_explains_nothing_and_warns_of_nothing(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_bytes(
+        b";;\n;;0\n;;0\r0\r;0\n;6\n6e504\n;0\n1\n;0\n3\r;3\r;;3\r;7\r7\r;;7\r;;4\r2\r;2\r3\r;;2\n;;0"
+    )
+    with np.errstate(all="raise"), pytest.raises(DataError):
+        read_record(file)
