@@ -40,6 +40,11 @@ class Quantity:
     unit: str
     expression: str = ""
 
+    @property
+    def label(self) -> str:
+        """How it is made, if it is; else its name."""
+        return self.expression or self.name
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class GeneratedAxis:

@@ -118,7 +118,7 @@ def strength_check(iv: Estimate, tests: InstrumentTests | None) -> Check | Missi
     """The weakest column of the regressor of an instrumental estimate."""
     if tests is None:
         return Missing("no method with instruments gave an estimate")
-    names = [q.expression or q.name for q in iv.form.quantities]
+    names = [q.label for q in iv.form.quantities]
     weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
     f = tests.weakest
     strong = f >= MIN_FIRST_STAGE_F.value

@@ -76,7 +76,7 @@ def left_of_the_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     relative = abs(tests.cross_correlation) / tests.cross_deviations
     row, column = divmod(int(relative.argmax()), relative.shape[1])
     lag = row - (len(relative) - 1) // 2
-    names = [q.expression or q.name for q in estimate.form.quantities]
+    names = [q.label for q in estimate.form.quantities]
     of = "instrument" if estimate.Z is not None else "regressor's column"
     return Check(
         name="residuals against the motion",

@@ -20,7 +20,7 @@ from axisid.estimation.regression import (
     least_squares,
     simulated_position,
 )
-from axisid.estimation.signals import FilteredRecord, Signals
+from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
 
@@ -131,8 +131,7 @@ def _sensed(data: FilteredRecord, loop: Simulation) -> Array:
     law = data.axis.axis.control
     if law is None or law.continuous or data.prefilter.hold == "zoh":
         return loop.force
-    before = np.append(loop.force[:1], loop.force[:-1])
-    return np.asarray((loop.force + before) / 2, dtype=float)
+    return about_samples(loop.force, [0])
 
 
 def _with_gain(data: FilteredRecord, scale: float) -> Signals:
@@ -151,7 +150,7 @@ def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations
 
 
 def _solved(form: Form, rows: Equations, instruments: Factored | None) -> Solution:
-    names = [q.expression or q.name for q in form.quantities]
+    names = [q.label for q in form.quantities]
     left = rows.left - rows.known
     if instruments is None:
         return least_squares(left, factor(rows.regressor, names))

@@ -112,7 +112,7 @@ class Problem:
         """The regressor of measured rows, or an error that says what the motion lacks."""
         if measured is self._linear.get(type(form)) and type(form) in self._factored:
             return self._factored[type(form)]
-        names = [q.expression or q.name for q in form.quantities]
+        names = [q.label for q in form.quantities]
         with adding(lambda: self.lacking):
             regressor = factor(measured.regressor, names, neighbours=self.neighbours)
         if measured is self._linear.get(type(form)):

@@ -21,7 +21,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
 from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
-from axisid.support.arrays import Array, runs
+from axisid.support.arrays import Array, covered, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 
@@ -93,7 +93,7 @@ def examined(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
     sampling = data.sampling
     if data.axis.has_direction:
         turns = sampling.turns(data.motion[1])
-        sampling = replace(sampling, excluded=_joined((*sampling.excluded, *turns)))
+        sampling = replace(sampling, excluded=_joined((*sampling.excluded, *turns), len(data)))
     every = preferred.form.equations(data.signals)
     left, times = _left_by(every, preferred), data.record.time
     return _rows(every, left, data.signals, sampling, times, by_loop=False)
@@ -107,7 +107,7 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
     stuck = np.concatenate([loop.mode == 0 for loop in loops])
     velocity = np.concatenate([loop.velocity for loop in loops])
     apart = np.abs(data.signals.velocity - velocity)
-    excluded = _joined((*_rests(stuck, data), *_starts(apart, data)))
+    excluded = _joined((*_rests(stuck, data), *_starts(apart, data)), len(data))
     sampling = replace(data.sampling, excluded=excluded)
     moved = Signals(
         position=quiet.record.position,
@@ -155,7 +155,7 @@ def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:
     reach, n = data.sampling.filter.turn_reach, len(stuck)
     least = max(int(MIN_REST_OF_LOOP.value * reach), 1)
     rests = [(a, b) for a, b in runs(stuck) if b - a > least]
-    return _joined([(max(a - reach, 0), min(b + reach, n)) for a, b in rests])
+    return tuple((max(a - reach, 0), min(b + reach, n)) for a, b in rests)
 
 
 def _starts(apart: Array, data: FilteredRecord) -> tuple[Span, ...]:
@@ -171,12 +171,6 @@ def _starts(apart: Array, data: FilteredRecord) -> tuple[Span, ...]:
     return tuple(found)
 
 
-def _joined(spans: Sequence[Span]) -> tuple[Span, ...]:
+def _joined(spans: Sequence[Span], samples: int) -> tuple[Span, ...]:
     """Spans in order, those that touch as one."""
-    found: list[Span] = []
-    for start, stop in sorted(spans):
-        if found and start <= found[-1][1]:
-            found[-1] = found[-1][0], max(stop, found[-1][1])
-        else:
-            found.append((start, stop))
-    return tuple(found)
+    return runs(covered(spans, samples))

@@ -22,6 +22,7 @@ from .sampled_filter import Span as Span
 from .sampling import Sampling as Sampling
 from .signals import Motion as Motion
 from .signals import Signals as Signals
+from .signals import about_samples as about_samples
 from .signals import beside_force as beside_force
 from .signals import drive_force as drive_force
 from .signals import force_of as force_of

@@ -56,15 +56,20 @@ def force_of(
     return drive_force(axis, control, position, velocity)
 
 
+def about_samples(held: Array, starts: Sequence[int]) -> Array:
+    """The mean of what is held just before and just after each sample, (N,), segment by segment."""
+    before = np.concatenate([held[:1], held[:-1]])
+    before[starts] = held[starts]
+    return np.asarray((held + before) / 2, dtype=float)
+
+
 def beside_force(
     motion: Motion, force: Array, starts: Sequence[int], *, hold: str | None
 ) -> Signals:
     """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""
     q, velocity, acceleration = motion
     if hold == "zoh":
-        before = np.concatenate([force[:1], force[:-1]])
-        before[starts] = force[starts]
-        force = (force + before) / 2
+        force = about_samples(force, starts)
     return Signals(
         position=q,
         velocity=velocity,

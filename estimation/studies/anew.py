@@ -95,7 +95,7 @@ def estimated_anew(
     freedom : (p,) array
         Degrees of freedom of its variances.
     """
-    names = [q.expression or q.name for q in form.quantities]
+    names = [q.label for q in form.quantities]
     left = rows.left - rows.known
     try:
         regressor = factor(rows.regressor, names, neighbours=neighbours)

@@ -101,7 +101,7 @@ def identify_stream(
         kept = replace(chosen, reversals="keep")
         rows = _LogRows(generated, blocks, kept, found, origin.source)
         triangle, size, left = _factored(rows)
-    names = [q.expression or q.name for q in generated.parameters]
+    names = [q.label for q in generated.parameters]
     if size <= len(names) or not left:
         raise EstimationError(
             f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "

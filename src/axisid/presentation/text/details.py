@@ -111,7 +111,7 @@ def _instruments(preferred: Estimate, tests: InstrumentTests | None) -> Table | 
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
-    names = [q.expression or q.name for q in preferred.form.quantities]
+    names = [q.label for q in preferred.form.quantities]
     rows = (
         [name, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
         for name, s in zip(names, tests.columns, strict=True)
