@@ -9,11 +9,11 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.regression import InverseForm, simulated_position
+from axisid.estimation.regression import simulated_position
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError
 
-from .least_squares import LeastSquares
+from .methods import METHODS
 from .problem import Problem
 
 
@@ -30,9 +30,7 @@ def bound_record(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> F
         return data
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused where it is estimated
-            fit = LeastSquares(name="idm-ls", form=InverseForm).fit(
-                Problem(axis=axis, data=(data,))
-            )
+            fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
             return data.turning_as(simulated_position(fit.loops)) if fit.follows else data
     except AxisidError:
         return data  # whoever asks for an estimate is told why there is none

@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.estimates import METHODS, bound_record
+from axisid.estimation.estimates import METHODS, Instruments, bound_record
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
@@ -415,7 +415,7 @@ def _validation(
         covariance=covariance,
         freedom=estimate.freedom[estimate.chosen],
     )
-    is_iv = estimate.method.endswith("iv")
+    is_iv = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, estimate.physical)
         known, regressor = simulated_right(form, loops, estimate.physical, data)

@@ -45,8 +45,8 @@ def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
         left="force",
         axis=SimpleNamespace(axis=SimpleNamespace(coordinate=coordinate)),
         quantities=[
-            SimpleNamespace(name="M", expression=""),
-            SimpleNamespace(name="Fv", expression=""),
+            SimpleNamespace(name="M", label="M", expression=""),
+            SimpleNamespace(name="Fv", label="Fv", expression=""),
         ],
     )
     settled = {"y": residuals, "Z": None, "period": 1e-3, "times": None}
