@@ -1,7 +1,8 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +18,16 @@ from axisid.support.given import given
 from axisid.support.remedy import Note
 
 from .clipping import Mask, clipped, clipping_told
-from .clocks import jitter_told, timed, together
+from .clocks import clocked, filled, jitter_told, together
 from .jumps import left_jumps
 from .record import Record, check_sample_period
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .roles import Chosen
+from .shifts import shifted
 from .spikes import spikes_told
 from .time_steps import counted_by, counted_on, open_end
+from .windows import Window, checked_windows, edges, windows_text, within
 from .wrapping import unwrapped
 
 
@@ -35,6 +38,7 @@ def read_record(
     columns: Mapping[str, str] | None = None,
     sample_period: float | None = None,
     injected_at: str | None = None,
+    windows: Iterable[tuple[float | None, float | None]] = (),
     repairs: Repairs | None = None,
     max_memory: float | None = None,
 ) -> Record:
@@ -58,6 +62,10 @@ def read_record(
         ``"reference"``, over what the axis says.
     sample_period : float, optional
         s; takes the place of the time column's mean step, and of the column if there is none.
+    windows : iterable of (float or None, float or None), optional
+        First and last time, s, as the log's own time counts, of what is taken; None for the log's
+        beginning or end. All else is left out before anything is looked at: each window is a
+        segment of the record. The whole log by default.
     repairs : Repairs, optional
         What may be done to the data; nothing by default.
     max_memory : float, optional
@@ -73,10 +81,10 @@ def read_record(
     ------
     DataError
         The file is missing, malformed or too large, changes while it is read, lacks a column, or
-        needs a repair that is not asked for.
+        needs a repair that is not asked for; a window is outside it, or holds nothing.
     UsageError
-        A role does not exist, a unit is not the role's, or a sampling period is given for columns
-        that are resampled by times of their own.
+        A role does not exist, a window is no pair of times or overlaps another, a unit is not the
+        role's, or a sampling period is given for columns that are resampled by times of their own.
     """
     check_sample_period(sample_period)
     declared = as_declared(axis)
@@ -90,6 +98,7 @@ def read_record(
             "the like."
         )
     repairs = repairs or Repairs()
+    chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
     found = Chosen(
         table,
@@ -98,7 +107,7 @@ def read_record(
         has_period=sample_period is not None,
         injected_at=injected_at,
     )
-    return _record(table, found, declared, sample_period, repairs)
+    return _record(table, found, declared, sample_period, repairs, chosen)
 
 
 def _record(
@@ -107,20 +116,29 @@ def _record(
     axis: Axis | None,
     sample_period: float | None,
     repairs: Repairs,
+    windows: tuple[Window, ...] = (),
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
-    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
-    empty = _dropped_rows(read, samples)
-    samples, masks, made, jumps = _repaired(table.source, samples, axis, repairs)
-    spiky = spikes_told(samples, axis, numbered=not empty)
+    uneven = repairs.resample is not None
+    whole, moved = shifted(
+        table.source, clocked(table, read, sample_period), repairs.shift, uneven=uneven
+    )
+    columns, taken, name = whole, [], table.source
+    if windows:
+        columns, windows, cut_out = within(table.source, whole, windows)
+        taken, name = [cut_out], f"{table.source} {windows_text(windows)}"
+    samples = filled(replace(table, source=name), columns, uneven=uneven)
+    empty = _dropped_rows(columns, samples)
+    samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
+    spiky = spikes_told(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_told(*_by_role(samples, axis))
     laid = (
-        _as_sampled(samples, masks, sample_period, repairs)
+        _as_sampled(samples, masks, sample_period, repairs, windows)
         if repairs.resample is None
         else resample(
-            table.source,
+            name,
             samples,
             masks,
             repairs.resample,
@@ -128,6 +146,7 @@ def _record(
             stated=sample_period,
             splined=("position", "reference")
             + (("injected",) if found.injected_at == "reference" else ()),
+            edges=edges(windows),
         )
     )
     return Record(
@@ -137,6 +156,8 @@ def _record(
         sample_period=laid.period,
         segments=laid.segments,
         masked=runs(laid.masked),
+        windows=windows,
+        around=whole if windows else {},
         provenance=Provenance(
             source=Path(table.source).name,
             sha256=table.sha256,
@@ -145,21 +166,26 @@ def _record(
             columns=found.names,
             assumed=found.notes,
             doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_told(laid.time, laid.segments)),
-            repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
+            repairs=(*table.repairs, *retimed, *moved, *taken, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
     )
 
 
 def _as_sampled(
-    samples: dict[str, Samples], masks: dict[str, Mask], period: float | None, repairs: Repairs
+    samples: dict[str, Samples],
+    masks: dict[str, Mask],
+    period: float | None,
+    repairs: Repairs,
+    windows: Sequence[Window] = (),
 ) -> Laid:
-    """Columns at the times that they have, cut at gaps if that was asked for."""
+    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
     time, values, masked = together(samples, masks)
-    segments: tuple[Span, ...] = ()
+    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
+    segments: tuple[Span, ...] = tuple(pairwise([0, *cuts, len(time)])) if cuts else ()
     made: tuple[Repair, ...] = ()
     if repairs.gaps is not None:
-        kept, segments, repair = split_at_gaps(time)
+        kept, segments, repair = split_at_gaps(time, cuts)
         time, masked, made = time[kept], masked[kept], (repair,)
         values = {role: v[kept] for role, v in values.items()}
     pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]

@@ -17,7 +17,7 @@ from axisid.commands.options.outputs import (
     force_option,
     json_option,
 )
-from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.record_options import Reading, record_options, window_of
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
@@ -30,6 +30,7 @@ def _check_idle(covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
+    check_needed(("--validate-window",), ("--validate",))
     if not takes_lags(covariance):
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
     if json_file == "-":
@@ -88,6 +89,14 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="Hold the estimates, frozen, against a second record.",
 )
 @click.option(
+    "--validate-window",
+    "second_windows",
+    multiple=True,
+    metavar="FROM..TO",
+    help="As --window, of the record of --validate, which else is taken whole; that may be the "
+    "same file.",
+)
+@click.option(
     "--covariance",
     type=click.Choice(covariance_names()),
     default=covariance_names()[0],
@@ -140,6 +149,7 @@ def identify(
     record: str | None,
     method: str,
     second: str | None,
+    second_windows: tuple[str, ...],
     filtering: Filtering,
     reading: Reading,
     covariance: str,
@@ -188,7 +198,8 @@ def identify(
     prefilter = filtering.prefilter(data.period)
     other = None
     if second is not None:
-        other = reading.record(second, generated)
+        held = tuple(window_of(text, "--validate-window") for text in second_windows)
+        other = reading.record(second, generated, held)
         _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(

@@ -46,6 +46,8 @@ class SavedRecord:
         Of the samples, as `Record.digest`.
     injected_at : str or None
         What a recorded test signal was added to.
+    windows : tuple of (float, float)
+        As of a `Record`.
     """
 
     provenance: Provenance
@@ -55,6 +57,7 @@ class SavedRecord:
     masked: tuple[tuple[int, int], ...]
     digest: str
     injected_at: str | None = None
+    windows: tuple[tuple[float, float], ...] = ()
 
     def __len__(self) -> int:
         return self.samples
@@ -298,6 +301,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         masked=written.masked,
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
+        windows=written.windows or (),
     )
 
 
