@@ -259,7 +259,7 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     law = quiet.axis.axis.control
     sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
-    made = _held("raw" if law is None or law.continuous or sensed else "zoh")
+    made = delay_of_hold("raw" if law is None or law.continuous or sensed else "zoh")
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
     given = (rows, made, reduced.known, regressor, Z, simulated)
@@ -267,20 +267,28 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 
-def _held(hold: str | None) -> float:
+def delay_of_hold(hold: str | None) -> float:
     """The delay that a hold takes, samples."""
     return 0.5 if hold == "zoh" else 0.0
 
 
 def alignment_check(
-    preferred: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
+    preferred: Estimate,
+    profile: Alignment | Missing,
+    hold: str,
+    *,
+    weak: bool,
+    remedy: Remedy | None = None,
 ) -> Check | Missing:
-    """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
+    """The delay that fits best against the one that the hold takes; `weak` are the instruments.
+
+    The `remedy` is for a force that acts whole samples after it is recorded.
+    """
     if isinstance(profile, Missing):
         return profile
     if weak:
         return Missing("the instruments are too weak to measure a delay")
-    used = _held(hold)
+    used = delay_of_hold(hold)
     apart = profile.best - used
     if profile.deviation > MAX_DELAY_DEVIATION.value:
         return Missing(
@@ -297,6 +305,7 @@ def alignment_check(
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
     other, moves = _other_hold(profile, hold), f"A sample of delay moves {moved}"
+    advice = remedy if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -308,8 +317,8 @@ def alignment_check(
         threshold=MAX_MISALIGNMENT.value,
         source="samples between the delay of least equation error and the one that is used, unless "
         "two deviations of it are more; a drive that holds its force is half a sample late",
-        meaning=fits if aligned else f"{fits}. {moves}" if other is None else f"{fits}. ",
-        remedy=None if aligned or other is None else Remedy.of("Try ", other, f". {moves}"),
+        meaning=fits if aligned else f"{fits}. {moves}" if advice is None else f"{fits}. ",
+        remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
 
 

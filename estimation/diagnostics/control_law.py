@@ -141,13 +141,13 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
+    repair = None if passed else _repair(axis, law, record, settle, declared, shift)
     fault = _slightly(law, scaled, lean, factors, axis.axis.drive.unit)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
         fault = _fault(law, factors, declared, fitted, shift, delay, constant)
-        remedy = _unnamed(record, fitted, shift, constant)
+        remedy = _unnamed(record, fitted, shift, constant) or _to_be_in_time(shift, delay)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -157,10 +157,11 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         if passed
-        else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
+        else f"the recorded control is not the declared law's ({declared:.3g} % off), but "
+        f"{repair.text}"
         if repair
         else fault,
-        remedy=None if passed or repair else remedy,
+        remedy=None if passed else repair.remedy if repair else remedy,
     )
 
 
@@ -212,13 +213,22 @@ def _other_clock(note: Note) -> LawCheck:
 
 
 def _repair(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float
-) -> str:
-    """What would make the law fit: columns changed, or its velocity formed otherwise; or empty."""
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float, shift: int
+) -> Note | None:
+    """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
+
+    Where the control is only some samples early or late, there is nothing else to mend.
+    """
     good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
+    if shift:
+        if _off(axis, law, record.shifted(control=-shift), settle) < good:
+            return None
+        return _moved_column(axis, law, record, settle, good)
     for said, changed in _changed_columns(record):
         if _off(axis, law, changed, settle) < good:
-            return f"it is with {said}"
+            return Note(f"it is with {said}")
+    if moved := _moved_column(axis, law, record, settle, good):
+        return moved
     offs = {
         name: _off(
             build(replace(axis.axis, control=variant), native=False), variant, record, settle
@@ -227,10 +237,30 @@ def _repair(
     }
     best = min(offs, key=lambda name: offs[name], default="")
     if not best or offs[best] >= good:
-        return ""
-    return (
+        return None
+    return Note(
         f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
         "the velocity in another way: declare that"
+    )
+
+
+def _moved_column(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
+) -> Note | None:
+    """The reference or the position some samples earlier or later, where the law fits them so."""
+    offs = {
+        (role, samples): _off(axis, law, record.shifted(**{role: samples}), settle)
+        for samples in (1, -1, 2, -2)
+        for role in ("reference", "position")
+    }
+    role, samples = min(offs, key=lambda moved: offs[moved])
+    if offs[role, samples] >= good:
+        return None
+    way = "later" if samples > 0 else "earlier"
+    return Note(
+        f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: where the "
+        "log wrote it at another time, move it with ",
+        Remedy.of(Setting("shift", f"{role}={samples}")),
     )
 
 
@@ -505,16 +535,25 @@ def _fault(
 
 
 def _clock(shift: int, delay: int | None) -> str:
+    """By how much a control is not in time, up to what to do."""
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == _MOST_SHIFT:
         return f"it is shifted by {samples} or more; check the clocks and the columns"
-    if delay is None:
-        return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; check the clocks"
-    if delay + shift < 0:
-        return f"it comes {samples} before the law could give it; check the clocks and the columns"
-    return (
-        f"it comes {samples} {'later' if shift > 0 else 'earlier'}; declare delay={delay + shift}, "
-        "or check the clock"
+    if delay is not None and delay + shift < 0:
+        return f"it comes {samples} before the law could give it; "
+    return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; "
+
+
+def _to_be_in_time(shift: int, delay: int | None) -> Remedy | None:
+    """What puts a control in time with the law; which of them, the law alone does not tell."""
+    if not shift or abs(shift) == _MOST_SHIFT:
+        return None
+    wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
+    known = delay is not None and delay + shift >= 0
+    return Remedy.of(
+        f"declare delay={(delay or 0) + shift}, or, " if known else "",
+        f"where the log writes the control {wrong}, move it with ",
+        Setting("shift", f"control={-shift}"),
     )
 
 

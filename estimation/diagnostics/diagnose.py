@@ -18,6 +18,7 @@ from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
 from .filter_bias import filter_bias
 from .force import force_check, limit_check
+from .in_time import timing_remedy
 from .left_over import (
     changes_check,
     constant_check,
@@ -118,7 +119,8 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 def _alignment(case: Case) -> Check | Missing:
     hold = str(case.data.prefilter.hold)
-    return alignment_check(case.preferred, case.alignment, hold, weak=case.weak)
+    remedy = timing_remedy(case.timing, case.data.axis.axis.control)
+    return alignment_check(case.preferred, case.alignment, hold, weak=case.weak, remedy=remedy)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

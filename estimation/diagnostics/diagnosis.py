@@ -18,6 +18,7 @@ from .alignment import Alignment, alignment_of
 from .check import Check
 from .control_law import LawCheck, check_law
 from .excitation import Excitation, excitation
+from .in_time import ForceTiming, force_timing, law_in_time
 from .instruments import (
     Endogeneity,
     InstrumentTests,
@@ -91,7 +92,18 @@ class Case:
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""
-        return check_law(self.data.axis, self.data.record)
+        found = check_law(self.data.axis, self.data.record)
+        if isinstance(found, Missing) or not found.delay:
+            return found
+        return law_in_time(found, self.data.axis.axis.control, self.timing)
+
+    @cached_property
+    def timing(self) -> ForceTiming | Missing:
+        """Whole samples between where the force is recorded and where it acts."""
+        data, profile = self.data, self.alignment
+        if self.weak:
+            return Missing("the instruments are too weak to measure a delay")
+        return force_timing(data.axis, data.record, profile, str(data.prefilter.hold))
 
     @cached_property
     def instruments(self) -> InstrumentTests | None:

@@ -36,7 +36,8 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     for one, other in pairwise(found):
         if other[0] < one[1]:
             raise UsageError(
-                f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them as one."
+                f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
+                "as one."
             )
     return tuple(found)
 
@@ -49,8 +50,8 @@ def _checked(window: object) -> Window:
     stop = math.inf if pair[1] is None else float(pair[1])
     if not start < stop or start == math.inf or stop == -math.inf:
         raise UsageError(
-            f"the window {windows_text([(start, stop)])} does not end after it begins; give the earlier "
-            "time first."
+            f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
+            "earlier time first."
         )
     return start, stop
 
@@ -98,8 +99,8 @@ def rows_within(
     for start, stop in windows:
         if start > last + close or stop < first - close:
             raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose time "
-                f"goes from {first:.9g} to {last:.9g} s; give times of the log."
+                f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
+                f"time goes from {first:.9g} to {last:.9g} s; give times of the log."
             )
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
@@ -107,7 +108,8 @@ def rows_within(
         if end - begin < fewest:
             holds = "no sample" if end <= begin else f"{end - begin} samples"
             raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it longer."
+                f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
+                "longer."
             )
         spans.append((begin, end))
     return tuple(spans)
