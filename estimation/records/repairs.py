@@ -7,6 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from axisid.estimation.records.columns import modulus_si
+from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
@@ -14,10 +16,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 
-from .clipping import Mask
-from .role_units import modulus_si
 from .shifts import checked_shifts
-from .wrapping import Modulus
 
 Span = tuple[int, int]
 

@@ -24,7 +24,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics import LawCheck
+from axisid.estimation.diagnostics.loop import LawCheck
 from axisid.support.remedy import as_options
 
 TRUTH = {"J": 0.0021, "b": 0.0080, "c": 0.045}
