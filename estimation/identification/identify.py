@@ -5,14 +5,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import (
-    COVARIANCES,
-    METHODS,
-    Estimate,
-    Problem,
-    bound_record,
-    estimate_by,
-)
+from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.methods import METHODS, bound_record, estimate_by
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter

@@ -19,7 +19,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
 from .forms import Equations, InverseForm
-from .linear import Factored, factor, least_squares
+from .linear import QrFactors, factor, least_squares
 
 _SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # times the nominal value
 _MOST_STARTS = 125
@@ -44,7 +44,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     """
     from scipy.optimize import least_squares as minimise
 
-    search = _Projected(form, rows)
+    search = _Projection(form, rows)
     starts = sorted(search.starts(), key=search.error)
     if not np.isfinite(search.error(starts[0])):
         said = Note.of(
@@ -81,7 +81,7 @@ def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
 def damped_step(
     form: InverseForm,
     rows: Callable[[InverseForm], Equations],
-    instruments: Factored,
+    instruments: QrFactors,
     start: Array,
     goal: Array,
 ) -> Array:
@@ -126,7 +126,7 @@ def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
     )
 
 
-class _Projected:
+class _Projection:
     """The residuals as a function of the nonlinear parameters alone."""
 
     def __init__(self, form: InverseForm, rows: Callable[[InverseForm], Equations]) -> None:

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.estimates import METHODS, Instruments, bound_record
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.identification import Identification
+from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     loop_reference,
@@ -31,8 +31,8 @@ from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.shown import Shown
 
 from .anew import Anew, estimated_anew, least_mean_square
 
@@ -117,7 +117,7 @@ class MethodValidation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Validation(Shown, Exact):
+class Validation(Presentable, Exact):
     """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
 
     Attributes

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from .document import Align, Cell, Column, Noted, Quantity, Table
+from .document import Align, Cell, Column, NotedText, Quantity, Table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ def joined(cell: Cell) -> str:
             return cell
         case Quantity():
             return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
-        case Noted():
+        case NotedText():
             told = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
             return f"{told} ({cell.note})" if cell.note else told
         case _:

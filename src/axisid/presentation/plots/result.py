@@ -180,7 +180,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
 
 
 @dataclass(frozen=True, slots=True)
-class _Drawn:
+class _MethodStyle:
     """How a method is drawn."""
 
     method: str
@@ -188,7 +188,7 @@ class _Drawn:
     dashed: bool
 
 
-def _drawn(sweep: Sweep) -> list[_Drawn]:
+def _drawn(sweep: Sweep) -> list[_MethodStyle]:
     """The methods of a sweep from the lowest layer: least squares, dashed, below instruments.
 
     The first of a kind has the kind's colour, whatever its name; further ones have those left.
@@ -200,12 +200,12 @@ def _drawn(sweep: Sweep) -> list[_Drawn]:
         kinds[method] = with_instruments, not with_instruments and not estimate.is_direct
     further, free = cycle(_FURTHER), dict(_TONES)
     return [
-        _Drawn(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
+        _MethodStyle(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
         for method, kind in sorted(kinds.items(), key=lambda item: item[1])
     ]
 
 
-def _curve(sweep: Sweep, name: str, drawn: _Drawn) -> Series:
+def _curve(sweep: Sweep, name: str, drawn: _MethodStyle) -> Series:
     """A parameter by one method over the cut-offs."""
     found = [
         (cutoff, estimate.parameters[name])

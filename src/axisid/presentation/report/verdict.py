@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 
-from axisid.estimation.diagnostics import Check, by_weight, conclusion
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.presentation.html import (
     STATUS_CLASSES,
     checks_html,

@@ -4,8 +4,8 @@ In: a file. Out: its document, typed; the JSON schema.
 Knows nothing of results and how they are made.
 """
 
+from .base import JsonObject as JsonObject
 from .base import Matrix as Matrix
-from .base import Written as Written
 from .comparison import WrittenCandidate as WrittenCandidate
 from .comparison import WrittenComparison as WrittenComparison
 from .comparison import WrittenCriteria as WrittenCriteria
@@ -49,7 +49,7 @@ from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
 from .stream import WrittenStream as WrittenStream
 from .values import WrittenDirectValue as WrittenDirectValue
-from .values import WrittenDrawn as WrittenDrawn
+from .values import WrittenDrawSummary as WrittenDrawSummary
 from .values import WrittenKnown as WrittenKnown
 from .values import WrittenPhysical as WrittenPhysical
 from .values import WrittenValue as WrittenValue

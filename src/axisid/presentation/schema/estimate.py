@@ -5,12 +5,12 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Matrix, Written, about
+from .base import JsonObject, Matrix, about
 from .residuals import WrittenResidualTests
-from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
+from .values import WrittenDirectValue, WrittenDrawSummary, WrittenPhysical, WrittenValue
 
 
-class WrittenEstimate(Written, frozen=True, kw_only=True):
+class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     """One method's estimate."""
 
     method: Annotated[str, about("As identify takes it.")]
@@ -64,7 +64,9 @@ class WrittenEstimate(Written, frozen=True, kw_only=True):
     ] = UNSET
     residual_tests: WrittenResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET
+    drawn: Annotated[
+        Mapping[str, WrittenDrawSummary] | UnsetType | None, about("With --draws.")
+    ] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,

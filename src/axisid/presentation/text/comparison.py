@@ -4,7 +4,8 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from axisid.estimation.diagnostics import Check, within_bounds
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import within_bounds
 from axisid.estimation.estimates import Value
 from axisid.estimation.studies import Candidate, Comparison, NestedTest, ParameterCheck
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL

@@ -2,14 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.estimation.diagnostics import (
-    Alignment,
-    Check,
-    Diagnosis,
-    Endogeneity,
-    InstrumentTests,
-    LawCheck,
-)
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
