@@ -1,7 +1,7 @@
-"""Estimates by each method.
+"""What an estimator returns.
 
-In: `Problem`, `Method`. Out: `Estimate` with its `Value` of each parameter.
-Knows nothing of verdicts and of how it is shown.
+In: the solution of a regression. Out: `Estimate` with its `Value` of each parameter, physical ones.
+Knows nothing of methods, of verdicts and of how it is shown.
 """
 
 from .covariances import COVARIANCES as COVARIANCES
