@@ -255,7 +255,16 @@ def test_rooms_know_no_library_that_is_not_theirs(
         "codegen.native": {"sympy", "matplotlib", "click"},
         **{
             f"presentation.{room}": {"matplotlib", "click", "rich"}
-            for room in ("blocks", "formulas", "html", "plots", "text", "schema", "documents", "saved")
+            for room in (
+                "blocks",
+                "formulas",
+                "html",
+                "plots",
+                "text",
+                "schema",
+                "documents",
+                "saved",
+            )
         },
     }
     for room, packages in banned.items():

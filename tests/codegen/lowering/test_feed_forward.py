@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings
-from tests.estimation.estimates.test_partially_linear import stribeck_axis
 
 from axisid import (
     Axis,
@@ -41,6 +40,7 @@ from tests.axes.drives import braked, varying
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
+from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.strategies.expressions import expressions, operations
 
 Functions = dict[str, Callable[..., float]]

@@ -17,7 +17,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from tests.codegen.runtime.placed import placed_library
 
 from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -34,6 +33,7 @@ from axisid.modeling.declaration.drive import Drive
 from axisid.modeling.quantities.symbols import Parameter
 from tests.axes.bodies import body, rotor, turn
 from tests.axes.simulated import AXES
+from tests.codegen.native.placed import placed_library
 
 DECLARED = {**{name: load_axis(name) for name in LIBRARY}, **AXES}
 STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]

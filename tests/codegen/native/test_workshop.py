@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.codegen.runtime.placed import placed_library
 
 from axisid import build, derive, load_axis
 from axisid.codegen.artefacts.texts import axis_artefacts
@@ -21,6 +20,7 @@ from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.native.native import Native
 from axisid.codegen.native.workshop import Workshop
+from tests.codegen.native.placed import placed_library
 
 
 @functools.cache

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 
 from axisid import (
     EstimationError,
@@ -28,6 +27,7 @@ from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.modeling import LIBRARY
 from tests.axes.unseen import with_bump, with_stribeck
+from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 
 
 def reach_of(axis: GeneratedAxis, record: Record) -> Reach:

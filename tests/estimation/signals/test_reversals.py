@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
 
 from axisid import (
     Prefilter,
@@ -20,6 +19,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
+from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 
 
 @pytest.fixture(scope="module")
