@@ -6,8 +6,8 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
-from .estimate import Iterate as Iterate
-from .estimate import NotSimulated as NotSimulated
+from .iterate import Iterate as Iterate
+from .iterate import NotSimulated as NotSimulated
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
 from .value import NamedValues as NamedValues
