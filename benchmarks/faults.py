@@ -153,7 +153,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
             axis = build(log.axis)
             record = read_record(log.columns, axis)
             result = identify(axis, record, prefilter_of(log.axis.name))
-            said = told(result)
+            said = doubts(result)
     except AxisidError as error:
         return "refused", str(error)
     except Hung:
@@ -167,7 +167,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
     return ("SILENT", wrong) if wrong else ("harmless", "")
 
 
-def told(result: Identification) -> str:
+def doubts(result: Identification) -> str:
     """The checks that fail, the methods that came to nothing, and the warnings of the reader."""
     said = [check.name for check in result.verdict if check.status == "fail"]
     said += [f"{method} failed" for method in result.failed]

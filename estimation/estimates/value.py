@@ -217,11 +217,11 @@ def derived_value(
             f"{function} is not a finite real number with finite derivatives at the estimate; "
             f"its value is {value:g}."
         )
-    bent = curvature(gradient, hessian)
-    if bent > MAX_CURVATURE.value:
+    second_order = curvature(gradient, hessian)
+    if second_order > MAX_CURVATURE.value:
         warnings.warn(
             f"{function} bends within the uncertainty: the second-order part of its standard "
-            f"deviation is about {bent:.2g} of the first; {advice}",
+            f"deviation is about {second_order:.2g} of the first; {advice}",
             RuntimeWarning,
             stacklevel=3,  # whoever called `derive`
         )

@@ -55,14 +55,14 @@ def identify(
     generated = as_generated(axis)
     _check_arguments(record, covariance)
     requested = _requested(methods)
-    asked = Prefilter.suited(record.period) if prefilter is None else prefilter
-    data = bound_record(generated, record, asked)
-    return identify_filtered(data, asked, requested, lags=lags, covariance=covariance)
+    as_given = Prefilter.suited(record.period) if prefilter is None else prefilter
+    data = bound_record(generated, record, as_given)
+    return identify_filtered(data, as_given, requested, lags=lags, covariance=covariance)
 
 
 def identify_filtered(
     data: FilteredRecord,
-    asked: Prefilter,
+    as_given: Prefilter,
     requested: Sequence[str] | None = None,
     *,
     lags: int | None = None,
@@ -91,7 +91,7 @@ def identify_filtered(
         estimates=estimates,
         skipped=skipped,
         failed=failed,
-        requested=asked,
+        requested=as_given,
     )
 
 

@@ -132,10 +132,10 @@ class Grid(Family):
         a, b, c = own[:, 0, 0], own[:, 1, 1], own[:, 0, 1]
         determinant = a * b - c**2
         whole = size[:, 0, 0] * size[:, 1, 1] - size[:, 0, 1] ** 2
-        told = determinant > MIN_OWN_PART.value**4 * whole
+        is_apart = determinant > MIN_OWN_PART.value**4 * whole
         u, v = product.T
-        found = (b * u**2 - 2 * c * u * v + a * v**2) / np.where(told, determinant, 1.0)
-        return np.where(told, found, 0.0)
+        found = (b * u**2 - 2 * c * u * v + a * v**2) / np.where(is_apart, determinant, 1.0)
+        return np.where(is_apart, found, 0.0)
 
     @cached_property
     def _products(self) -> Array:
@@ -319,8 +319,8 @@ def _waves(q: Array, factor: Array, periods: Array) -> Array:
 
 
 def _gain(product: Array, own: Array, size: Array) -> Array:
-    told = own > MIN_OWN_PART.value**2 * size
-    return np.where(told, product**2 / np.where(told, own, 1.0), 0.0)
+    is_apart = own > MIN_OWN_PART.value**2 * size
+    return np.where(is_apart, product**2 / np.where(is_apart, own, 1.0), 0.0)
 
 
 def _from(values: Array) -> Array:

@@ -68,7 +68,7 @@ class MethodValidation:
 
         The errors are compared with those on the estimate's own record.
         """
-        return self.fits and self.follows and not (self.anew and self.anew.moved)
+        return self.fits and self.follows and not (self.anew and self.anew.changed)
 
     @property
     def fits(self) -> bool:
@@ -218,10 +218,10 @@ class Validation(Presentable, Exact):
         )
 
     def _moved(self) -> Iterator[Note]:
-        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.moved}
-        said = {method: anew.told() for method, anew in found.items()}
-        for words in dict.fromkeys(said.values()):
-            methods = [method for method in said if said[method] == words]
+        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.changed}
+        texts = {method: anew.text() for method, anew in found.items()}
+        for words in dict.fromkeys(texts.values()):
+            methods = [method for method in texts if texts[method] == words]
             share = max(found[method].share_percent for method in methods)
             yield Note(
                 f"{', '.join(methods)}: does not hold on this record: estimated anew it has "

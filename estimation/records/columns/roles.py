@@ -40,7 +40,7 @@ class RoleColumns:
         notes: list[str] = []
         without_unit: dict[str, str] = {}
         chosen, without = _choose(table, axis, requested, has_period=has_period)
-        notes += self._placed(table.source, chosen, requested, axis, asked=bool(injected_at))
+        notes += self._placed(table.source, chosen, requested, axis, has_place=bool(injected_at))
         for role, (name, unit, by_user) in chosen.items():
             column = table.columns[name]
             samples = column.read()
@@ -74,7 +74,7 @@ class RoleColumns:
         requested: Mapping[str, str],
         axis: Axis | None,
         *,
-        asked: bool,
+        has_place: bool,
     ) -> list[str]:
         """What is said of where the test signal enters; without a place it is not taken.
 
@@ -84,7 +84,7 @@ class RoleColumns:
             It was named and nothing says where it enters, or the other way round.
         """
         if "injected" not in chosen:
-            if asked:
+            if has_place:
                 raise UsageError(
                     f"{source}: no column is the test signal that is added to the "
                     f"{self.injected_at}; ",

@@ -247,7 +247,7 @@ def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
 
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:
     """A paragraph of sentences; plain texts among them are filled or stay on one line."""
-    told = (
+    parts = (
         Sentence(text=each, filled=filled) if isinstance(each, str) else each for each in sentences
     )
-    return Paragraph(sentences=tuple(told), title=title)
+    return Paragraph(sentences=tuple(parts), title=title)

@@ -75,11 +75,11 @@ def _heads(column: Column) -> Iterator[str]:
 
 def _texts(cell: Cell, column: Column) -> Iterator[str]:
     """One text for the value and one for each part; what is not told stays empty."""
-    told: tuple[str, ...] = (joined(cell),)
+    texts: tuple[str, ...] = (joined(cell),)
     if isinstance(cell, Quantity) and column.parts:
-        told = (cell.value, cell.deviation, *cell.more)
-    yield from told
-    yield from ("",) * (1 + len(column.parts) - len(told))
+        texts = (cell.value, cell.deviation, *cell.more)
+    yield from texts
+    yield from ("",) * (1 + len(column.parts) - len(texts))
 
 
 def joined(cell: Cell) -> str:
@@ -90,7 +90,7 @@ def joined(cell: Cell) -> str:
         case Quantity():
             return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
         case NotedText():
-            told = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
-            return f"{told} ({cell.note})" if cell.note else told
+            text = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
+            return f"{text} ({cell.note})" if cell.note else text
         case _:
             return ""

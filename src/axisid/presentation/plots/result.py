@@ -245,15 +245,15 @@ def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
     """What to see in a figure of a sweep."""
-    told = [
+    sentences = [
         "Less the filter's own bias, with 95 % intervals.",
         "Least squares drifts where noise begins to bias it, instruments stay.",
     ]
     if cut:
-        told.append("The scale is the instruments', so that least squares may leave a panel.")
+        sentences.append("The scale is the instruments', so that least squares may leave a panel.")
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
-    told += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*told, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
+    sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
+    return " ".join([*sentences, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
 
 
 def _times(record: Record) -> Array:

@@ -212,9 +212,12 @@ def _notes(result: Identification, wording: Wording) -> str:
 
 
 def _validation(validation: Validation, wording: Wording) -> str:
-    told = record_facts(validation.record, wording)
+    heading = record_facts(validation.record, wording)
     # Names that a file brings stay as they are.
-    facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
+    facts = [
+        f"On {heading['record']}.",
+        *(f"{heading[k]}." for k in ("assumed", "repaired") if heading[k]),
+    ]
     about = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
     table = _scrolled(validation_table(validation, wording))
     return f"<h2>The estimates, frozen, on a second record</h2>{about}{table}"

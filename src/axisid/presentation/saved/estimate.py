@@ -288,8 +288,8 @@ class SavedEstimate(Presentable):
         """
         covariance = self.covariances[self.chosen]
         first = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
-        bent = hessian @ covariance
-        second = math.sqrt(max(float(np.trace(bent @ bent)), 0.0) / 2)
+        scaled = hessian @ covariance
+        second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
         return float(max(own, 0.0, *self.curvatures[gradient != 0]))
 

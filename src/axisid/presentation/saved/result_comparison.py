@@ -183,17 +183,17 @@ def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
 
 
 def _verdict(results: ResultComparison) -> Paragraph:
-    told = []
+    sentences = []
     for name, (first, second) in results.checks.items():
         states = [_status(first), _status(second)]
         line = f"{name}: {states[0]} in A, {states[1]} in B"
-        told.append(Sentence(text=line, filled=False))
-        told += [
+        sentences.append(Sentence(text=line, filled=False))
+        sentences += [
             Sentence(text=f"    {side}: {check.meaning}", hang=7)
             for side, check in zip("AB", (first, second), strict=True)
             if check is not None and check.status != "pass"
         ]
-    return paragraph(*told) if told else paragraph("the verdicts are the same")
+    return paragraph(*sentences) if sentences else paragraph("the verdicts are the same")
 
 
 def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
