@@ -16,7 +16,7 @@ from axisid.estimation.tables import Provenance, Repair
 from axisid.presentation.schema import (
     Matrix,
     WrittenDirectValue,
-    WrittenDrawSummary,
+    WrittenDrawn,
     WrittenEstimate,
     WrittenIdentification,
     WrittenKnown,
@@ -144,7 +144,7 @@ def estimate_dict(estimate: Estimate) -> dict[str, Any]:
 
 def estimate_document(
     estimate: Estimate,
-    drawn: Mapping[str, WrittenDrawSummary] | Any = UNSET,
+    drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
@@ -201,16 +201,16 @@ def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
     }
 
 
-def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawSummary]:
+def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
     """Every parameter over draws; None where no draw gave an axis."""
     return {
         name: _drawn_document(estimate.propagate(name, draws=draws)) for name in estimate.parameters
     }
 
 
-def _drawn_document(drawn: DrawSummary) -> WrittenDrawSummary:
+def _drawn_document(drawn: DrawSummary) -> WrittenDrawn:
     low, high = map(finite, drawn.interval)
-    return WrittenDrawSummary(
+    return WrittenDrawn(
         median=finite(drawn.median),
         interval_95=(low, high),
         draws=drawn.draws,

@@ -14,7 +14,7 @@ from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.schema import (
     Matrix,
-    WrittenDrawSummary,
+    WrittenDrawn,
     WrittenEstimate,
     WrittenPhysical,
     WrittenValue,
@@ -264,7 +264,7 @@ class SavedEstimate(Presentable):
             seed=drawn.seed,
         )
 
-    def _drawn(self, function: object, draws: object) -> WrittenDrawSummary:
+    def _drawn(self, function: object, draws: object) -> WrittenDrawn:
         """The draws of a parameter, if the file has them."""
         written = self.document.drawn or {}
         if not is_among(function, written):

@@ -49,7 +49,7 @@ from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
 from .stream import WrittenStream as WrittenStream
 from .values import WrittenDirectValue as WrittenDirectValue
-from .values import WrittenDrawSummary as WrittenDrawSummary
+from .values import WrittenDrawn as WrittenDrawn
 from .values import WrittenKnown as WrittenKnown
 from .values import WrittenPhysical as WrittenPhysical
 from .values import WrittenValue as WrittenValue

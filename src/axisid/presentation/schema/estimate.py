@@ -7,7 +7,7 @@ from msgspec import UNSET, UnsetType
 
 from .base import JsonObject, Matrix, about
 from .residuals import WrittenResidualTests
-from .values import WrittenDirectValue, WrittenDrawSummary, WrittenPhysical, WrittenValue
+from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
 
 
 class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
@@ -64,9 +64,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
     residual_tests: WrittenResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[
-        Mapping[str, WrittenDrawSummary] | UnsetType | None, about("With --draws.")
-    ] = UNSET
+    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,

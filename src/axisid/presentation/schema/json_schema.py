@@ -34,7 +34,7 @@ def results_schema() -> dict[str, Any]:
 
 def _name(of_class: str) -> str:
     """``WrittenHeldOut`` is ``held_out``."""
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", of_class.removeprefix("JsonObject")).lower()
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", of_class.removeprefix("Written")).lower()
 
 
 def _worded(part: Any) -> Any:

@@ -50,7 +50,7 @@ class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     expression: Annotated[str, about("In physical parameters.")]
 
 
-class WrittenDrawSummary(JsonObject, frozen=True, kw_only=True):
+class WrittenDrawn(JsonObject, frozen=True, kw_only=True):
     """One parameter over draws, mapped exactly."""
 
     median: float | None
