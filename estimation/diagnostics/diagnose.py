@@ -24,6 +24,7 @@ from axisid.estimation.diagnostics.loop import (
     law_check,
     limit_check,
     rest_check,
+    timing_remedy,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
@@ -43,7 +44,6 @@ from axisid.estimation.signals import FilteredRecord, rests_first
 from axisid.support.missing import Missing
 
 from .diagnosis import Case, Diagnosis, preferred_method
-from .in_time import timing_remedy
 
 _LAST = 100
 

@@ -15,22 +15,28 @@ from axisid.estimation.diagnostics.estimates import (
     instrument_tests,
     strength_check,
 )
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck, alignment_of, check_law
+from axisid.estimation.diagnostics.loop import (
+    Alignment,
+    ForceTiming,
+    LawCheck,
+    alignment_of,
+    check_law,
+    force_timing,
+    law_in_time,
+)
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 
-from .in_time import ForceTiming, force_timing, law_in_time
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Diagnosis(Exact):
     """What was measured of a result.
 
     Attributes

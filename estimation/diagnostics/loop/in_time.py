@@ -8,7 +8,6 @@ hold says; one that a logger writes as it is computed moves it whole samples lat
 from dataclasses import dataclass, replace
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck, check_law, delay_of_hold
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.diagnostics import (
     MAX_DELAY_DEVIATION,
@@ -18,6 +17,9 @@ from axisid.estimation.thresholds.diagnostics import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
+
+from .alignment import Alignment, delay_of_hold
+from .control_law import LawCheck, check_law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
