@@ -21,7 +21,7 @@ from axisid.estimation.records.faults import (
 from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import UsageError
 from axisid.support.given import given
@@ -39,7 +39,7 @@ def read_record(
     log: str | Path | object,
     axis: Axis | GeneratedAxis | None = None,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, str | Column] | None = None,
     sample_period: float | None = None,
     injected_at: str | None = None,
     windows: Iterable[tuple[float | None, float | None]] = (),
@@ -57,10 +57,11 @@ def read_record(
         Or a dataframe, or a mapping of column names to arrays.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
-    columns : mapping of str to str, optional
-        Column names by role, over those of the axis, each with a unit if it is not SI
-        (``"pos:mm"``). A role that neither names is looked for under its own name (``time``,
-        ``position``, ``reference``, ``control``, ``force``, ``injected``).
+    columns : mapping of str to str or Column, optional
+        Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
+        its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
+        (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
+        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``).
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
         ``"reference"``, over what the axis says.
@@ -107,7 +108,7 @@ def read_record(
     found = RoleColumns(
         table,
         declared,
-        dict(columns or {}),
+        column_texts(columns or {}),
         has_period=sample_period is not None,
         injected_at=injected_at,
     )

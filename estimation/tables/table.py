@@ -1,5 +1,6 @@
 """What a file holds before any column has a role: names, units as written, and what was assumed."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -46,12 +47,16 @@ class Column:
         Name and unit as they stand in the file, where the name was cut out of it.
     note : str
         What was assumed of it, a sentence with its name, told where it is chosen.
+    number : int
+        Its place in the file from 1, columns that hold no numbers among them; 0 where the places
+        are those of the table.
     """
 
     read: Callable[[], Samples]
     unit: str = ""
     label: str = ""
     note: str = ""
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +115,16 @@ class Table:
         if name in self.columns:
             return [name]
         labelled = [own for own, column in self.columns.items() if column.label == name]
-        return labelled or _ending(name, self.columns)
+        return labelled or _ending(name, self.columns) or self._numbered(name)
+
+    def _numbered(self, name: str) -> list[str]:
+        """The column of a number such as ``#3``."""
+        match = re.fullmatch(r"#([1-9]\d{0,5})", name)
+        places = {
+            column.number or place: own
+            for place, (own, column) in enumerate(self.columns.items() if match else (), 1)
+        }
+        return [places[int(match[1])]] if match and int(match[1]) in places else []
 
     def listed(self) -> str:
         """Names of the columns, for messages."""

@@ -47,6 +47,7 @@ class TableBuilder:
         Time stamps count from the first, or from the name's entry in `origins`.
         """
         array, note = np.asarray(values), ""
+        number = len(self.columns) + len(self.passed_over) + 1
         if array.dtype.kind == "M" and array.ndim == 1:
             note = f"{name}: time stamps counted from the first"
             stamps = array[~np.isnat(array)]
@@ -62,7 +63,8 @@ class TableBuilder:
         if self.room is not None:
             self.room.take(8 * array.size)
         numbers = array.astype(np.float64)
-        self.columns[name] = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+        column = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+        self.columns[name] = replace(column, number=number)
 
     def add_array(self, name: str, values: object) -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.

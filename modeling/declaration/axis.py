@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import UnionType
+from typing import Any
 
 import sympy
 
@@ -23,6 +24,7 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.given import given
 
+from .column import column_texts
 from .control import ControlLaw
 from .drive import Drive
 from .experiment import Experiment
@@ -53,8 +55,9 @@ class Axis:
         From control to force.
     control : ControlLaw or None
         The sampled law that closes the loop; instrumental variables need it.
-    columns : mapping of str to str
-        Column names of this axis's records by role (see `ROLES`).
+    columns : mapping of str to str or Column
+        Columns of this axis's records by role (see `ROLES`): names, with a unit or a scaling where
+        they are not SI, as ``--columns`` takes them; they are kept as texts.
     injected_at : str
         What the test signal in the column ``injected`` is added to: ``control``, before the drive's
         limit, or ``reference``. Empty where there is none, or where each record says it.
@@ -73,7 +76,7 @@ class Axis:
     force: sympy.Expr
     drive: Drive
     control: ControlLaw | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
     experiment: Experiment | None = None
     title: str = ""
     left_out: tuple[Parameter, ...] = ()
@@ -87,7 +90,7 @@ class Axis:
             raise ModelError(
                 f"axis {self.name!r}: the title {self.title!r} is not one line of text."
             )
-        object.__setattr__(self, "columns", FrozenMapping(self.columns))
+        object.__setattr__(self, "columns", FrozenMapping(column_texts(self.columns)))
         self._check_names()
         self._check_symbols()
         self._check_columns()

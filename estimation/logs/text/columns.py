@@ -77,11 +77,15 @@ def _plain(line: str, dialect: Dialect) -> list[str]:
 
 
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
-    """Columns by name, with their units; one without a name is left out."""
+    """Columns by name, with their units; one without a name is called by its number."""
     return {
-        name: replace(columns[k], unit=columns[k].unit or dialect.units[k], label=dialect.labels[k])
-        for k, name in enumerate(dialect.names)
-        if name
+        name or f"#{k}": replace(
+            columns[k - 1],
+            unit=columns[k - 1].unit or dialect.units[k - 1],
+            label=dialect.labels[k - 1],
+            number=k,
+        )
+        for k, name in enumerate(dialect.names, 1)
     }
 
 

@@ -80,7 +80,7 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
     [
         ("", "has 0 filled lines"),
         ("time,position\n", "has 1 filled lines"),
-        ("0.0,1.0\n0.1,2.0\n", "first row holds numbers"),
+        ("0.0,1.0\n0.1,2.0\n", "no column 'position'.*found #1, #2"),
         ("time,position,position\n0,1,2\n", "several columns: position.1, position.2"),
         ("time,position\n0,1\n1,x\n", "line 3: 'x' in column 'position' is not a number"),
         ("time,position\n0,1\n1\n", "line 3: 1 cells where the header names 2"),

@@ -95,8 +95,9 @@ _OPTIONS = (
     click.option(
         "--columns",
         metavar="ROLE=NAME[:UNIT],...",
-        help="Columns; roles: time, position, reference, control, force, injected (a test signal); "
-        "units such as mm, deg, ms, mA.",
+        help="Columns by name or number (#3); roles: time, position, reference, control, force, "
+        "injected (a test signal); units such as mm, deg, ms, mA, or a scaling: "
+        "position=inc:counts*360deg/4096/50+0.2deg.",
     ),
     click.option(
         "--injected-at",
