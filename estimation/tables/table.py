@@ -50,6 +50,8 @@ class Column:
     number : int
         Its place in the file from 1, columns that hold no numbers among them; 0 where the places
         are those of the table.
+    texts : sequence of str
+        Its cells, where it holds text.
     """
 
     read: Callable[[], Samples]
@@ -57,6 +59,7 @@ class Column:
     label: str = ""
     note: str = ""
     number: int = 0
+    texts: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +85,8 @@ class Table:
         More to say where a column is not found, such as how to save what cannot be read.
     passed_over : mapping of str to str
         What is no column, by its name: what it holds.
+    texts : mapping of str to sequence of str
+        Cells of the columns that hold text, by name.
     warnings : tuple of str
         What the library that read the file says is wrong with it.
     incomplete : int
@@ -97,6 +102,7 @@ class Table:
     path: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
     incomplete: int = 0
 

@@ -26,12 +26,15 @@ class TableBuilder:
         The first time stamps by column, for what is read in blocks.
     room : Room or None
         The memory that there is for the columns; None where they are in memory already.
+    texts : dict
+        As in `Table`.
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
     passed_over: dict[str, str] = field(default_factory=dict)
     origins: dict[str, np.datetime64] = field(default_factory=dict)
     room: Room | None = None
+    texts: dict[str, list[str]] = field(default_factory=dict)
 
     def add(
         self,
@@ -59,6 +62,8 @@ class TableBuilder:
             array, unit = array / np.timedelta64(1, "s"), "s"
         if array.dtype.kind not in "fiub" or array.ndim != 1:
             self.passed_over[label or name] = _content(array)
+            if array.ndim == 1 and self.passed_over[label or name] == "text":
+                self.texts[label or name] = [str(cell) for cell in array]
             return
         if self.room is not None:
             self.room.take(8 * array.size)
@@ -98,6 +103,7 @@ class TableBuilder:
             notes=notes,
             missing=missing,
             passed_over=self.passed_over,
+            texts=self.texts,
             warnings=warnings,
         )
 

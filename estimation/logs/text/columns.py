@@ -179,7 +179,7 @@ def _of_text(
         else:
             return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
     where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
 
 
 def _tail_hint(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:

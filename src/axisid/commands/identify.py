@@ -172,8 +172,8 @@ def identify(
 
     AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
     rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
-    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS or a
-    ROS bag. Values are SI unless the file or --columns says otherwise.
+    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
+    a ROS bag. Values are SI unless the file or --columns says otherwise.
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
