@@ -5,10 +5,10 @@ import io
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from axisid.estimation.tables import library
 from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
@@ -47,8 +47,8 @@ def _zstd(file: Path, content: bytes) -> Any:
     )
     for name, opened in ways:
         try:
-            return opened(import_module(name))
-        except ImportError:
+            return opened(library(name, "zstd", file))
+        except DataError:
             continue
     raise DataError(
         f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "

@@ -125,11 +125,11 @@ def test_without_a_library_zstd_is_told_with_what_to_install(
 ) -> None:
     import axisid.estimation.logs.packings as packings
 
-    def missing(name: str) -> None:
-        raise ImportError(name)
+    def missing(*name: object) -> None:
+        raise DataError(f"{name} is not installed")
 
     packed = tmp_path / "log.csv.zst"
     packed.write_bytes(b"\x28\xb5\x2f\xfd" + bytes(20))
-    monkeypatch.setattr(packings, "import_module", missing)
+    monkeypatch.setattr(packings, "library", missing)
     with pytest.raises(DataError, match="pip install zstandard"):
         read_record(packed)
