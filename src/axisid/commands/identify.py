@@ -61,7 +61,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="Estimator; all runs what axis and record allow and says what it left out.",
 )
 @filter_options(
-    cutoff="Butterworth low-pass.  [default: 60]",
+    cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
     order="Its order.  [default: 4]",
     decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
     decimation="Rows aligned to the record's end or start.  [default: matlab]",
