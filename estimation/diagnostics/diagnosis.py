@@ -33,10 +33,11 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Diagnosis(Exact):
+class Diagnosis(Presentable, Exact):
     """What was measured of a result.
 
     Attributes

@@ -23,6 +23,7 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.given import given
+from axisid.support.presentable import view_of
 
 from .column import column_texts
 from .control import ControlLaw
@@ -103,6 +104,10 @@ class Axis:
     def __str__(self) -> str:
         title = f": {self.title}" if self.title else ""
         return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: its equation of motion and what follows from it."""
+        return str(view_of("axis_html", self))
 
     @property
     def unchecked_terms(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import by_weight, conclusion
+from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
@@ -29,7 +29,7 @@ from axisid.presentation.formulas import decimals
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
-from .details import details_document
+from .details import checks_table, details_document
 from .moves import band_row, moves_notes
 from .physical import physical_notes
 from .quantity import places, quantity
@@ -274,6 +274,11 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     passed = tuple(check.name for check in checks if check.status == "pass")
     judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
+
+
+def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -> Document:
+    """What was checked of a result, as a verdict and with every check's figures."""
+    return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
 
 
 def left_out_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
