@@ -113,7 +113,7 @@ def _normality(case: Case) -> Check:
 
 
 def _filter_bias(case: Case) -> Check | Missing:
-    return filter_bias(case.preferred, case.data.prefilter.reversals)
+    return filter_bias(case.preferred, has_reversals=case.data.could_leave_out)
 
 
 def _alignment(case: Case) -> Check | Missing:

@@ -1,6 +1,7 @@
 """From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
     BOUND_TOLERANCE,
     MAX_STARTING_SPEED,
+    MIN_PRINTED_FILTER_BIAS,
     MIN_ROWS_PER_PARAMETER,
     NO_RELATION,
 )
@@ -59,7 +61,8 @@ def estimate_by(
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
-    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical)
+    deviation = np.sqrt(np.diag(mapped[covariance]))
+    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical, deviation)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
@@ -143,7 +146,7 @@ def _row_times(problem: Problem) -> Array | None:
 
 
 def _noise_free_and_slopes(
-    form: Form, problem: Problem, fit: Fit, physical: Array
+    form: Form, problem: Problem, fit: Fit, physical: Array, deviation: Array
 ) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
     """What the filter makes of the estimate's own loop, and what the gain moves it by."""
     quiet: NoiseFree | None = None
@@ -154,7 +157,31 @@ def _noise_free_and_slopes(
     if fit.follows:
         with suppress(DataError, EstimationError):  # nor those of a simulated record
             quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
+            quiet = _at_corrected(form, problem, fit, physical, deviation, quiet)
     return quiet, slopes
+
+
+def _at_corrected(
+    form: Form,
+    problem: Problem,
+    fit: Fit,
+    physical: Array,
+    deviation: Array,
+    quiet: NoiseFree,
+) -> NoiseFree:
+    """Rows of the loops with the filter's bias (p,) taken off, where it is no trifle.
+
+    Where the estimate is biased by several deviations (p,), so are its loops: what they leave
+    behind the filter is not what the axis itself leaves there.
+    """
+    if np.all(np.abs(quiet.bias) <= MIN_PRINTED_FILTER_BIAS.value * deviation):
+        return quiet
+    corrected = physical - quiet.bias
+    with suppress(DataError, EstimationError):
+        loops, *_ = problem.simulated(form, corrected)
+        again = noise_free(form, problem, loops, corrected, fit.instruments)
+        return replace(again, bias=quiet.bias, again=again.bias)
+    return quiet
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

@@ -41,11 +41,15 @@ class NoiseFree:
         estimate.
     bias : (p,) array
         What that moves the physical parameters by.
+    again : (p,) array or None
+        The same of the loops simulated with the estimate less that bias, whose rows the others then
+        are; None where that was not tried, as the bias is small, or came to nothing.
     """
 
     regressor: Array
     residuals: Array
     bias: Array
+    again: Array | None = None
 
 
 def noise_free(

@@ -31,6 +31,7 @@ from .propagation import bend as bend
 from .propagation import drawn_parameters as drawn_parameters
 from .propagation import summarised as summarised
 from .residual_tests import ResidualTests as ResidualTests
+from .residual_tests import excess_kurtosis as excess_kurtosis
 from .residual_tests import residual_tests as residual_tests
 from .simulated_rows import LoopDataError as LoopDataError
 from .simulated_rows import loop_reference as loop_reference

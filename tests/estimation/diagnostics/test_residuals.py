@@ -49,7 +49,7 @@ def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
             SimpleNamespace(name="Fv", label="Fv", expression=""),
         ],
     )
-    settled = {"y": residuals, "Z": None, "period": 1e-3, "times": None}
+    settled = {"y": residuals, "Z": None, "period": 1e-3, "times": None, "noise_free": None}
     rows = 10 * np.arange(len(residuals))
     return cast(
         Estimate,
