@@ -10,8 +10,10 @@ from axisid.estimation.regression import (
     Covariance,
     DirectForm,
     Form,
+    StepsError,
     condition_number,
     delta_method,
+    encoder_step,
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
@@ -27,7 +29,7 @@ from axisid.support.remedy import Note
 
 from .covariances import COVARIANCES
 from .estimate import Estimate, NotSimulated
-from .filter_bias import NoiseFree, noise_free, slopes_by_gain
+from .filter_bias import NoiseFree, encoder_error, noise_free, slopes_by_gain
 from .method import Fit, Method
 from .problem import Problem
 
@@ -58,6 +60,12 @@ def estimate_by(
     physical, jacobian = form.physical(solution.theta)
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
     covariances = _covariances(method, fit, models)
+    names = {name: c.describe(solution) for name, c in models.items()}
+    stepped = _encoder_error(form.at(physical), problem, fit, physical, covariances["hac"])
+    for name in covariances:
+        if stepped is not None and COVARIANCES[name].allows_autocorrelation:
+            covariances[name] = covariances[name] + stepped.covariance
+            names[name] += _and_steps(stepped, problem)
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
@@ -92,7 +100,7 @@ def estimate_by(
         else relative_error_percent(y - fit.simulated, y),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
-        covariance_names={name: c.describe(solution) for name, c in models.items()},
+        covariance_names=names,
         remarks=tuple(map(Note.of, remarks)),
         covariance_model=models[covariance],
         chosen=covariance,
@@ -159,6 +167,29 @@ def _noise_free_and_slopes(
             quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
             quiet = _at_corrected(form, problem, fit, physical, deviation, quiet)
     return quiet, slopes
+
+
+def _encoder_error(
+    form: Form, problem: Problem, fit: Fit, physical: Array, covariance: Array
+) -> StepsError | None:
+    """What the encoder's steps do, against a covariance (k, k) of the fit."""
+    if not fit.follows:
+        return None
+    deviations = np.sqrt(np.diag(covariance))
+    with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
+        given = (fit.loops, physical, fit.instruments, deviations)
+        return encoder_error(form, problem, *given)
+    return None
+
+
+def _and_steps(stepped: StepsError, problem: Problem) -> str:
+    """What a covariance holds besides, for notes."""
+    steps = [encoder_step(problem.axis, data.record) for data in problem.data]
+    unit = problem.axis.axis.coordinate.unit
+    return (
+        f", with what {stepped.loops} simulated loops have by an encoder's steps of "
+        f"{max(steps):.3g} {unit}"
+    )
 
 
 def _at_corrected(

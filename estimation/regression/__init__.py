@@ -13,6 +13,10 @@ from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
 from .covariance import score_products as score_products
+from .encoder_steps import StepsError as StepsError
+from .encoder_steps import encoder_step as encoder_step
+from .encoder_steps import stepped_loops as stepped_loops
+from .encoder_steps import steps_error as steps_error
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
