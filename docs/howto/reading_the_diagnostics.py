@@ -129,7 +129,7 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | alignment | the force fits the motion best at another delay | `hold`, or the clock of the log |
 # | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
 # | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
-# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations | declare the `offset` that is proposed, or mend the converter |
+# | constant force | a constant beside the model's terms is more than 1 % of the force, and three deviations; a note where a missing term is named, which may make it | declare the `offset` that is proposed, or mend the converter |
 # | ripple | one frequency, over time or position, is 15 % of the residuals' power or more; a note | the cut-off that is proposed, or `cogging` with the period |
 #
 # `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).

@@ -145,7 +145,7 @@ def _limit(case: Case) -> Check | None:
 
 
 def _constant(case: Case) -> Check | Missing:
-    return constant_check(case.preferred, case.data.weights, case.law)
+    return constant_check(case.preferred, case.data.weights, case.law, case.lacking)
 
 
 def _ripple(case: Case) -> Check | Missing:

@@ -22,6 +22,8 @@ from .linear import Solution
 from .simulated_rows import simulated_loops
 
 _LOOPS = 10
+#: Where the steps begin, as a share of one.
+STEP_SHARES = tuple((i + 0.5) / _LOOPS for i in range(_LOOPS))
 
 
 def encoder_step(axis: GeneratedAxis, record: Record) -> float:
@@ -82,7 +84,7 @@ def steps_error(
     deviations : (k,) array
         Of the estimate.
     """
-    first, *others = ((i + 0.5) / _LOOPS for i in range(_LOOPS))
+    first, *others = STEP_SHARES
     found = [solved(first)]
     if np.all(np.abs(found[0].theta - quiet) <= MIN_STEPS_SHIFT.value * deviations):
         return None
