@@ -53,7 +53,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             "first, ",
             search.reason(starts[0]),
         )
-        raise EstimationError(said.text, said.remedy)
+        raise EstimationError(said.text, said.remedy, code="failed-starts")
     found = [
         minimise(
             search.residuals,
@@ -148,7 +148,8 @@ class _Projection:
         if missing := [p.name for p in declared if p.nominal == 0]:
             raise EstimationError(
                 f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
-                "nominal value other than 0."
+                "nominal value other than 0.",
+                code="no-start",
             )
 
     def starts(self) -> list[Array]:

@@ -56,7 +56,8 @@ class FilteredRecord(Exact):
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out."
+                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                code="prefilter-type",
             )
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")

@@ -125,7 +125,10 @@ def sweep(
     check_record(record)
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
-        raise UsageError(f"the prefilter is {given(base)}; give a Prefilter, or leave it out.")
+        raise UsageError(
+            f"the prefilter is {given(base)}; give a Prefilter, or leave it out.",
+            code="sweep-prefilter",
+        )
     generated = as_generated(axis)
     rate = 1 / record.period
     if cutoffs is None:
@@ -134,7 +137,7 @@ def sweep(
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
         raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
     if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.")
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
     results: list[Identification] = []
     failures: dict[float, Note] = {}
     for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
@@ -180,7 +183,8 @@ def default_cutoffs(
     if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
         raise UsageError(
             f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
-            f"{_MOST_POINTS}, from a lower to a higher frequency."
+            f"{_MOST_POINTS}, from a lower to a higher frequency.",
+            code="cutoff-range",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
 
