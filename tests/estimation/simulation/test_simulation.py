@@ -33,6 +33,7 @@ from tests.axes.bodies import Fc, body, force_law, q
 from tests.axes.simulated import AXES
 from tests.estimation.exact_axis import ExactAxis, closed_loop
 from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
+from tests.refusals import refuses
 
 PERIOD = 1e-3
 FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
@@ -373,14 +374,14 @@ def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
     root = sympy.sqrt(MEASURED_POSITION - 1e-5)
     law = replace(axis.control, output=axis.control.output + root)
     broken = build(replace(axis, control=law), native=native)
-    with pytest.raises(EstimationError, match="position is not finite at sample"):
+    with refuses("loop-diverges", says="position is not finite at sample"):
         simulate(broken, broken.nominal, motion_of(broken), PERIOD)
 
 
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=native)
-    with pytest.raises(EstimationError, match=r"leaves the range at sample \d+ \(.* s\) with M ="):
+    with refuses("loop-diverges", says=r"leaves the range at sample \d+ \(.* s\) with M ="):
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
 
 
@@ -402,7 +403,7 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(
         "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
     )
-    with pytest.raises(EstimationError, match="changes the friction direction without end at sa"):
+    with refuses("loop-diverges", says="changes the friction direction without end at sa"):
         simulate(axis, theta, reference, PERIOD)
 
 
@@ -509,7 +510,7 @@ def test_bad_batches_are_explained(change: dict[str, Any], message: str) -> None
 
 def test_resolution_needs_a_sampled_law() -> None:
     axis = built("continuous")
-    with pytest.raises(UsageError, match="0 with a continuous law"):
+    with refuses("bad-resolution"):
         simulate(axis, axis.nominal, [0.0, 1e-3], PERIOD, resolution=1e-6)
 
 

@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator
 from axisid import DataError, Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.saved.result_comparison import compare_results
+from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -167,7 +168,7 @@ def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path
         content["verdict"][0].update(status="fail", meaning=None)
 
     for change in (lose, mix, unfold, hush):
-        with pytest.raises(DataError, match="lacks what its schema promises"):
+        with refuses("broken-schema"):
             compare_results(files[0], spoiled(files[0], tmp_path, change))
 
 
