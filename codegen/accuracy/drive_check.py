@@ -50,7 +50,8 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     raise ModelError(
         f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
         f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
-        f"gives {again[i]:.6g} {unit}; correct one of the two."
+        f"gives {again[i]:.6g} {unit}; correct one of the two.",
+        code="inverse-differs",
     )
 
 

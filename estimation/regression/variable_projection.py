@@ -122,7 +122,8 @@ def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
     return EstimationError(
         f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
         "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
-        "believe idm-ls, whose search ends within them, and check the model of the friction."
+        "believe idm-ls, whose search ends within them, and check the model of the friction.",
+        code="beyond-bounds",
     )
 
 

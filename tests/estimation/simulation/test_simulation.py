@@ -14,7 +14,6 @@ from scipy.integrate import solve_ivp
 from axisid import (
     EstimationError,
     ModelError,
-    UsageError,
     build,
     derive,
     load_axis,
@@ -456,55 +455,55 @@ def test_axis_held_exactly_at_its_friction_is_stuck() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "code", "says"),
     [
-        ({"parameters": [1.0, 2.0]}, "has 4 parameters .*; 2 were given"),
-        ({"parameters": [[1.0]]}, "parameters: the shape is"),
-        ({"reference": []}, "reference: the shape is"),
-        ({"reference": [0.0, np.nan]}, "reference is empty or not finite"),
-        ({"period": 0.0}, "period is 0.0 s"),
-        ({"period": np.nan}, "period is nan s"),
-        ({"position_noise": [0.0]}, "noise has 1 samples, the reference 3"),
-        ({"position_noise": [0.0, np.nan, 0.0]}, "give as many, finite"),
-        ({"injected": [0.0]}, "injected signal has 1 samples, the reference 3"),
-        ({"resolution": -1.0}, "resolution is -1.0"),
-        ({"substeps": -2}, "substeps are -2"),
-        ({"substeps": 2.5}, "substeps are 2.5"),
-        ({"substeps": 10**19}, "substeps are 1000"),
+        ({"parameters": [1.0, 2.0]}, "parameter-count", "4 parameters .*; 2"),
+        ({"parameters": [[1.0]]}, "not-one-row", "parameters:"),
+        ({"reference": []}, "not-one-row", "reference:"),
+        ({"reference": [0.0, np.nan]}, "bad-reference", ""),
+        ({"period": 0.0}, "simulation-period", "0.0"),
+        ({"period": np.nan}, "simulation-period", "nan"),
+        ({"position_noise": [0.0]}, "signal-length", "noise has 1 samples, the reference 3"),
+        ({"position_noise": [0.0, np.nan, 0.0]}, "signal-length", ""),
+        ({"injected": [0.0]}, "signal-length", "injected signal has 1 samples, the reference 3"),
+        ({"resolution": -1.0}, "bad-resolution", "-1.0"),
+        ({"substeps": -2}, "bad-substeps", "-2"),
+        ({"substeps": 2.5}, "bad-substeps", "2.5"),
+        ({"substeps": 10**19}, "bad-substeps", "1000"),
     ],
 )
-def test_bad_arguments_are_explained(arguments: dict[str, Any], message: str) -> None:
+def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says: str) -> None:
     given: dict[str, Any] = {
         "parameters": built("offset").nominal,
         "reference": [0.0, 1e-3, 0.0],
         "period": PERIOD,
         **arguments,
     }
-    with pytest.raises(UsageError, match=message):
+    with refuses(code, says):
         simulate(built("offset"), **given)
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "code", "says"),
     [
-        ({"parameters": np.ones((2, 3))}, "has 4 parameters"),
-        ({"reference": np.zeros((5, 3))}, r"reference \(5, 3\)"),
-        ({"position_noise": np.zeros((5, 3))}, "noise has the shape"),
-        ({"injected": np.zeros(4)}, "injected signal has the shape"),
-        ({"signals": ("speed",)}, "there is no signal speed"),
-        ({"start": [0.0]}, "one position a lane"),
-        ({"parameters": np.ones((0, 4))}, "at least one lane"),
-        ({"signals": "position"}, "list of names"),
-        ({"signals": ("before",)}, "direction_before"),
+        ({"parameters": np.ones((2, 3))}, "parameter-count", "has 4 parameters"),
+        ({"reference": np.zeros((5, 3))}, "batch-shapes", r"\(5, 3\)"),
+        ({"position_noise": np.zeros((5, 3))}, "batch-noise", ""),
+        ({"injected": np.zeros(4)}, "batch-injected", ""),
+        ({"signals": ("speed",)}, "unknown-signal", "speed"),
+        ({"start": [0.0]}, "batch-start", ""),
+        ({"parameters": np.ones((0, 4))}, "no-lane", ""),
+        ({"signals": "position"}, "signals-type", ""),
+        ({"signals": ("before",)}, "unknown-signal", "direction_before"),
     ],
 )
-def test_bad_batches_are_explained(change: dict[str, Any], message: str) -> None:
+def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str) -> None:
     given: dict[str, Any] = {
         "parameters": np.tile(built("offset").nominal, (2, 1)),
         "reference": np.zeros(5),
         **change,
     }
-    with pytest.raises(UsageError, match=message):
+    with refuses(code, says):
         simulate_batch(built("offset"), period=PERIOD, **given)
 
 

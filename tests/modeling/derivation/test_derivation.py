@@ -8,7 +8,6 @@ import sympy
 from axisid import (
     Constant,
     Coordinate,
-    ModelError,
     Parameter,
     derive,
     load_axis,
@@ -200,27 +199,29 @@ def test_nonlinear_parameters_are_told_from_linear_ones(
 
 
 @pytest.mark.parametrize(
-    ("resistance", "message"),
+    ("resistance", "code", "says"),
     [
-        (lambda: (q.velocity + q.symbol + 1 + Fv.symbol) ** 40, "may have more than 500 terms"),
+        (lambda: (q.velocity + q.symbol + 1 + Fv.symbol) ** 40, "equation-size", "500"),
         (
             lambda: sympy.Add(*(sympy.sin(i * q.symbol) * Fv.symbol for i in range(1, 1500))),
-            "more than 4000 operations",
+            "expression-size",
+            "4000",
         ),
         (
             lambda: sympy.Mul(
                 *(sympy.sin(i * q.symbol) + q.velocity for i in range(1, 30)), Fv.symbol
             ),
-            "may have more than 500 terms",
+            "equation-size",
+            "500",
         ),
     ],
     ids=["power", "sum", "product"],
 )
 def test_what_would_take_for_ever_is_refused_at_once(
-    resistance: Callable[[], sympy.Expr], message: str
+    resistance: Callable[[], sympy.Expr], code: str, says: str
 ) -> None:
     force = resistance()
-    with within(500_000), pytest.raises(ModelError, match=message):  # it would take hours
+    with within(500_000), refuses(code, says):  # it would take hours
         body(force, parameters=(M, Fv))
 
 

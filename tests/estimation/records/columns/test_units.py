@@ -91,20 +91,32 @@ def test_columns_whose_names_differ_by_the_unit_only_are_all_there(rotary: Axis)
 
 
 @pytest.mark.parametrize(
-    ("columns", "message"),
+    ("columns", "code", "says"),
     [
-        ({"position": "q:mm"}, "the position of axis 'motor' is measured in rad"),
-        ({"position": "q:Nm"}, "the position of axis 'motor' is measured in rad"),
-        ({"position": "q:inc"}, "position has the unit 'inc', which is not known"),
-        ({"position": "q", "control": "u:mV"}, "the control of axis 'motor' is measured in A"),
-        ({"position": "q", "force": "u:N"}, "the force of axis 'motor' is measured in N m"),
-        ({"position": "q", "time": "time:mm"}, "the time of axis 'motor' is measured in s"),
+        ({"position": "q:mm"}, "other-unit", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:Nm"}, "other-unit", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:inc"}, "unknown-unit", "position has the unit 'inc'"),
+        (
+            {"position": "q", "control": "u:mV"},
+            "other-unit",
+            "control of axis 'motor' is measured in A",
+        ),
+        (
+            {"position": "q", "force": "u:N"},
+            "other-unit",
+            "force of axis 'motor' is measured in N m",
+        ),
+        (
+            {"position": "q", "time": "time:mm"},
+            "other-unit",
+            "time of axis 'motor' is measured in s",
+        ),
     ],
 )
 def test_unit_of_another_kind_is_refused(
-    rotary: Axis, columns: dict[str, str], message: str
+    rotary: Axis, columns: dict[str, str], code: str, says: str
 ) -> None:
-    with pytest.raises(UsageError, match=message):
+    with refuses(code, says):
         read_record({"time": TIME, "q": VALUES, "u": VALUES}, rotary, columns=columns)
 
 
