@@ -27,7 +27,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .candidates import Family, Kind, families
-from .examined import Examined, examined
+from .examined_rows import ExaminedRows, examined
 
 _MOST = 3  # that are told
 
@@ -73,7 +73,7 @@ def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Mis
     return x if isinstance(x, Missing) else found_on(x, data, preferred)
 
 
-def found_on(x: Examined, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
+def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
     """`lacking` of rows."""
     names = tuple(q.name for q in preferred.quantities)
     turns = data.axis.axis.coordinate.unit == "rad"
@@ -94,7 +94,7 @@ def found_on(x: Examined, data: FilteredRecord, preferred: Estimate) -> tuple[La
 
 
 def _strongest(
-    x: Examined,
+    x: ExaminedRows,
     looked_for: Sequence[Family],
     basis: Array,
     residuals: Array,
@@ -116,7 +116,7 @@ def _strongest(
     return None
 
 
-def _by_steps(x: Examined, columns: Array, basis: Array) -> float:
+def _by_steps(x: ExaminedRows, columns: Array, basis: Array) -> float:
     """The most that columns (n, g) take, beside a basis, of what the encoder's steps leave."""
     own = np.linalg.qr(columns - basis @ (basis.T @ columns))[0]
     return float(np.max(np.sum((x.by_steps @ own) ** 2, axis=1), initial=0.0))
@@ -133,7 +133,7 @@ def _ranked(
 
 
 def _tested(
-    x: Examined,
+    x: ExaminedRows,
     family: Family,
     number: int,
     basis: Array,
@@ -163,7 +163,7 @@ def _tested(
 
 
 def _before(
-    x: Examined, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
+    x: ExaminedRows, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
 ) -> float:
     """What a parameter is where its further column is zero: the estimate is in between."""
     if not parameter:

@@ -6,7 +6,6 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 from .blocks import Extent as Extent
 from .blocks import LogBlocks as LogBlocks
 from .blocks import extent as extent
-from .clipping import quantum_of as quantum_of
 from .reading import read_record as read_record
 from .record import Record as Record
 from .record import check_record as check_record

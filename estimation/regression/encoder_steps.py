@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record, quantum_of
+from axisid.estimation.records import Record
+from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.regression import MIN_STEPS_SHIFT
 from axisid.support.arrays import Array

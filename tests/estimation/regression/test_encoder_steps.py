@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, identify, simulate
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking.examined import Examined, examined
+from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
 from axisid.estimation.regression import Hac, Solution, encoder_step, steps_error
 from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
@@ -100,11 +100,11 @@ def test_what_steps_leave_is_known_where_terms_are_looked_for(
     """A peak that they make at low speed is no Stribeck friction."""
     result = identify(emps2015, stepped(emps2015, twin, 0.3, 5e-5), methods="idm-iv")
     x = examined(result.data, result["idm-iv"])
-    assert isinstance(x, Examined)
+    assert isinstance(x, ExaminedRows)
     assert len(x.by_steps) == 10
     power = np.sum(x.by_steps**2, axis=1) / np.sum(x.residuals**2)
     assert power == pytest.approx(np.ones(10), abs=0.5)
     fine = identify(emps2015, twin, methods="idm-iv")
     looked_at = examined(fine.data, fine["idm-iv"])
-    assert isinstance(looked_at, Examined)
+    assert isinstance(looked_at, ExaminedRows)
     assert len(looked_at.by_steps) == 0
