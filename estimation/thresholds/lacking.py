@@ -67,7 +67,7 @@ MIN_STEPS_EXCESS = Threshold(
 )
 MAX_LOSS_OF_FIT = Threshold(
     4.0,
-    "mean squares",
-    "loss of fit against the time of a change that fits best, up to which another time does as well",
+    "1",
+    "mean squares that a time of a change fits worse than the best, up to which it does as well",
     "the square of two deviations",
 )
