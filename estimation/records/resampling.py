@@ -114,14 +114,18 @@ def resample(
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the position is sampled at {own:.6g} Hz)."
+            f"give a lower rate (the position is sampled at {own:.6g} Hz).",
+            code="resampling-rate",
         )
     covered = _common([_pieces(clock, edges) for clock in clocks.values()])
     gaps = len(covered) - 1 - len(edges)
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
-        raise DataError(f"{source}: the columns have no time in common; check their clocks.")
+        raise DataError(
+            f"{source}: the columns have no time in common; check their clocks.",
+            code="no-common-time",
+        )
     if gaps > 0 and not split:
         first = next(b[1] for b, a in pairwise(covered) if not _between(edges, b[1], a[0]))
         raise DataError(
@@ -165,7 +169,10 @@ def resample(
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
-        raise DataError(f"{source}: the {role} has too few rows, or no times, to be resampled.")
+        raise DataError(
+            f"{source}: the {role} has too few rows, or no times, to be resampled.",
+            code="too-few-to-resample",
+        )
     back = np.flatnonzero(~(np.diff(clock) > 0))
     if back.size:
         row = back[0] + 1

@@ -144,7 +144,8 @@ def _injected_at(axis: Axis | None, given: str | None) -> str | None:
     if given is not None and given not in INJECTION_POINTS:
         raise UsageError(
             f"a test signal is said to be added to {given!r}; give "
-            f"{' or '.join(map(repr, INJECTION_POINTS))}."
+            f"{' or '.join(map(repr, INJECTION_POINTS))}.",
+            code="unknown-injection-point",
         )
     return given or (axis.injected_at if axis is not None else "") or None
 
