@@ -211,7 +211,8 @@ def _native_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]] | None:
     twice = [name for name, times in Counter(names).items() if times > 1]
     if twice:
         raise DataError(
-            f"the dataframe cannot be read: it has {twice[0]!r} more than once; rename one."
+            f"the dataframe cannot be read: it has {twice[0]!r} more than once; rename one.",
+            code="repeated-column",
         )
     columns = (frame.iloc[:, k] for k in range(len(names)))
     return [(name, _pandas_array(series)) for name, series in zip(names, columns, strict=True)]

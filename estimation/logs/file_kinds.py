@@ -12,6 +12,7 @@ from .packings import packing_by_content, packing_of
 
 HEAD = 4096  # bytes that tell the kind
 _ASK = "give the file the ending "
+_JSON = re.compile(rb'\s*(\{\s*"|\[\s*[\[{])')
 #: First bytes of what is no log, what such a file is, and what to do.
 _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
@@ -99,6 +100,8 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
         return None if packed is packing else (f"compressed by {packed.name}", advice)
     if packing is not None:
         return f"not compressed by {packing.name}", f"{_ASK}of what it is"
+    if b'"axisid.' in head and _JSON.match(head):
+        return "a result of axisid in JSON", "give the log that it was found from"
     if named.is_text:
         return _marked_up(head)
     return ("text", f"{_ASK}.csv") if named.is_binary and _is_text(head) else None
@@ -124,9 +127,7 @@ def _marked_up(head: bytes) -> tuple[str, str] | None:
         return "a page in HTML", "export the log itself as CSV"
     if begin.startswith(b"<?xml"):
         return "an XML document", "export the log as CSV"
-    if re.match(rb'\{\s*"|\[\s*[\[{]', begin):
-        if b'"axisid.' in head:
-            return "a result of axisid in JSON", "give the log that it was found from"
+    if _JSON.match(begin):
         return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
     return None
 

@@ -37,11 +37,6 @@ def read_json(file: Path, content: bytes, room: Room) -> Table:
     """
     room.take(_UNFOLDED * len(content))
     found = _decoded(file, content)
-    if isinstance(found, Mapping) and str(found.get("schema", "")).startswith("axisid."):
-        raise DataError(
-            f"{file} is a result of axisid in JSON by its content; give the log that it was found "
-            "from."
-        )
     return _table(file, _columns(found), room)
 
 
@@ -69,7 +64,8 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
         why = "it is nested too deep" if isinstance(error, RecursionError) else why
         raise DataError(
             f"{file}{where} is no JSON: {why[:1].lower() + why[1:]}. Write it anew, or give the "
-            "file the ending of what it is (.jsonl for a record in each line)."
+            "file the ending of what it is (.jsonl for a record in each line).",
+            code="no-json",
         ) from error
 
 
@@ -144,7 +140,10 @@ def _table(file: Path, columns: Mapping[str, tuple[Sequence[Any], str]], room: R
         found.add(name, values, unit="s" if note else unit or written, label=label)
         found.note(name, f"{name}: {note}" if note else "")
     if not found.columns:
-        raise DataError(f"{file} holds no columns of numbers{found.else_there()}; {_ADVICE}.")
+        raise DataError(
+            f"{file} holds no columns of numbers{found.else_there()}; {_ADVICE}.",
+            code="json-without-columns",
+        )
     return found.table(str(file))
 
 

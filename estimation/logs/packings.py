@@ -52,7 +52,8 @@ def _zstd(file: Path, content: bytes) -> Any:
             continue
     raise DataError(
         f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "
-        "install zstandard (or axisid with the extra zstd), or unpack it first."
+        "install zstandard (or axisid with the extra zstd), or unpack it first.",
+        code="no-zstd",
     )
 
 
@@ -110,6 +111,7 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         ).__module__.startswith(("zstandard", "pyarrow", "compression", "_zstd")):
             raise
         raise DataError(
-            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew."
+            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
+            code="damaged-packing",
         ) from error
     return b"".join(pieces)

@@ -50,12 +50,15 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
         A role does not exist or cannot be moved, or an amount is neither samples nor a time.
     """
     if not isinstance(shifts, Mapping):
-        raise UsageError(f"the shift is {given(shifts)}; give samples by role: {{'control': 1}}.")
+        raise UsageError(
+            f"the shift is {given(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
+        )
     movable = [role for role in ROLES if role != "time"]
     for role in shifts:
         if role not in movable:
             raise UsageError(
-                f"{role!r} is no column that can be moved; those are {', '.join(movable)}."
+                f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
+                code="unmovable-column",
             )
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
@@ -67,7 +70,9 @@ def _shift(role: str, amount: object) -> Shift:
     found = known_unit(unit) if unit else None
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
-        raise UsageError(f"the {role} is to be shifted by {given(amount)}; {_GIVE}.")
+        raise UsageError(
+            f"the {role} is to be shifted by {given(amount)}; {_GIVE}.", code="shift-amount"
+        )
     return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
 
 
@@ -103,7 +108,7 @@ def shifted(
             raise DataError(
                 f"{source}: the {role} is to be shifted, and there is no such column; ",
                 Remedy.of("name it with ", Setting("columns", f"{role}=NAME"), "."),
-                code="no-column",
+                code="nothing-to-shift",
             )
     if uneven:
         moved = {role: _later(columns[role], shift) for role, shift in shifts.items()}
@@ -152,7 +157,8 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) 
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
     if not abs(samples) < rows:
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {rows}."
+            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {rows}.",
+            code="long-shift",
         )
     if abs(samples - round(samples)) > _WHOLE:
         raise UsageError(

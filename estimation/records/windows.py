@@ -31,13 +31,14 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
         One is no pair of numbers, ends before it begins, or reaches into another.
     """
     if isinstance(windows, (str, bytes)) or not isinstance(windows, Iterable):
-        raise UsageError(f"the windows are {given(windows)}; {_GIVE}.")
+        raise UsageError(f"the windows are {given(windows)}; {_GIVE}.", code="windows")
     found = sorted(_checked(each) for each in windows)
     for one, other in pairwise(found):
         if other[0] < one[1]:
             raise UsageError(
                 f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
-                "as one."
+                "as one.",
+                code="overlapping-windows",
             )
     return tuple(found)
 
@@ -45,13 +46,14 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
 def _checked(window: object) -> Window:
     pair = tuple(window) if isinstance(window, (tuple, list)) else ()
     if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
-        raise UsageError(f"a window is {given(window)}; {_GIVE}.")
+        raise UsageError(f"a window is {given(window)}; {_GIVE}.", code="window")
     start = -math.inf if pair[0] is None else float(pair[0])
     stop = math.inf if pair[1] is None else float(pair[1])
     if not start < stop or start == math.inf or stop == -math.inf:
         raise UsageError(
             f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
-            "earlier time first."
+            "earlier time first.",
+            code="reversed-window",
         )
     return start, stop
 
@@ -92,7 +94,10 @@ def rows_within(
     """
     known = time[np.isfinite(time)]
     if not known.size:
-        raise DataError(f"{source}: there is no time for the window {windows_text(windows)}.")
+        raise DataError(
+            f"{source}: there is no time for the window {windows_text(windows)}.",
+            code="untimed-window",
+        )
     first, last = float(known.min()), float(known.max())
     close = _ROUNDING * float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
     spans: list[Span] = []
@@ -100,7 +105,8 @@ def rows_within(
         if start > last + close or stop < first - close:
             raise DataError(
                 f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
-                f"time goes from {first:.9g} to {last:.9g} s; give times of the log."
+                f"time goes from {first:.9g} to {last:.9g} s; give times of the log.",
+                code="window-outside",
             )
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
@@ -109,7 +115,8 @@ def rows_within(
             holds = "no sample" if end <= begin else f"{end - begin} samples"
             raise DataError(
                 f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
-                "longer."
+                "longer.",
+                code="empty-window",
             )
         spans.append((begin, end))
     return tuple(spans)

@@ -59,12 +59,14 @@ class Column:
         known = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
         if not known:
             raise ModelError(
-                f"the name of a column is {given(self.name)}; give a text, or its number from 1."
+                f"the name of a column is {given(self.name)}; give a text, or its number from 1.",
+                code="column-name",
             )
         if self.resolution and self.unit:
             raise ModelError(
                 f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which is "
-                "of counts; leave one of them out."
+                "of counts; leave one of them out.",
+                code="unit-and-resolution",
             )
         _ = str(self)
 
@@ -101,13 +103,17 @@ class Column:
 
 def _text(what: str, value: object) -> str:
     if not isinstance(value, str) or not value.isprintable():
-        raise ModelError(f"the {what} of a column is {given(value)}; give a text.")
+        raise ModelError(
+            f"the {what} of a column is {given(value)}; give a text.", code="column-text"
+        )
     return value
 
 
 def _quantity(what: str, text: str, such: str) -> str:
     if _FACTOR.fullmatch(_text(what, text)) is None:
-        raise ModelError(f"the {what} of a column is {text!r}; give a quantity {such}.")
+        raise ModelError(
+            f"the {what} of a column is {text!r}; give a quantity {such}.", code="column-quantity"
+        )
     return text.strip()
 
 
@@ -123,7 +129,9 @@ def _ratio(what: str, value: object, *, signed: bool = False) -> tuple[str, str]
         above, below = "0", "0"
     if not (Fraction(below) > 0 and (Fraction(above) > 0 or (signed and Fraction(above)))):
         kind = "number other than 0" if signed else "positive number"
-        raise ModelError(f"the {what} of a column is {given(value)}; give a {kind}.")
+        raise ModelError(
+            f"the {what} of a column is {given(value)}; give a {kind}.", code="column-number"
+        )
     return above, below
 
 

@@ -194,10 +194,14 @@ def _check_requested(requested: Mapping[str, object]) -> None:
     """Refuse roles that there are not, and columns that are no text."""
     for role, column in requested.items():
         if role not in ROLES:
-            raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
+            raise UsageError(
+                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
+                code="unknown-role",
+            )
         if not isinstance(column, str):
             raise UsageError(
-                f"the column for the {role} is {given(column)}; give its name, or a Column."
+                f"the column for the {role} is {given(column)}; give its name, or a Column.",
+                code="column-type",
             )
 
 

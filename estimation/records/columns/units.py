@@ -140,13 +140,13 @@ def scaled(
         raise UsageError(
             f"{source}: the {role} is given as {text!r}, which does not say what one count is; ",
             Remedy.of("give that, as in ", _EXAMPLE, "."),
-            code="counts",
+            code="unscaled-counts",
         )
     if of.unit is not None and wanted and not any(_measures(of.unit, unit) for unit in wanted):
         raise UsageError(
             f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the {role} is "
             f"measured in {' or '.join(wanted)}; check its units.",
-            code="other-unit",
+            code="scaling-unit",
         )
     unit = of.unit or (wanted[0] if len(wanted) == 1 else "SI")
     said = f"{role}: {text}, {float(of):.9g} {unit} each"
@@ -182,7 +182,7 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
             Setting("columns", f"{role}={name}:counts*{example}"),
             f"; where they are {unit} indeed, say so ({name}:{unit}).",
         ),
-        code="counts",
+        code="whole-numbers",
     )
 
 

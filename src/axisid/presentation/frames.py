@@ -36,18 +36,27 @@ def _library(library: str | None) -> str:
     if library is None:
         library = next((name for name in _LIBRARIES if find_spec(name)), None)
         if library is None:
-            raise UsageError("a dataframe needs pandas or polars; run: pip install pandas")
+            raise UsageError(
+                "a dataframe needs pandas or polars; run: pip install pandas", code="no-dataframes"
+            )
     if not is_among(library, _LIBRARIES):
-        raise UsageError(f"there is no dataframe of {given(library)}; give pandas or polars.")
+        raise UsageError(
+            f"there is no dataframe of {given(library)}; give pandas or polars.",
+            code="unknown-dataframe",
+        )
     if find_spec(library) is None:
-        raise UsageError(f"{library} is not installed; run: pip install {library}")
+        raise UsageError(
+            f"{library} is not installed; run: pip install {library}", code="missing-dataframe"
+        )
     return library
 
 
 @singledispatch
 def columns_of(result: Presentable) -> Mapping[str, Any]:
     """The columns of a result's dataframe by name."""
-    raise UsageError(f"a {type(result).__name__} has no table of numbers; see its to_dict().")
+    raise UsageError(
+        f"a {type(result).__name__} has no table of numbers; see its to_dict().", code="no-frame"
+    )
 
 
 def _of_estimate(result: Estimate | SavedEstimate) -> Mapping[str, Any]:

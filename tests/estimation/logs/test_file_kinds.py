@@ -77,7 +77,7 @@ def test_text_compressed_by_gzip_is_read(tmp_path: Path) -> None:
     assert np.array_equal(record.position, read_record(plain).position)
     assert "unpacked by gzip" in record.provenance.assumed
     packed.write_bytes(gzip.compress(TEXT.encode())[:-20])
-    with refuses("damaged-gzip"):
+    with refuses("damaged-packing"):
         read_record(packed)
 
 

@@ -91,4 +91,4 @@ def test_a_shift_that_cannot_be_made_is_refused(shift: Any, said: str) -> None:
 def test_a_column_that_is_not_there_is_named() -> None:
     with pytest.raises(DataError, match="the force is to be shifted") as refused:
         read_record(log(), repairs=Repairs(shift={"force": 1}))
-    assert refused.value.code == "no-column"
+    assert refused.value.code == "nothing-to-shift"

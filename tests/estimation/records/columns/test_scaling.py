@@ -213,7 +213,7 @@ def test_a_scaling_that_gives_no_position_is_refused(
 def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:
     with pytest.raises(DataError, match=r"whole numbers alone, from -1470 to 2017") as refused:
         read_record(log())
-    assert refused.value.code == "counts"
+    assert refused.value.code == "whole-numbers"
     assert "position:counts*360deg/4096" in str(refused.value)
     assert len(read_record(log(), columns={"position": "position:rad"})) == len(TIME)
 
