@@ -22,8 +22,10 @@ from axisid.estimation.tables import Table, TableBuilder, split_labels
 from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
-_UNFOLDED = 12  # bytes that a byte of JSON takes as Python's objects
+#: Bytes that a byte of JSON takes as Python's objects, in arrays and in records of short numbers.
+_UNFOLDED, _UNFOLDED_RECORDS = 12, 28
 _ADVICE = "give arrays by name, or a list of records with a name for each number"
+_LOOKED = 100  # bytes that tell arrays from records
 _DEEPEST = 8  # names below one another
 
 
@@ -35,7 +37,8 @@ def read_json(file: Path, content: bytes, room: Room) -> Table:
     DataError
         It is no JSON, holds no columns, or there is no room for it.
     """
-    room.take(_UNFOLDED * len(content))
+    arrays = content[:_LOOKED].lstrip().startswith(b"{")
+    room.take((_UNFOLDED if arrays else _UNFOLDED_RECORDS) * len(content))
     found = _decoded(file, content)
     return _table(file, _columns(found), room)
 
@@ -48,7 +51,7 @@ def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
     DataError
         A line is no JSON: which; or as `read_json`.
     """
-    room.take(_UNFOLDED * len(content))
+    room.take(_UNFOLDED_RECORDS * len(content))
     lines = [(n, line) for n, line in enumerate(content.splitlines(), 1) if line.strip()]
     records = [_decoded(file, line, number) for number, line in lines]
     return _table(file, _columns(records), room)
