@@ -30,6 +30,7 @@ from axisid.estimation.thresholds.records import (
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
+from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.given import given
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real, real_array
@@ -113,6 +114,7 @@ class Record(Presentable, Exact):
             check_sample_period(self.sample_period)
         for name in ("segments", "masked"):
             object.__setattr__(self, name, self._spans(name))
+        object.__setattr__(self, "around", _frozen_samples(self.around))
         self._check_lengths()
         self._check_spans()
         self._check_time()
@@ -411,6 +413,18 @@ class Record(Presentable, Exact):
         check_even(self._name(), typical, mean, self.sample_period, RESAMPLE_EVENLY)
         drift = drift_of([self.time[a:b] for a, b in self.spans])
         drift.check(self._name(), mean, RESAMPLE_EVENLY)
+
+
+def _frozen_samples(columns: Mapping[str, Samples]) -> FrozenMapping[str, Samples]:
+    """Columns that nobody changes."""
+    return FrozenMapping(
+        {
+            role: Samples(
+                values=frozen(s.values), clock=None if s.clock is None else frozen(s.clock)
+            )
+            for role, s in columns.items()
+        }
+    )
 
 
 def _made(kind: type[Record], parts: dict[str, Any]) -> Record:

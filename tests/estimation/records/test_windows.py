@@ -136,3 +136,15 @@ def test_the_figure_of_the_record_shades_the_rest(emps2015: GeneratedAxis, twin:
     for left_out in ((0.0, 0.5), (1.5, 2.0)):
         assert any(a <= left_out[0] and left_out[1] <= b for a, b in plot.shaded)
     assert "time of the log" in plot.x_label
+
+
+def test_what_lies_outside_is_kept_for_figures_and_cannot_be_changed() -> None:
+    import pickle
+
+    record = read_record(log(), windows=[(11.0, 12.5)])
+    whole = record.around["position"]
+    assert np.array_equal(whole.values, np.sin(30 * TIME))
+    with pytest.raises(ValueError, match="read-only"):
+        whole.values[0] = 1.0
+    assert pickle.loads(pickle.dumps(record)) == record  # noqa: S301
+    assert record != read_record(log(), windows=[(11.0, 12.4)])
