@@ -10,6 +10,7 @@ from .estimate import Estimate as Estimate
 from .estimate import Iterate as Iterate
 from .estimate import NotSimulated as NotSimulated
 from .estimating import estimate_by as estimate_by
+from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import noise_free_record as noise_free_record
 from .instrumental import Instruments as Instruments
 from .method import Fit as Fit

@@ -25,7 +25,7 @@ from axisid.support.remedy import Note
 
 from .covariances import COVARIANCES
 from .estimate import Estimate, NotSimulated
-from .filter_bias import NoiseFree, noise_free, slopes_by_gain
+from .filter_bias import NoiseFree, confirmed, noise_free, settled_noise_free, slopes_by_gain
 from .method import Fit, Method
 from .problem import Problem
 
@@ -59,11 +59,14 @@ def estimate_by(
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
-    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical)
+    at, model = form.at(physical), models[covariance]
+    deviations = np.sqrt(np.maximum(np.diag(mapped[covariance]), 0.0))
+    quiet = _noise_free(at, problem, fit, physical, deviations, model)
+    slopes = _slopes(at, problem, fit)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
-        form=form.at(physical),
+        form=at,
         quantities=axis.parameters,
         theta=solution.theta,
         physical=physical,
@@ -91,7 +94,7 @@ def estimate_by(
         iterates=fit.iterates,
         covariance_names={name: c.describe(solution) for name, c in models.items()},
         remarks=tuple(map(Note.of, remarks)),
-        covariance_model=models[covariance],
+        covariance_model=model,
         chosen=covariance,
         gain_relative_sd=_gain_relative_sd(problem),
         gain_slopes=slopes[0],
@@ -142,19 +145,30 @@ def _row_times(problem: Problem) -> Array | None:
     )
 
 
-def _noise_free_and_slopes(
-    form: Form, problem: Problem, fit: Fit, physical: Array
-) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
-    """What the filter makes of the estimate's own loop, and what the gain moves it by."""
-    quiet: NoiseFree | None = None
-    slopes: tuple[Array | None, Array | None] = (None, None)
+def _noise_free(
+    form: Form,
+    problem: Problem,
+    fit: Fit,
+    physical: Array,
+    deviations: Array,
+    covariance: Covariance,
+) -> NoiseFree | None:
+    """What the filter makes of the estimate's own loop; None where there is none that follows."""
+    if not fit.follows:
+        return None
+    with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
+        first = noise_free(form, problem, fit.loops, physical, fit.instruments)
+        quiet = settled_noise_free(first, form, problem, physical, fit.instruments, deviations)
+        return quiet if quiet is first else confirmed(quiet, fit.solution, covariance)
+    return None
+
+
+def _slopes(form: Form, problem: Problem, fit: Fit) -> tuple[Array | None, Array | None]:
+    """What the gain moves the estimate by, and the regression's parameters."""
     if _gain_relative_sd(problem):
-        with suppress(DataError, EstimationError):  # rows of another gain may not be solved
-            slopes = slopes_by_gain(form, problem, fit.solution, fit.instruments)
-    if fit.follows:
-        with suppress(DataError, EstimationError):  # nor those of a simulated record
-            quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
-    return quiet, slopes
+        with suppress(DataError, EstimationError):  # nor those of another gain
+            return slopes_by_gain(form, problem, fit.solution, fit.instruments)
+    return None, None
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

@@ -77,7 +77,6 @@ def test_real_record_passes_but_for_its_residuals_and_what_raw_pairing_does(
     )
     assert {name for name, status in raw.items() if status != "pass"} == {
         *(name for name in RESIDUAL_CHECKS if name != "near reversals"),
-        "filter bias",
         "missing terms",
         "lack of fit",
     }
