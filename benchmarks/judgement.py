@@ -4,7 +4,8 @@ Machines with noises of several kinds (`machines`, a simulator of its own) and t
 are identified with nothing asked for. On a right model no check should fail in more than 2 % of the
 runs; those with a level of their own: that level. A wrong model is ``noticed`` where any check
 fails, and ``named`` where one that fails says what is wrong. Where reversals are kept, the filter
-moves estimates most, which its check may say; there it is the intervals that count.
+moves estimates most, which its check may say; there it is the intervals that count. Of least
+squares it is counted how often an interval is said to miss for noise, and how often it does.
 
     python benchmarks/judgement.py                    a table
     python benchmarks/judgement.py --json -           one JSON object
@@ -89,6 +90,9 @@ class Figures:
         Identified runs in which the 95 % interval of each parameter misses the truth.
     rejected : int
         Identified runs in which Durbin-Wu-Hausman says at 1 % that least squares is biased.
+    flagged, missed, unflagged : Counter
+        Identified runs in which the interval of each parameter of idm-ls is said to miss, in which
+        it does, and in which it does although it is not said to.
     noticed, named : int
         Runs in which any check fails, and in which one says what is wrong.
     """
@@ -98,6 +102,9 @@ class Figures:
     failed: Counter[str] = field(default_factory=Counter)
     outside: Counter[str] = field(default_factory=Counter)
     rejected: int = 0
+    flagged: Counter[str] = field(default_factory=Counter)
+    missed: Counter[str] = field(default_factory=Counter)
+    unflagged: Counter[str] = field(default_factory=Counter)
     noticed: int = 0
     named: int = 0
 
@@ -247,6 +254,13 @@ def _count(figures: Figures, result: Identification, truth: dict[str, float], na
     for name, value in result.preferred.parameters.items():
         low, high = value.interval
         figures.outside[name] += not low <= truth[name] <= high
+    biases = result.diagnosis.noise_biases.get("idm-ls", {})
+    for name, bias in biases.items():
+        low, high = result["idm-ls"].parameters[name].interval
+        missed = not low <= truth[name] <= high
+        figures.flagged[name] += bias.misses
+        figures.missed[name] += missed
+        figures.unflagged[name] += missed and not bias.misses
 
 
 def _prefilter(record: Record, case: Case) -> Prefilter | None:
@@ -293,6 +307,16 @@ def written(figures: Figures, case: Case | None) -> dict[str, object]:
     }
     if case is None or not case.named:
         shares["held"] = {name: 1 - n / figures.identified for name, n in figures.outside.items()}
+        shares["least_squares"] = {
+            name: {
+                "flagged": flagged / figures.identified,
+                "held": 1 - figures.missed[name] / figures.identified,
+                "held_unflagged": None
+                if flagged == figures.identified
+                else 1 - figures.unflagged[name] / (figures.identified - flagged),
+            }
+            for name, flagged in figures.flagged.items()
+        }
         shares["rejected"] = figures.rejected / max(figures.identified, 1)
     else:
         shares |= {"noticed": figures.noticed / figures.runs, "named": figures.named / figures.runs}
@@ -307,10 +331,20 @@ def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
         head = "held " + "  ".join(f"{n} {100 * v:.0f}" for n, v in held.items())
         head += f"  endogeneity rejected {100 * float(str(shares['rejected'])):.0f} %"
     yield f"{kind:<6}{name:<28}{head}"
+    yield from _of_least_squares(shares.get("least_squares"))
     failed = shares["failed"]
     assert isinstance(failed, dict)
     for check, share in failed.items():
         yield f"{'':<8}{100 * share:5.1f} %  {check}"
+
+
+def _of_least_squares(shares: object) -> Iterator[str]:
+    """What intervals of least squares are said to do, and do; only where something is said."""
+    told = shares if isinstance(shares, dict) else {}
+    for name, of_one in told.items():
+        if of_one["flagged"]:
+            flagged, held = (100 * of_one[k] for k in ("flagged", "held"))
+            yield f"{'':<8}idm-ls {name}: said to miss {flagged:.0f} %, held {held:.0f} %"
 
 
 def main() -> None:

@@ -35,6 +35,7 @@ FLOORS = (
     ("estimation.estimates",),
     ("estimation.lacking",),
     ("estimation.moves",),
+    ("estimation.noise",),
     ("estimation.diagnostics",),
     ("estimation.identification",),
     ("estimation.studies",),

@@ -11,7 +11,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord, rests_first
 from axisid.support.missing import Missing
 
-from .agreement import delta_method_check, ls_against_iv, self_test
+from .agreement import delta_method_check, forms_check, ls_against_iv, self_test
 from .alignment import alignment_check
 from .check import Check
 from .control_law import law_check
@@ -65,7 +65,13 @@ def _strength(case: Case) -> Check | Missing:
 
 def _against_instruments(case: Case) -> Check | Missing:
     ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    return ls_against_iv(ls, iv, case.endogeneity, weak=case.weak)
+    biases = case.noise_biases.get("idm-ls", {})
+    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+
+
+def _forms(case: Case) -> Check | Missing:
+    by_instruments = bool(case.noise_biases)
+    return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
 def _self_test(case: Case) -> Check | Missing:
@@ -172,6 +178,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
@@ -213,6 +220,8 @@ def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnos
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=case.lack_of_fit,
         bands=case.bands,
+        noise_biases=case.noise_biases,
+        attenuation=case.attenuation,
     )
 
 
