@@ -7,8 +7,8 @@ import pytest
 
 from axisid import Record, identify, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.agreement import forms_check
-from axisid.estimation.diagnostics.check import Check
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import forms_check
 from axisid.estimation.noise import Attenuation
 from axisid.support.missing import Missing
 

@@ -1,0 +1,272 @@
+"""How the prefilter biases an estimate, and how it depends on the drive gain.
+
+Both keep the instruments: only what was measured is changed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import stdtrit
+
+from axisid.estimation.regression import (
+    Covariance,
+    Equations,
+    Form,
+    InverseForm,
+    QrFactors,
+    Solution,
+    checked_columns,
+    factor,
+    instrumental_variables,
+    least_squares,
+    simulated_position,
+)
+from axisid.estimation.signals import FilteredRecord, Signals, about_samples
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import (
+    MAX_SIMULATION_ERROR,
+    MIN_FILTER_SHARE,
+    MIN_PRINTED_FILTER_BIAS,
+    SETTLED_FILTER_BIAS,
+)
+from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import DataError, EstimationError
+
+from .problem import Problem
+
+_STEP = 1e-4  # of the gain
+_MOST = 6  # corrections, each from where the last one led
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseFree:
+    """Rows of the loops that were simulated with an estimate, behind the same filter.
+
+    Attributes
+    ----------
+    regressor : (n, k) array
+    residuals : (n,) array
+        What the same estimator leaves of these rows: the filter's own error, but for what moves the
+        estimate.
+    bias : (p,) array
+        What that moves the physical parameters by.
+    doubt : str
+        Why the record does not owe this to the filter, so that nothing is corrected by it; empty
+        where it does.
+    """
+
+    regressor: Array
+    residuals: Array
+    bias: Array
+    doubt: str = ""
+
+
+def noise_free(
+    form: Form,
+    problem: Problem,
+    loops: tuple[Simulation, ...],
+    physical: Array,
+    instruments: QrFactors | None,
+) -> NoiseFree:
+    """What filtering, differencing and decimation alone do to the rows and to the estimate.
+
+    The loops simulated with the estimate are records without noise, delay or unknown friction;
+    what the same filter and estimator make of them should be the estimate. Mostly it is rounding
+    where friction reverses that moves it.
+
+    Parameters
+    ----------
+    form : Form
+        At its point, if it is linearised.
+    problem : Problem
+        What the estimate was made from.
+    loops : tuple of Simulation
+        Of the records' references, with `physical`; one for each segment.
+    physical : (p,) array
+    instruments : QrFactors or None
+        Of the estimate; None for least squares.
+    """
+    # Rows are those of the estimate, whose instruments they are held against.
+    signals = [
+        noise_free_record(data, of_one).signals
+        for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
+    ]
+    rows = _rows(form, signals, problem)
+    solution = _solved(form, rows, instruments)
+    return NoiseFree(
+        regressor=rows.regressor,
+        residuals=solution.residuals,
+        bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
+    )
+
+
+def settled_noise_free(
+    first: NoiseFree,
+    form: Form,
+    problem: Problem,
+    physical: Array,
+    instruments: QrFactors | None,
+    deviations: Array,
+) -> NoiseFree:
+    """The rows of the loop whose estimate, behind the filter, is the one that was found.
+
+    The bias depends on where it is looked for: friction that an estimate has too low turns
+    otherwise than the axis did. It is found again at the corrected parameters, until it stands
+    still; a bias that grows instead corrects nothing.
+
+    Parameters
+    ----------
+    first : NoiseFree
+        Of the loops that were simulated with the estimate itself.
+    form, problem, physical, instruments
+        As of `noise_free`.
+    deviations : (p,) array
+        Of the estimate.
+    """
+    size = _in_deviations(first.bias, deviations)
+    if size <= MIN_PRINTED_FILTER_BIAS.value:
+        return first
+    found = first
+    for _ in range(_MOST):
+        at = physical - found.bias
+        try:
+            again = _noise_free_at(form, problem, at, instruments)
+        except (DataError, EstimationError):
+            return replace(first, doubt="the loop cannot be simulated without it")
+        if again is None:
+            return replace(first, doubt="without it the simulated loop does not follow the record")
+        moved = _in_deviations(again.bias - found.bias, deviations)
+        if not moved < size:
+            return replace(first, doubt="it does not settle where it is taken off")
+        found, size = again, moved
+        if moved <= SETTLED_FILTER_BIAS.value:
+            return found
+    return replace(first, doubt="it does not settle where it is taken off")
+
+
+def share_in_residuals(
+    quiet: NoiseFree, solution: Solution, covariance: Covariance
+) -> tuple[float, float]:
+    """How much of the filter's own residuals a record's have, and the most that they may.
+
+    Where a record is as its noise-free loop is, but for noise that is none of the filter's, all of
+    them: the share is about 1. Noise that moves the reversals within the filter leaves less.
+
+    Returns
+    -------
+    share, most : float
+        The most that the level of the test allows.
+    """
+    own = quiet.residuals[:, None]
+    if not np.any(own):
+        return 1.0, 1.0
+    columns = factor(own, ["share"], neighbours=solution.neighbours)
+    found = least_squares(solution.residuals, columns)
+    share = float(found.theta[0])
+    deviation = float(np.sqrt(covariance.matrix(found)[0, 0]))
+    reach = float(stdtrit(covariance.freedom(found)[0], 1 - SIGNIFICANCE_LEVEL.value))
+    return share, share + reach * deviation
+
+
+def confirmed(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> NoiseFree:
+    """The same, in doubt where the record's own residuals have no such error."""
+    if quiet.doubt:
+        return quiet
+    share, most = share_in_residuals(quiet, solution, covariance)
+    if most >= MIN_FILTER_SHARE.value:
+        return quiet
+    said = (
+        f"the record's residuals have {100 * max(share, 0.0):.0f} % of the error that it comes of"
+    )
+    return replace(quiet, doubt=said)
+
+
+def _in_deviations(change: Array, deviations: Array) -> float:
+    """Largest change of a parameter; deviations of nothing tell nothing."""
+    there = deviations > 0
+    return float(np.max(np.abs(change[there]) / deviations[there], initial=0.0))
+
+
+def _noise_free_at(
+    form: Form, problem: Problem, physical: Array, instruments: QrFactors | None
+) -> NoiseFree | None:
+    """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
+    at = form.at(physical)
+    loops, known, right = problem.simulated(at, physical)
+    left = problem.rows(at).left
+    error = relative_error_percent(left - known - right @ at.regressed(physical), left)
+    if error >= MAX_SIMULATION_ERROR.value:
+        return None
+    return noise_free(at, problem, loops, physical, instruments)
+
+
+def slopes_by_gain(
+    form: Form, problem: Problem, solution: Solution, instruments: QrFactors | None
+) -> tuple[Array, Array]:
+    """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
+
+    Without known terms every linear parameter is proportional to the gain; a known term keeps its
+    size, so that the others take what it leaves. So does what the drive makes without its gain.
+    """
+    if isinstance(form, InverseForm):  # the force is on the left alone
+        rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
+        slope = solution.influence.T @ rows
+        return slope, slope
+    ahead, behind = (
+        _solved(form, _rows(form, signals, problem), instruments).theta
+        for signals in (
+            [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
+        )
+    )
+    physical = form.physical(ahead)[0] - form.physical(behind)[0]
+    return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
+
+
+def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
+    """The record as its simulated loops have it, under the same filter."""
+    record = data.record
+    simulated = replace(
+        record,
+        position=simulated_position(loops),
+        control=None if record.control is None else np.concatenate([s.control for s in loops]),
+        force=None
+        if record.force is None
+        else np.concatenate([_sensed(data, loop) for loop in loops]),
+    )
+    return replace(data, record=simulated)
+
+
+def _sensed(data: FilteredRecord, loop: Simulation) -> Array:
+    """What a force sensor sees at a sample, (N,): the mean of what is held before and after.
+
+    With `zoh` the column is said to be what is held from the sample on.
+    """
+    law = data.axis.axis.control
+    if law is None or law.continuous or data.prefilter.hold == "zoh":
+        return loop.force
+    return about_samples(loop.force, [0])
+
+
+def _with_gain(data: FilteredRecord, scale: float) -> Signals:
+    """The signals with another drive gain, on which a measured force does not depend."""
+    signals = data.signals
+    fixed = signals.force - data.force_by_gain
+    return replace(signals, force=(signals.force - fixed) * scale + fixed)
+
+
+def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations:
+    pieces = [
+        form.equations(of_one).reduced(data)
+        for of_one, data in zip(signals, problem.data, strict=True)
+    ]
+    return Equations.stacked(pieces)
+
+
+def _solved(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
+    names = [q.label for q in form.quantities]
+    left = rows.left - rows.known
+    if instruments is None:
+        return least_squares(left, factor(rows.regressor, names))
+    return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)
