@@ -19,6 +19,13 @@ from axisid.estimation.diagnostics.loop import Alignment, LawCheck, alignment_of
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
+from axisid.estimation.noise import (
+    NO_ATTENUATION,
+    Attenuation,
+    NoiseBias,
+    attenuation,
+    noise_biases,
+)
 from axisid.estimation.problems import Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
@@ -51,6 +58,10 @@ class Diagnosis(Exact):
         Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
+    noise_biases : mapping of str to mapping of str to NoiseBias
+        Least squares less instruments of the same form, by method and physical parameter.
+    attenuation : Attenuation or Missing
+        The two forms of least squares against each other.
     """
 
     preferred: str
@@ -62,6 +73,8 @@ class Diagnosis(Exact):
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
+    noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
+    attenuation: Attenuation | Missing = NO_ATTENUATION
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,6 +170,16 @@ class Case:
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
         return model_bands(self.estimates, self.data, noisy=noisy)
+
+    @cached_property
+    def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
+        """Least squares less instruments; nothing where these are too weak to tell."""
+        return {} if self.weak else noise_biases(self.estimates)
+
+    @cached_property
+    def attenuation(self) -> Attenuation | Missing:
+        """The two forms of least squares against each other."""
+        return attenuation(self.data, self.estimates)
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

@@ -154,13 +154,14 @@ class Estimate(Presentable, Exact):
     @property
     def filter_bias(self) -> Array | None:
         """What the prefilter alone moves the physical parameters by, (p,), where it is known."""
-        return None if self.noise_free is None else self.noise_free.bias
+        quiet = self.noise_free
+        return None if quiet is None or quiet.doubt else quiet.bias
 
     @property
     def net_residuals(self) -> Array:
         """Residuals less what the filter alone leaves of the noise-free loop, (n,)."""
-        own = 0.0 if self.noise_free is None else self.noise_free.residuals
-        return self.residuals - own
+        quiet = self.noise_free
+        return self.residuals if quiet is None or quiet.doubt else self.residuals - quiet.residuals
 
     @property
     def corrected(self) -> Array:
