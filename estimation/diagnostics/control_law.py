@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.codegen.runtime import by_sample
 from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.simulation import law_along, takes_velocity
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
     MAX_CONTROL_LEAN,
@@ -35,7 +35,6 @@ from axisid.estimation.thresholds.diagnostics import (
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import ControlLaw, gain, velocity_variants
-from axisid.modeling.quantities import MEASURED_VELOCITY
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
@@ -120,7 +119,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
             f"{1 / law.period:.6g} Hz"
         )
     record = record.longest()  # a law's memory does not outlast a gap
-    settle = round(1 / COMPARISON_CUTOFF.value) if _takes_velocity(law) else _SETTLE
+    settle = round(1 / COMPARISON_CUTOFF.value) if takes_velocity(law) else _SETTLE
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, terms, used = _compared(axis, law, record, settle)
@@ -135,7 +134,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     factors, fitted = _factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
     scaled = _scaled(control[used], terms[used], names, following)
-    if _takes_velocity(law) and abs(scaled.get(_INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
+    if takes_velocity(law) and abs(scaled.get(_INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[_INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
     left = (control - terms.sum(axis=1))[used]
     lean = _lean(left, control[used], following)
@@ -259,11 +258,6 @@ def _off(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> f
     return relative_error_percent((control - terms.sum(axis=1))[used], control[used])
 
 
-def _takes_velocity(law: ControlLaw) -> bool:
-    following = [memory.following for memory in law.memory]
-    return any(e.has(MEASURED_VELOCITY) for e in (law.output, *following))
-
-
 def _compared(
     axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -276,14 +270,14 @@ def _compared(
     for start, stop in record.masked:
         limited[start : stop + _SETTLE] = True  # a position that was cut off stays in the memory
     limited[:settle] = True
-    if not _takes_velocity(law):
-        terms = _run_law(axis, reference, record.position, np.zeros_like(record.position))
+    if not takes_velocity(law):
+        terms = law_along(axis, reference, record.position, np.zeros_like(record.position))
         terms = np.hstack([terms, _added(record, law)])
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
     smooth = SampledFilter(low_pass, record.period)
     _, velocity, _ = smooth.motion(record.position)
-    terms = _run_law(axis, reference, record.position, velocity)
+    terms = law_along(axis, reference, record.position, velocity)
     terms = np.hstack([terms, _added(record, law)])
     if np.all(np.isfinite(terms)):
         control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
@@ -516,27 +510,3 @@ def _clock(shift: int, delay: int | None) -> str:
         f"it comes {samples} {'later' if shift > 0 else 'earlier'}; declare delay={delay + shift}, "
         "or check the clock"
     )
-
-
-def _run_law(axis: GeneratedAxis, reference: Array, position: Array, velocity: Array) -> Array:
-    """The control law's terms along recorded signals, (N, terms), when they are applied.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    reference, position, velocity : (N,) array
-        What the law measured.
-    """
-    declared = axis.axis.control
-    delay = 0 if declared is None else declared.delay
-    law, terms = axis.functions["control_law"], axis.functions["control_terms"]
-    start = axis.functions["control_start"](reference[0], position[0]).full()
-    signals = [values[None, :] for values in (reference, position, velocity)]
-    states = np.zeros((len(start), len(reference)))
-    if len(start):
-        # The state comes first in and first out, so that the function can be run along the samples.
-        along = law.slice("law", [3, 0, 1, 2], [1]).mapaccum(len(reference))
-        states = np.hstack([start, along(start, *signals).full()[:, :-1]])
-    rows = by_sample(terms.call([*signals, states])[0].full(), len(reference))
-    return np.concatenate([np.repeat(rows[:1], delay, axis=0), rows[: len(rows) - delay]])

@@ -7,7 +7,7 @@ from functools import cached_property
 from axisid.estimation.estimates import Estimate, Reach, noise_free_record
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
-from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
+from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
@@ -168,7 +168,7 @@ class Case:
         """The loop that is simulated with the judged estimate, under the record's filter."""
         if self.preferred.noise_free is None:
             return None
-        loops = simulated_loops(self.data.axis, self.data.record, self.preferred.physical)
+        loops = quiet_loops(self.data, self.preferred.physical)
         return noise_free_record(self.data, loops)
 
     @property

@@ -12,6 +12,15 @@ _ADVICE = {
     None: Remedy.of("leave out the reversals (", Setting("reversals", "leave-out"), ")"),
     "leave-out": Remedy.of("raise the cut-off"),
 }
+#: What moves the parameters: the filter alone, or with the noise of a record without a reference.
+_CAUSES = {
+    False: "the prefilter itself moves",
+    True: "the prefilter and the noise of the position move",
+}
+_NOTHING = {
+    False: "the prefilter moves no",
+    True: "neither the prefilter nor the noise of the position moves a",
+}
 
 
 def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check | Missing:
@@ -24,6 +33,7 @@ def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check | Mis
         abs(v.filter_bias or 0.0) > NEGLIGIBLE_FILTER_BIAS.value * abs(v.value)
         for v in moved.values()
     )
+    noisy = estimate.noise_free is not None and estimate.noise_free.has_noise
     listed = ", ".join(f"{n} by {v.filter_bias:+.2g} {v.unit}" for n, v in moved.items())
     return Check(
         name="filter bias",
@@ -33,12 +43,18 @@ def filter_bias(estimate: Estimate, reversals: str | None = None) -> Check | Mis
         source="what the same filter and estimator make of the noise-free loop that is simulated "
         "with the estimate, less the estimate, in deviations; no more than a note below 1 % of the "
         "value",
-        meaning="the prefilter moves no parameter by more than its deviation"
+        meaning=f"{_NOTHING[noisy]} parameter by more than its deviation"
         if not moved
-        else f"the prefilter itself moves {listed}; corrected values and 95 % intervals are free "
-        "of it; to make it smaller, ",
-        remedy=_ADVICE.get(reversals, _ADVICE[None]) if moved else None,
+        else f"{_CAUSES[noisy]} {listed}; corrected values and 95 % intervals are free of it; to "
+        "make it smaller, ",
+        remedy=_advice(reversals, noisy=noisy) if moved else None,
     )
+
+
+def _advice(reversals: str | None, *, noisy: bool) -> Remedy:
+    if noisy:
+        return Remedy.of("record the reference, from which instruments are made")
+    return _ADVICE.get(reversals, _ADVICE[None])
 
 
 def _untold(estimate: Estimate) -> Missing:

@@ -137,8 +137,9 @@ class Estimate(Shown, Exact):
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
     noise_free : NoiseFree or None
-        The rows of the loops simulated with the estimate, behind the same filter; None where they
-        could not be simulated, or move otherwise than the records.
+        The rows of the loops simulated with the estimate, behind the same filter: from the records'
+        references, or following them where they have none. None where they could not be simulated,
+        or move otherwise than the records.
     """
 
     method: str
@@ -185,7 +186,10 @@ class Estimate(Shown, Exact):
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter alone moves the physical parameters by, (p,), where it is known."""
+        """What the prefilter moves the physical parameters by, (p,), where it is known.
+
+        Of a record without a reference, the noise of its position too.
+        """
         return None if self.noise_free is None else self.noise_free.bias
 
     @property

@@ -20,12 +20,12 @@ from axisid.estimation.thresholds.estimates import (
     NO_RELATION,
 )
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .covariances import COVARIANCES
 from .estimate import Estimate, NotSimulated
-from .filter_bias import NoiseFree, noise_free, slopes_by_gain
+from .filter_bias import NoiseFree, noise_free, noise_free_following, slopes_by_gain
 from .method import Fit, Method
 from .problem import Problem
 
@@ -154,6 +154,9 @@ def _noise_free_and_slopes(
     if fit.follows:
         with suppress(DataError, EstimationError):  # nor those of a simulated record
             quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
+    elif all(data.record.reference is None for data in problem.data):
+        with suppress(ModelError, DataError, EstimationError):
+            quiet = noise_free_following(form, problem, fit.measured.left, physical)
     return quiet, slopes
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from axisid.estimation.regression import (
     Equations,
     Factored,
+    FollowingLoops,
     Form,
     InverseForm,
     Solution,
@@ -18,15 +19,17 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     least_squares,
-    simulated_position,
+    simulated_right,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation
-from axisid.support.arrays import Array
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.support.arrays import Array, relative_error_percent
 
 from .problem import Problem
 
 _STEP = 1e-4  # of the gain
+_DRAWS = 4  # of noise, each once with either sign: what is odd in the noise cancels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,11 +44,14 @@ class NoiseFree:
         estimate.
     bias : (p,) array
         What that moves the physical parameters by.
+    has_noise : bool
+        Whether the bias is that of the position's noise too.
     """
 
     regressor: Array
     residuals: Array
     bias: Array
+    has_noise: bool = False
 
 
 def noise_free(
@@ -87,6 +93,95 @@ def noise_free(
     )
 
 
+def noise_free_following(
+    form: Form, problem: Problem, left: Array, physical: Array
+) -> NoiseFree | None:
+    """The same of least squares of records without a reference, by loops that follow them.
+
+    What the records' position is beside that of the loops is its noise. Noise in the regressor, and
+    in a control that answers to it, biases least squares. How much is told by least squares of the
+    same loops with that noise in another order: the simulation step of Cook and Stefanski's SIMEX.
+
+    Parameters
+    ----------
+    form : Form
+        At its point, if it is linearised.
+    problem : Problem
+        Of records without a reference.
+    left : (n,) array
+        Left side of the measured rows.
+    physical : (p,) array
+
+    Returns
+    -------
+    NoiseFree or None
+        None if the loops do not follow the records.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        The loops are not known, or cannot be simulated.
+    """
+    following = [FollowingLoops.of(data) for data in problem.data]
+    every = [each.simulated(physical) for each in following]
+    if not _follow(form, problem, every, left, physical):
+        return None
+    quiet = noise_free(form, problem, tuple(s for of_one in every for s in of_one), physical, None)
+    rng = np.random.default_rng(0)
+    white = [_noise(each, loops) for each, loops in zip(following, every, strict=True)]
+    biases = []
+    for _ in range(_DRAWS):
+        drawn = [rng.permutation(noise) for noise in white]
+        biases += [_bias_with_noise(form, following, drawn, s, physical) for s in (1.0, -1.0)]
+    return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
+
+
+def _noise(following: FollowingLoops, loops: tuple[Simulation, ...]) -> Array:
+    """Noise of a record's position, (N,), as large as its second differences.
+
+    Its slow part is the loops': they follow it, or do not quite move as the axis did.
+    """
+    apart = following.data.record.position - np.concatenate([s.position for s in loops])
+    apart = apart - apart.mean()
+    size, white = np.std(apart), np.std(np.diff(apart, 2)) / 6**0.5
+    return np.asarray(apart * min(1.0, white / size) if size else apart)
+
+
+def _follow(
+    form: Form,
+    problem: Problem,
+    every: Sequence[tuple[Simulation, ...]],
+    left: Array,
+    physical: Array,
+) -> bool:
+    rights = [
+        simulated_right(form, loops, physical, data)
+        for loops, data in zip(every, problem.data, strict=True)
+    ]
+    theta = form.regressed(physical)
+    made = np.concatenate([known + right @ theta for known, right in rights])
+    return relative_error_percent(left - made, left) < MAX_SIMULATION_ERROR.value
+
+
+def _bias_with_noise(
+    form: Form,
+    following: Sequence[FollowingLoops],
+    noise: Sequence[Array],
+    sign: float,
+    physical: Array,
+) -> Array:
+    """What least squares makes of the loops with noise of the position."""
+    pieces = []
+    for each, of_one in zip(following, noise, strict=True):
+        loops = each.simulated(physical, sign * of_one)
+        noisy = loop_record(each.data, loops, measured=True)
+        if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
+            noisy = noisy.turning_as(noisy.record.position)
+        pieces.append(form.equations(noisy.signals).reduced(noisy))
+    solution = _solved(form, Equations.stacked(pieces), None)
+    return np.asarray(form.physical(solution.theta)[0] - physical, dtype=float)
+
+
 def slopes_by_gain(
     form: Form, problem: Problem, solution: Solution, instruments: Factored | None
 ) -> tuple[Array, Array]:
@@ -111,10 +206,18 @@ def slopes_by_gain(
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
     """The record as its simulated loops have it, under the same filter."""
+    return loop_record(data, loops, measured=False)
+
+
+def loop_record(
+    data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
+) -> FilteredRecord:
+    """The same, with the position as the loops' law measured it or as it is."""
     record = data.record
+    position = [s.measured_position if measured else s.position for s in loops]
     simulated = replace(
         record,
-        position=simulated_position(loops),
+        position=np.concatenate(position),
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
         force=None
         if record.force is None

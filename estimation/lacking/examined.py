@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from axisid.estimation.estimates import Estimate, noise_free_record
 from axisid.estimation.regression import (
     Equations,
-    simulated_loops,
+    quiet_loops,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
@@ -100,7 +100,7 @@ def examined(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
 
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> Examined | Missing:
-    loops = simulated_loops(data.axis, data.record, preferred.physical)
+    loops = quiet_loops(data, preferred.physical)
     quiet = noise_free_record(data, loops)
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)

@@ -13,6 +13,8 @@ from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
 from .covariance import score_products as score_products
+from .following_loops import FollowingLoops as FollowingLoops
+from .following_loops import quiet_loops as quiet_loops
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form

@@ -170,12 +170,13 @@ def simulate_estimate(
     *,
     start: float,
     injected: Array | None = None,
+    position_noise: Array | None = None,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
     The period is the record's. Otherwise as `simulate`.
     """
-    loop = _loop(axis, parameters, reference, period, start, None, injected, 0.0, None)
+    loop = _loop(axis, parameters, reference, period, start, position_noise, injected, 0.0, None)
     return loop.simulated(None)
 
 

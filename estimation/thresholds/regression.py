@@ -46,3 +46,10 @@ MAX_CHANCE_DEVIATION = Threshold(
     "series, stay in 95 % of cases; printed beside their tests and drawn",
     "derived: the two-sided 5 % quantile of the normal distribution",
 )
+LEAST_MEASURED_NOISE = Threshold(
+    0.8,
+    "1",
+    "part of the control law's answer to the recorded position's noise that the recorded control "
+    "has, from which the law measured what was recorded",
+    "chosen: 1 where it did, and 0 where a log is coarser than what the law measures",
+)
