@@ -12,8 +12,6 @@ control group, these logs, counts false alarms; faults are put into those logs t
     python benchmarks/faults.py --only 12     the runs of one axis
 """
 
-import argparse
-import json
 import signal
 import tempfile
 import time
@@ -28,6 +26,7 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+from figures import give, parser_of
 from library import prefilter_of
 from random_axes import random_axis
 from signal_faults import FAULTS, Log, right_log, with_rests
@@ -92,7 +91,7 @@ def in_time(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGPROF, before)
 
 
-def drawn_axis(seed: int, number: int) -> GeneratedAxis:
+def draw_axis(seed: int, number: int) -> GeneratedAxis:
     """The axis of a number: of the library, or drawn."""
     rng = np.random.default_rng([seed, number])
     if rng.random() < _LIBRARY:
@@ -105,7 +104,7 @@ def drawn_axis(seed: int, number: int) -> GeneratedAxis:
 
 def runs_of(number: int, *, seed: int, each: int) -> list[Run]:
     """Control runs of one axis, and its runs with faults in the logs that raise no alarm."""
-    axis = drawn_axis(seed, number)
+    axis = draw_axis(seed, number)
     record = twin_record(axis)
     truth = record.provenance.truth
     columns = {role: np.array(values) for role, values in record.channels().items()}
@@ -154,7 +153,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
             axis = build(log.axis)
             record = read_record(log.columns, axis)
             result = identify(axis, record, prefilter_of(log.axis.name))
-            said = told(result)
+            said = doubts(result)
     except AxisidError as error:
         return "refused", str(error)
     except Hung:
@@ -168,7 +167,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
     return ("SILENT", wrong) if wrong else ("harmless", "")
 
 
-def told(result: Identification) -> str:
+def doubts(result: Identification) -> str:
     """The checks that fail, the methods that came to nothing, and the warnings of the reader."""
     said = [check.name for check in result.verdict if check.status == "fail"]
     said += [f"{method} failed" for method in result.failed]
@@ -219,25 +218,20 @@ def table(runs: list[Run]) -> str:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=2000, help="faulty logs (default 2000)")
     parser.add_argument("--seed", type=int, default=1, help="of all draws (default 1)")
     parser.add_argument("--only", type=int, metavar="AXIS", help="the runs of one axis alone")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     runs = collected(options.runs, options.seed, options.only, options.jobs)
-    if options.json:
-        figures = {
-            "runs": sum(run.kind != "none" for run in runs),
-            "seed": options.seed,
-            "outcomes": dict(Counter(run.outcome for run in runs)),
-            "each": [asdict(run) for run in runs],
-        }
-        text = json.dumps(figures, indent=2)
-        print(text) if options.json == "-" else Path(options.json).write_text(text + "\n")
-    else:
-        print(table(runs))
+    figures = {
+        "runs": sum(run.kind != "none" for run in runs),
+        "seed": options.seed,
+        "outcomes": dict(Counter(run.outcome for run in runs)),
+        "each": [asdict(run) for run in runs],
+    }
+    give(figures, options.json, [table(runs)])
 
 
 def collected(wanted: int, seed: int, only: int | None, jobs: int) -> list[Run]:

@@ -9,17 +9,15 @@ of its own (`event_integrator.py`), with plant and laws written by hand.
     python benchmarks/rests.py --json -   one JSON object
 """
 
-import argparse
-import json
 import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import sympy
 from event_integrator import Acceleration, EventIntegrator
+from figures import give, parser_of
 from numpy.typing import NDArray
 
 from axisid import Coordinate, EstimationError, Parameter, build, newton, simulate
@@ -188,13 +186,13 @@ def by_hand(name: str, p: Row, sided: bool, reference: Array, resolution: float)
     return positions
 
 
-def drawn_parameters(rng: np.random.Generator) -> Row:
+def draw_parameters(rng: np.random.Generator) -> Row:
     """Each present in half of the axes, but for the mass and the friction."""
     values = {name: 10 ** rng.uniform(*decades) for name, (_, *decades) in PARAMETERS.items()}
     return {n: v if n in ALWAYS or rng.random() < 0.5 else 0.0 for n, v in values.items()}
 
 
-def drawn_reference(rng: np.random.Generator) -> Array:
+def draw_reference(rng: np.random.Generator) -> Array:
     """Moves of micrometres to centimetres, with rests of 1 to 3 s."""
     pieces = [np.zeros(1)]
     for _ in range(3):
@@ -227,7 +225,7 @@ def outcomes(count: int, seed: int) -> list[Outcome]:
     done = []
     for i in range(count):
         name, sided = kinds[i % len(kinds)]
-        p, reference = drawn_parameters(rng), drawn_reference(rng)
+        p, reference = draw_parameters(rng), draw_reference(rng)
         resolution = 10 ** rng.uniform(-7, -5) if rng.random() < 0.3 else 0.0
         resolution *= name != "continuous"
         axis = axes[name, sided]
@@ -262,20 +260,12 @@ def measure(count: int, seed: int) -> dict[str, float]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--axes", type=int, default=1000, help="random axes (default 1000)")
     parser.add_argument("--seed", type=int, default=1, help="of the axes (default 1)")
     options = parser.parse_args()
     figures = measure(options.axes, options.seed)
-    text = json.dumps(figures, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        for name, value in figures.items():
-            print(f"{name:<20}{value:>12.4g}")
+    give(figures, options.json, (f"{name:<20}{v:>12.4g}" for name, v in figures.items()))
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def check_programs(model: AxisModel, programs: Sequence[Program]) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Declared:
+class _DeclaredForce:
     """The declared force at N points, over the drive's profile.
 
     Attributes
@@ -86,7 +86,7 @@ class _Check:
     """Programs of an axis, and what they should give."""
 
     axis: str
-    declared: _Declared
+    declared: _DeclaredForce
     programs: Mapping[str, Program]
 
     def inverse(self) -> None:
@@ -142,7 +142,8 @@ class _Check:
         raise ModelError(
             f"axis {self.axis!r}: the generated {name} gives a force of {got[i]:.9g} where the "
             f"equation of motion gives {wanted[i]:.9g}, a fault of the program; report it with the "
-            f"axis, and write the equation of motion in another form. It was seen at {where}."
+            f"axis, and write the equation of motion in another form. It was seen at {where}.",
+            code="generated-force-differs",
         )
 
 
@@ -152,7 +153,7 @@ def _sum_of_sizes(parts: Array) -> Array:
     return np.where(np.isfinite(sizes), sizes, 0.0)
 
 
-def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
+def _declared(model: AxisModel, points: Sequence[Point]) -> _DeclaredForce | None:
     """The force where it has a value; None if it has one nowhere."""
     axis = model.base.declared
     q = axis.coordinate
@@ -174,7 +175,7 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
     if not rows:
         return None
     position, velocity, acceleration, exact, slopes, errors, *values = np.array(rows).T
-    return _Declared(
+    return _DeclaredForce(
         elements={
             q.name: position,
             str(q.velocity): velocity,

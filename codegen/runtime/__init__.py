@@ -1,14 +1,12 @@
 """Text as functions that run.
 
-In: generated text. Out: loaded, tested and cached functions, and the time loop.
-Knows nothing of SymPy.
+In: generated text. Out: functions of samples, and the time loop in the CasADi virtual machine.
+Knows nothing of SymPy and of compilers.
 """
 
 from .arguments import VECTORS as VECTORS
 from .arguments import by_sample as by_sample
 from .arguments import checked_arguments as checked_arguments
+from .arguments import is_scalar as is_scalar
 from .execute import execute as execute
-from .native import Native as Native
-from .native_errors import NativeUnavailableError as NativeUnavailableError
-from .slices import slices as slices
 from .virtual_loop import VirtualLoop as VirtualLoop

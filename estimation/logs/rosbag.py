@@ -12,7 +12,7 @@ import numpy as np
 from axisid.estimation.tables import Table, TableBuilder, library, one_line
 from axisid.estimation.thresholds.logs import MAX_FIRST_STAMP
 from axisid.support.errors import AxisidError, DataError
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _KINDS = ("position", "velocity", "effort")
@@ -94,7 +94,9 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{path} cannot be read as a ROS bag: {one_line(error)}.") from error
+        raise DataError(
+            f"{path} cannot be read as a ROS bag: {one_line(error)}.", code="damaged-rosbag"
+        ) from error
     return topics, others
 
 

@@ -5,19 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.records.faults import Mask
+from axisid.estimation.records.times import drift_of, step_notes
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .clipping import Mask
 from .repairs import Span
-from .time_steps import drift_of, steps_told
 
 _RESAMPLE = Setting("resample", "auto")
-#: Code of an error about a log without times.
+#: Codes of errors about a log without times, and about cells that hold no number.
 NO_TIME = "no-time"
+EMPTY_CELLS = "empty-cells"
 
 
 def together(
@@ -31,13 +32,13 @@ def together(
     return clock, {role: s.values for role, s in samples.items()}, masked
 
 
-def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
+def jitter_notes(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     if not steps.size:
         return ()
-    return steps_told(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
+    return step_notes(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
 def timed(
@@ -69,7 +70,10 @@ def timed(
         _check_one_clock(table, columns)
     for role, s in columns.items():
         if not len(s.values):
-            raise DataError(f"{table.source}: the {role} has no row with a number and a time.")
+            raise DataError(
+                f"{table.source}: the {role} has no row with a number and a time.",
+                code="no-timed-number",
+            )
     return columns
 
 
@@ -91,7 +95,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
                 f"({timeless.size} of {len(clock)}). ",
                 Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
-                code="empty-cells",
+                code=EMPTY_CELLS,
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
@@ -101,7 +105,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 Remedy.of(
                     _advice_on_empty(samples), _or_end(table, empty[0], len(samples.values)), "."
                 ),
-                code="empty-cells",
+                code=EMPTY_CELLS,
             )
 
 

@@ -7,17 +7,16 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.records.faults import Mask
+from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
 from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP, MIN_RESAMPLING_RATE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .clipping import Mask
-from .own_period import own_period
 from .record import check_stated
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import BACKWARD, advice_on_backward
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
@@ -112,13 +111,17 @@ def resample(
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the position is sampled at {own:.6g} Hz)."
+            f"give a lower rate (the position is sampled at {own:.6g} Hz).",
+            code="resampling-rate",
         )
     covered = _common([_pieces(clock) for clock in clocks.values()])
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
-        raise DataError(f"{source}: the columns have no time in common; check their clocks.")
+        raise DataError(
+            f"{source}: the columns have no time in common; check their clocks.",
+            code="no-common-time",
+        )
     if len(covered) > 1 and not split:
         raise DataError(
             f"{source}: time has {len(covered) - 1} gaps, the first after {covered[0][1]:.9g} s; "
@@ -159,7 +162,10 @@ def resample(
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
-        raise DataError(f"{source}: the {role} has too few rows, or no times, to be resampled.")
+        raise DataError(
+            f"{source}: the {role} has too few rows, or no times, to be resampled.",
+            code="too-few-to-resample",
+        )
     back = np.flatnonzero(~(np.diff(clock) > 0))
     if back.size:
         row = back[0] + 1

@@ -43,7 +43,7 @@ class Columns:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Factored(Columns):
+class QrFactors(Columns):
     """Full-rank columns as ``Q R``, scaled to unit norm before.
 
     Attributes
@@ -111,10 +111,14 @@ def checked_columns(
     n, k = columns.shape
     if n <= k:
         raise EstimationError(
-            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less."
+            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less.",
+            code="too-few-rows",
         )
     if not np.all(np.isfinite(columns)):
-        raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
+        raise EstimationError(
+            f"the regressor of {what} is not finite; check the signals' size.",
+            code="regressor-not-finite",
+        )
     with np.errstate(over="ignore"):
         scale = np.linalg.norm(columns, axis=0)
     if not np.all(np.isfinite(scale)):
@@ -122,13 +126,15 @@ def checked_columns(
         raise EstimationError(
             f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
             f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
-            "over the positions and speeds of the record, and their units."
+            "over the positions and speeds of the record, and their units.",
+            code="regressor-too-large",
         )
     zero = [name for name, size in zip(names, scale, strict=True) if size == 0]
     if zero:
         raise EstimationError(
             f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
-            "Record a motion that excites it, or leave the parameter out."
+            "Record a motion that excites it, or leave the parameter out.",
+            code="zero-column",
         )
     return Columns(
         columns=columns,
@@ -143,7 +149,7 @@ def factor(
     names: Sequence[str],
     what: str = "the record",
     neighbours: Neighbours | None = None,
-) -> Factored:
+) -> QrFactors:
     """Factor a regressor or instruments; parameters as of `checked_columns`.
 
     Raises
@@ -154,7 +160,7 @@ def factor(
     given = checked_columns(columns, names, what, neighbours)
     q, r = _orthonormal(columns.astype(np.longdouble) / given.scale)
     _check_rank(r.astype(float), len(columns), given.scale, names, what)
-    return Factored(
+    return QrFactors(
         columns=columns,
         scale=given.scale,
         basis=q,
@@ -187,7 +193,7 @@ def _inverse(r: Wide) -> Wide:
     return inverse
 
 
-def least_squares(y: Array, X: Factored) -> Solution:
+def least_squares(y: Array, X: QrFactors) -> Solution:
     """``argmin ||y - X theta||``, y of shape (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
     return Solution(
@@ -199,7 +205,7 @@ def least_squares(y: Array, X: Factored) -> Solution:
     )
 
 
-def instrumental_variables(y: Array, X: Columns, Z: Factored) -> Solution:
+def instrumental_variables(y: Array, X: Columns, Z: QrFactors) -> Solution:
     """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
 
     Raises
@@ -224,7 +230,7 @@ def instrumental_variables(y: Array, X: Columns, Z: Factored) -> Solution:
     )
 
 
-def weighted_least_squares(y: Array, X: Factored, weights: Array) -> Solution:
+def weighted_least_squares(y: Array, X: QrFactors, weights: Array) -> Solution:
     """``(X'WX)^-1 X'Wy`` for weights on the diagonal of W, y and weights of shape (n,).
 
     The weights are chosen, not known of the residuals: deviations for independent residuals of
@@ -263,5 +269,6 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     raise EstimationError(
         f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "
         "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
-        "their combination as one parameter."
+        "their combination as one parameter.",
+        code="not-told-apart",
     )

@@ -50,7 +50,8 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
-            "law's period. Declare the drive's period."
+            "law's period. Declare the drive's period.",
+            code="loop-period",
         )
     return record.commanded
 

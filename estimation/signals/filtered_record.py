@@ -20,7 +20,7 @@ from .neighbours import Neighbours
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, beside_force, force_of
+from .signals import Motion, Signals, force_of, paired_with_force
 from .without_turns import Information
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
@@ -56,7 +56,8 @@ class FilteredRecord(Exact):
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out."
+                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                code="prefilter-type",
             )
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -198,7 +199,7 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return beside_force(self.motion, force, starts, hold=self.prefilter.hold)
+        return paired_with_force(self.motion, force, starts, hold=self.prefilter.hold)
 
 
 def check_filter(

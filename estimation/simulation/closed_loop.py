@@ -30,8 +30,8 @@ from .steps import (
     check_loop,
     check_period,
     failure,
+    has_constant_substeps,
     has_inertia,
-    has_settled_steps,
     holds,
     no_inertia,
     pushes,
@@ -216,7 +216,10 @@ class _Loop:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
-            raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+            raise EstimationError(
+                failure(self.axis, self.parameters, status, stopped, self.period),
+                code="loop-diverges",
+            )
         return Simulation(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),
             direction_before=out.pop("before"),
@@ -227,8 +230,8 @@ class _Loop:
     def _steps_at_start(self) -> int:
         start = np.array([self.start])
         (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
-        if steps > MOST_SUBSTEPS and has_settled_steps(self.axis):
-            raise EstimationError(too_stiff(self.axis, self.parameters))
+        if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
+            raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
         return min(int(steps), MOST_SUBSTEPS)
 
     def _settled(
@@ -237,14 +240,16 @@ class _Loop:
         """Run until the steps are enough for wherever it went, unless they are fixed."""
         while True:
             status, stopped, out = self._run(settings)
-            if fixed or has_settled_steps(self.axis):
+            if fixed or has_constant_substeps(self.axis):
                 break
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
             needed = substeps_along(self.axis, self.parameters, visited, self.period)
             if needed <= settings.substeps:
                 break
             if settings.substeps == MOST_SUBSTEPS:
-                raise EstimationError(too_stiff(self.axis, self.parameters))
+                raise EstimationError(
+                    too_stiff(self.axis, self.parameters), code="stiff-on-the-way"
+                )
             settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
         return settings, status, stopped, out
 
@@ -273,13 +278,16 @@ def _loop(
     """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    noise = beside(position_noise, ref, "the noise")
-    added = beside(injected, ref, "the injected signal")
+    noise = checked_signal(position_noise, ref, "the noise")
+    added = checked_signal(injected, ref, "the injected signal")
     if not (start is None or (is_real(start) and math.isfinite(start))):
-        raise UsageError(f"the start is {given(start)}; give a position, or leave it out.")
+        raise UsageError(
+            f"the start is {given(start)}; give a position, or leave it out.",
+            code="simulation-start",
+        )
     first = float(ref[0] if start is None else start)
     if not has_inertia(axis, theta[None, :], np.array([first])).all():
-        raise EstimationError(no_inertia(axis, theta, first))
+        raise EstimationError(no_inertia(axis, theta, first), code="no-inertia")
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -319,7 +327,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     )
 
 
-def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
+def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
     """A signal at the samples of a reference, if there is one."""
     if values is None:
         return None
@@ -327,7 +335,8 @@ def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | Non
     if signal.shape != reference.shape or not np.all(np.isfinite(signal)):
         raise UsageError(
             f"{what} has {len(signal)} samples, the reference {len(reference)}; give as many, "
-            "finite."
+            "finite.",
+            code="signal-length",
         )
     return signal
 
@@ -335,7 +344,9 @@ def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | Non
 def _vector(values: ArrayLike, what: str) -> Array:
     vector = np.require(real_array(values, what), requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
-        raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
+        raise UsageError(
+            f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"
+        )
     return vector
 
 

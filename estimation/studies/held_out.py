@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import (
-    Factored,
     InverseForm,
+    QrFactors,
     Solution,
     factor,
     instrumental_variables,
@@ -91,7 +91,7 @@ class Rows:
         instruments = factor(self.instruments, self.names, "the simulated loop")
         return instrumental_variables(self.left, self._factored(), instruments)
 
-    def _factored(self) -> Factored:
+    def _factored(self) -> QrFactors:
         return factor(self.regressor, self.names, neighbours=self.neighbours)
 
 
@@ -146,7 +146,8 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]
         raise DataError(
             f"the record leaves {rows} rows; with a block of a tenth held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
-            "parameters. Record longer, or raise the cutoff and decimate less."
+            "parameters. Record longer, or raise the cutoff and decimate less.",
+            code="too-few-to-hold-out",
         )
     index = np.arange(rows)
     return tuple(

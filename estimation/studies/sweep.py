@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import same_estimates
-from axisid.estimation.diagnostics import (
-    Check,
-    LawCheck,
+from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
-    check_law,
     endogeneity_of,
     filter_bias,
     instrument_tests,
 )
-from axisid.estimation.estimates import METHODS, Estimate
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify
+from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
@@ -33,10 +33,10 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
-from axisid.support.shown import Shown
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
@@ -44,7 +44,7 @@ _LEAST_PERCENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sweep(Shown, Exact):
+class Sweep(Presentable, Exact):
     """Results by cut-off, ascending.
 
     Attributes
@@ -125,7 +125,10 @@ def sweep(
     check_record(record)
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
-        raise UsageError(f"the prefilter is {given(base)}; give a Prefilter, or leave it out.")
+        raise UsageError(
+            f"the prefilter is {given(base)}; give a Prefilter, or leave it out.",
+            code="sweep-prefilter",
+        )
     generated = as_generated(axis)
     rate = 1 / record.period
     if cutoffs is None:
@@ -134,7 +137,7 @@ def sweep(
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
         raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
     if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.")
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
     results: list[Identification] = []
     failures: dict[float, Note] = {}
     for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
@@ -180,7 +183,8 @@ def default_cutoffs(
     if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
         raise UsageError(
             f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
-            f"{_MOST_POINTS}, from a lower to a higher frequency."
+            f"{_MOST_POINTS}, from a lower to a higher frequency.",
+            code="cutoff-range",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
 

@@ -5,7 +5,6 @@ from matplotlib.figure import Figure
 
 from axisid import (
     Prefilter,
-    UsageError,
     compare,
     friction_ladder,
     identify,
@@ -19,7 +18,8 @@ from axisid.estimation.records import Record
 from axisid.presentation import views
 from axisid.presentation.blocks import plain_text
 from axisid.presentation.html import blocks_html
-from axisid.support.shown import Shown
+from axisid.support.presentable import Presentable
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_every_result_has_text_plain_data_and_a_page(
     emps2015: GeneratedAxis, record: Record
 ) -> None:
     result = identify(emps2015, record, methods=["idm-ls"])
-    results: list[Shown] = [
+    results: list[Presentable] = [
         record,
         result,
         validate(result, record),
@@ -45,7 +45,7 @@ def test_every_result_has_text_plain_data_and_a_page(
 
 
 def test_every_kind_of_result_has_its_row() -> None:
-    kinds = {kind.__name__ for kind in Shown.__subclasses__()}
+    kinds = {kind.__name__ for kind in Presentable.__subclasses__()}
     assert len(kinds) == 10
     for view in (views.as_blocks, views.as_document):
         assert kinds <= {kind.__name__ for kind in view.registry}
@@ -60,16 +60,16 @@ def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
         assert isinstance(result.plot(name), Figure)
     assert isinstance(result["idm-iv"].plot("convergence"), Figure)
     assert isinstance(result.plot("force", method="idm-ls"), Figure)
-    with pytest.raises(UsageError, match="no figure 'colour'; choose from record, friction"):
+    with refuses("unknown-figure", says="'colour'; choose from record, friction"):
         result.plot("colour")
-    with pytest.raises(UsageError, match="Record has no figure 'force'"):
+    with refuses("unknown-figure", says="Record has no figure 'force'"):
         record.plot("force")
     swept = sweep(emps2015, record, [60.0], methods=["idm-ls"])
     assert isinstance(swept.plot(), Figure)
     for shown in (swept, result["idm-iv"]):
-        with pytest.raises(UsageError, match="no method to choose"):
+        with refuses("no-method-to-choose"):
             shown.plot("sweep" if shown is swept else "force", method="ddm-ls")
-    with pytest.raises(UsageError, match="the result has no 'ddm-iv'"):
+    with refuses("no-such-estimate", says="'ddm-iv'"):
         result.plot("force", method="ddm-iv")
 
 

@@ -7,7 +7,7 @@ from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
+from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.real_numbers import is_real
@@ -52,7 +52,10 @@ def export(
     """
     target = _target(to)
     if not is_real(dead_zone):
-        raise UsageError(f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.")
+        raise UsageError(
+            f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.",
+            code="dead-zone-type",
+        )
     if dead_zone and not target.language:
         languages = ", ".join(known.name for known in TARGETS if known.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
@@ -69,7 +72,9 @@ def _target(name: object) -> Target:
         if is_among(name, (target.name,)):
             return target
     known = ", ".join(target.name for target in TARGETS)
-    raise UsageError(f"there is no target {given(name)}; choose from {known}.")
+    raise UsageError(
+        f"there is no target {given(name)}; choose from {known}.", code="unknown-target"
+    )
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

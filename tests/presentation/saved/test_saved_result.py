@@ -1,0 +1,465 @@
+"""A result that is read back has the numbers, text and figures of the one that was written."""
+
+import json
+import math
+import pickle
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from axisid import (
+    DataError,
+    Identification,
+    Prefilter,
+    SavedIdentification,
+    compare_results,
+    export,
+    fix,
+    identify,
+    leave_out,
+    load_axis,
+    load_result,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import Drive
+from axisid.modeling.declaration import Axis
+from axisid.support.remedy import as_options
+from benchmarks.random_axes import random_axis
+from tests.axes.drives import braked
+from tests.refusals import refuses
+
+ARM = """\
+name = "arm"
+coordinate = { name = "q", unit = "rad" }
+drive = { gain = 0.5, unit = "A", limit = 20.0, relative_sd = 0.01 }
+control = { law = "cascade_pd_averaged", kp = 20.0, kv = 12.0, period = 1e-3 }
+parameters.m = { unit = "kg", nominal = 0.3, known = 0.24, known_sd = 0.001 }
+parameters.l = { unit = "m", nominal = 0.5 }
+parameters.fv = { unit = "N m/(rad/s)" }
+
+[newton]
+inertia = "m*l**2"
+resistance = ["fv*dq", "m*G*l*sin(q)"]
+
+[experiment]
+back_and_forth = { speeds = [1.0, 3.0], acceleration = 20.0, seconds = 0.3, repeat = 1 }
+truth = { m = 0.24, l = 0.5, fv = 0.02 }
+position_noise = 1e-6
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A result and what was read of its file."""
+
+    axis: Axis
+    result: Identification
+    file: Path
+    saved: SavedIdentification
+
+
+def _axis(name: str, folder: Path) -> Axis:
+    if name in ("arm", "random"):
+        file = folder / f"{name}.toml"
+        toml = ARM if name == "arm" else random_axis(np.random.default_rng(5)).toml
+        file.write_text(toml, encoding="utf-8")
+        return load_axis(file)
+    if name == "braked":  # its own motion takes from the force: not all moves with the gain
+        return braked(load_axis("emps2015"), relative_sd=0.005)
+    return leave_out(_uncertain_gain(), "Fc") if name == "left out" else load_axis(name)
+
+
+def _uncertain_gain() -> Axis:
+    return replace(load_axis("emps2015"), drive=Drive(gain=35.0, unit="V", relative_sd=0.005))
+
+
+@pytest.fixture(scope="module", params=["emps2015", "arm", "left out", "random", "braked"])
+def pair(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    folder = tmp_path_factory.mktemp("saved")
+    axis = _axis(request.param, folder)
+    methods = ["idm-ls", "idm-iv"] if request.param in ("random", "braked") else None
+    chosen: Any = "robust" if request.param == "left out" else "hac"
+    result = identify(axis, twin_record(axis), methods=methods, covariance=chosen)
+    file = folder / "result.json"
+    file.write_text(json.dumps(result.to_dict(20)), encoding="utf-8")
+    given = None if request.param == "emps2015" else _given(axis, request.param)
+    return Pair(axis=axis, result=result, file=file, saved=load_result(file, given))
+
+
+def _given(axis: Axis, name: str) -> Axis:
+    """What `leave_out` left out the file says."""
+    return _uncertain_gain() if name == "left out" else axis
+
+
+def test_parameters_and_covariances_are_those_that_were_written(pair: Pair) -> None:
+    saved, result = pair.saved, pair.result
+    assert list(saved) == list(result)
+    assert len(saved) == len(result)
+    assert saved.preferred.method == result.preferred.method
+    for method in result:
+        live, read = result[method], saved[method]
+        assert read.parameters == live.parameters
+        assert read.ddm_parameters == live.ddm_parameters
+        assert (read.quantities, read.ddm_quantities) == (live.quantities, live.ddm_quantities)
+        assert repr(read) == repr(live)
+        assert np.array_equal(read.freedom[read.chosen], live.freedom[live.chosen])
+        assert {*read.covariances} == {*live.covariances}
+        for name, covariance in live.covariances.items():
+            assert np.array_equal(read.covariances[name], covariance)
+        for name in ("physical", "correlation", "curvatures", "covariance"):
+            assert np.array_equal(getattr(read, name), getattr(live, name)), name
+        assert np.allclose(read.corrected, live.corrected, rtol=1e-15)
+        assert len(read.iterates) == len(live.iterates)
+        assert read.residual_tests.durbin_watson == live.residual_tests.durbin_watson
+
+
+@pytest.mark.parametrize("chosen", ["robust", "iid", "hac"])
+def test_covariance_of_the_intervals_is_in_the_file_for_every_parameter(
+    tmp_path: Path, chosen: Any
+) -> None:
+    axis = _axis("arm", tmp_path)
+    result = identify(axis, twin_record(axis), methods="ddm-ls", covariance=chosen)
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
+    live, read = result["ddm-ls"], load_result(file)["ddm-ls"]
+    assert np.array_equal(read.ddm_covariances[chosen], live.ddm_covariances[chosen])
+    assert np.array_equal(read.covariances[chosen], live.covariances[chosen])
+    physical, followed = result.physical["ddm-ls"], load_result(file).physical["ddm-ls"]
+    assert np.array_equal(followed.covariances[chosen], physical.covariances[chosen])
+
+
+def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
+    saved, result = pair.saved, pair.result
+    assert saved.summary() == str(saved) == result.summary()
+    assert saved.summary(20, full=True) == result.summary(20, full=True)
+    assert saved._repr_html_() == result._repr_html_()
+    assert saved.to_dict() == result.to_dict(20)
+    assert saved.verdict == tuple(
+        replace(
+            c,
+            **{n: None for n in ("figure", "p_value") if _not_finite(getattr(c, n))},
+        )
+        for c in result.verdict
+    )
+    for method in result:
+        assert saved[method]._repr_html_() == result[method]._repr_html_()
+        assert {**saved[method].to_dict(), "drawn": None, "physical": None} == {
+            **result[method].to_dict(),
+            "drawn": None,
+            "physical": None,
+        }
+
+
+def _not_finite(number: float | None) -> bool:
+    return number is not None and not math.isfinite(number)
+
+
+def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) -> None:
+    for method in pair.result:
+        live, read = pair.result[method], pair.saved[method]
+        names = [q.name for q in live.quantities]
+        first, last = names[0], names[-1]
+        for function in (first, f"{first}/{last}", f"{first}**2", f"sqrt(abs({last}))"):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                wanted, found = live.derive(function), read.derive(function)
+            assert found.unit == wanted.unit
+            every = ("value", "sd", "sd_robust", "sd_hac", "interval", "filter_bias", "sd_gain")
+            rounding = 1e-12 * abs(wanted.value)  # of what a quotient does not move by
+            for name in every:
+                assert getattr(found, name) == pytest.approx(
+                    getattr(wanted, name), rel=1e-12, abs=rounding * (name == "sd_gain")
+                ), (function, name)
+
+
+def test_slopes_by_the_gain_are_those_of_the_live_estimate(pair: Pair) -> None:
+    for method in pair.result:
+        live, read = pair.result[method], pair.saved[method]
+        assert read.gain_relative_sd == live.gain_relative_sd
+        for name in ("gain_slopes", "theta_gain_slopes"):
+            wanted, found = getattr(live, name), getattr(read, name)
+            assert (found is None) == (wanted is None) == (pair.axis.drive.relative_sd == 0)
+            assert wanted is None or np.array_equal(found, wanted)
+
+
+def test_what_moves_against_the_gain_does_so_in_a_function(written: Path, tmp_path: Path) -> None:
+    content = json.loads(written.read_text())
+    first = _first(content)
+    first["gain_relative_sd"], values = (
+        0.01,
+        {n: v["value"] for n, v in first["parameters"].items()},
+    )
+    first["gain_slopes"] = {**values, "M": -values["M"]}
+    for name, value in first["parameters"].items():
+        value["sd_gain"] = 0.01 * abs(values[name])
+    file = tmp_path / "against.json"
+    file.write_text(json.dumps(content))
+    found = load_result(file)[first["method"]].derive("M/Fv")
+    assert found.sd_gain == pytest.approx(0.02 * abs(found.value))
+    first["gain_slopes"]["M"] *= 2
+    file.write_text(json.dumps(content))
+    with refuses("contradictory-result", says="what the drive gain adds to M by"):
+        load_result(file)
+
+
+def test_what_the_prefilter_left_open_is_chosen_anew_for_another_record(
+    emps2015: Any, twin: Any, tmp_path: Path
+) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls"])
+    file = tmp_path / "open.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file)
+    assert (saved.requested, saved.prefilter) == (result.requested, result.prefilter)
+    drive = emps2015.axis.drive
+    measured = replace(twin, control=None, force=drive.gain * twin.control)  # no drive holds it
+    assert result.prefilter.hold == "zoh"
+    live, read = validate(result, measured), saved.validate(measured)
+    assert read.summary() == live.summary()
+    assert read["idm-ls"].equation_error_percent == live["idm-ls"].equation_error_percent
+
+
+def test_its_own_record_is_known_by_its_samples(pair: Pair) -> None:
+    own, other = pair.result.record, twin_record(pair.axis, seed=7)
+    again = replace(own, position=own.position.copy())
+    assert pair.saved.record.digest == own.digest == again.digest != other.digest
+    for result in (pair.result, pair.saved):
+        assert validate(result, again).same_record
+        assert not validate(result, other).same_record
+        assert "says nothing new" in validate(result, again).summary()
+
+
+def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
+    axis = _axis("arm", tmp_path)
+    result = identify(axis, twin_record(axis), methods="idm-ls")
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    for other, said in (
+        (fix(axis, m=0.25), r"m fixed at 0\.24 \+- 0\.001, but .* has it fixed at 0\.25;"),
+        (fix(axis, m=(0.24, 0.002)), r"has it fixed at 0\.24 \+- 0\.002;"),
+        (fix(axis, l=0.5), r"with l free, but .* has it fixed at 0\.5;"),
+    ):
+        with refuses("other-fixed-values", says=said):
+            load_result(file, other)
+        with refuses("other-fixed-values", says=said):
+            export(file, "csv", axis=other)
+    free = replace(
+        axis, parameters=tuple(replace(p, known=None, known_sd=0.0) for p in axis.parameters)
+    )
+    assert load_result(file, free).known_axis == axis, "the file says what was fixed"
+
+
+def test_what_bends_warns_as_the_live_estimate_does(emps2015: Any, twin: Any) -> None:
+    noisy = twin_record(replace(emps2015.axis), seed=3)
+    result = identify(emps2015, noisy, methods=["idm-ls"])
+    document = result.to_dict()
+    (estimate,) = document["estimates"]
+    estimate["covariance_hac"] = [[900.0, 0, 0], [0, 900.0, 0], [0, 0, 900.0]]
+    for value in estimate["parameters"].values():
+        value["sd_hac"] = 30.0
+    saved = _saved(document, Path(twin.provenance.source).name)
+    with pytest.warns(RuntimeWarning, match="bends within the uncertainty"):
+        saved["idm-ls"].derive("1/Fc")
+
+
+def _saved(document: dict[str, Any], name: str) -> SavedIdentification:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{name}.json"
+        file.write_text(json.dumps(document))
+        return load_result(file)
+
+
+def test_it_is_exported_validated_and_compared_as_the_live_result(pair: Pair) -> None:
+    for target in ("c", "json", "csv", "toml", "latex"):
+        assert export(pair.saved, target) == export(pair.result, target)
+    other = twin_record(pair.axis, seed=7)
+    live, read = validate(pair.result, other), pair.saved.validate(other)
+    assert read.summary() == live.summary() == validate(pair.saved, other).summary()
+    both = compare_results(pair.result, pair.saved)
+    assert all(d.difference == 0 for d in both.differences)
+    assert (both.settings, both.checks, both.alone) == ({}, {}, ((), ()))
+    assert compare_results(pair.file, pair.result).differences == both.differences
+
+
+def test_figures_whose_data_the_file_holds_are_drawn(pair: Pair) -> None:
+    assert isinstance(pair.saved.plot("autocorrelation"), Figure)
+    with refuses("no-saved-rows", says="'force'"):
+        pair.saved.plot("force")
+    if "idm-iv" in pair.saved:
+        assert isinstance(pair.saved["idm-iv"].plot("convergence"), Figure)
+    with refuses("no-figure", says="is no iteration"):
+        pair.saved.plot("convergence", method="idm-ls")
+    with refuses("not-in-file", says="'ols'"):
+        pair.saved["ols"]
+
+
+def test_without_its_axis_the_estimates_are_read_and_the_rest_asks_for_it(pair: Pair) -> None:
+    alone = replace(pair.saved, declared=None)
+    lines = [a.split()[1:] for a in alone.summary().splitlines() if a.startswith(("axis", "left"))]
+    assert lines[0] == [pair.axis.name]
+    wanted = [line for line in pair.result.summary().splitlines() if not line.startswith("axis ")]
+    there = {*alone.summary().splitlines()}
+    missing = [line for line in wanted if line not in there]
+    if pair.axis.drive.is_gain:  # another force is told by the axis alone
+        assert all(line.startswith(("left out", "truth", "         ")) for line in missing), missing
+    assert alone.preferred.derive(
+        pair.axis.parameters[-1].name if pair.saved.physical == {} else "1"
+    )
+    with refuses("axis-not-saved"):
+        export(alone)
+    with refuses("axis-not-saved"):
+        alone.validate(twin_record(pair.axis))
+    assert pickle.loads(pickle.dumps(alone)).summary() == alone.summary()  # noqa: S301
+
+
+def test_the_force_of_its_drive_is_told_as_of_the_live_result(tmp_path: Path) -> None:
+    axis = braked(load_axis("emps2015"))
+    result = identify(axis, twin_record(axis), methods=["idm-ls"])
+    file = tmp_path / "braked.json"
+    file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
+    assert "Force: what the drive makes of the control" in " ".join(result.summary().split())
+    assert load_result(file, axis).summary() == result.summary()
+
+
+def test_another_axis_is_refused(pair: Pair) -> None:
+    with refuses("other-generated-code"):
+        load_result(pair.file, "emps")
+    with refuses("other-generated-code"):
+        load_result(pair.saved, "emps")
+    assert load_result(pair.saved) is pair.saved
+
+
+def test_draws_are_those_that_were_written(pair: Pair) -> None:
+    estimate = pair.saved.preferred
+    name = estimate.quantities[0].name
+    assert estimate.propagate(name, draws=20) == pair.result.preferred.propagate(name, draws=20)
+    assert estimate.propagate(name) == estimate.propagate(name, draws=20)
+    with refuses("other-saved-draws", says="20 draws of .* not 21"):
+        estimate.propagate(name, draws=21)
+    with refuses("no-saved-draws", says="'no such' by .*"):
+        estimate.propagate("no such")
+
+
+def test_physical_parameters_are_asked_for_alike(pair: Pair) -> None:
+    for method, live in pair.result.physical.items():
+        read = pair.saved.physical[method]
+        assert type(read.parameters) is type(live.parameters)
+        assert read.parameters == live.parameters
+        with refuses("no-such-value", says="'no such'"):
+            live.parameters["no such"]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory, emps2015: Any, twin: Any) -> Path:
+    file = tmp_path_factory.mktemp("written") / "result.json"
+    prefilter = Prefilter(cutoff=60.0, drop=(30, 40), reversals="keep")
+    file.write_text(json.dumps(identify(emps2015, twin, prefilter).to_dict()))
+    return file
+
+
+def test_ends_that_were_cut_off_stay_so(written: Path) -> None:
+    saved = load_result(written)
+    assert saved.prefilter.drop == (30, 40)
+    assert saved.sampling.excluded_samples == 0
+
+
+def _changed(change: Callable[[dict[str, Any]], object]) -> Callable[[str], str]:
+    def made(text: str) -> str:
+        content = json.loads(text)
+        change(content)
+        return json.dumps(content)
+
+    return made
+
+
+def _first(content: dict[str, Any]) -> dict[str, Any]:
+    return dict.__getitem__(content, "estimates")[0]  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda _: "", "is not JSON"),
+        (lambda text: text[: len(text) // 2], "is not JSON: input data was truncated"),
+        (lambda text: text[: len(text) // 2] + "\x00", "is not JSON"),
+        (lambda _: "time,position\n0,1\n", "is not JSON"),
+        (lambda _: "[" * 100_000, "is not JSON"),
+        (lambda _: "[1]", "it has no schema"),
+        (lambda _: '{"schema": ["x"]}', "it has no schema"),
+        (lambda text: text.replace("identification/1", "identification/0"), "identification/0'"),
+        (lambda text: text.replace("identification/1", "sweep/1"), "'axisid.sweep/1'"),
+        (lambda text: text.replace("identification/1", "stream/1"), "was read in blocks"),
+        (_changed(lambda w: w.pop("verdict")), "object missing required field verdict"),
+        (_changed(lambda w: _first(w).update(rows="7")), "expected int, got str at"),
+        (_changed(lambda w: _first(w).update(rows=3)), "has 3 rows for 3 parameters"),
+        (_changed(lambda w: _first(w).update(method="ols")), "there is no method 'ols'"),
+        (_changed(lambda w: w.update(estimates=[])), "there is no 'idm-iv'"),
+        (_changed(lambda w: _first(w).update(covariance=[[1.0]])), "are not of its 3 parameters"),
+        (_changed(lambda w: _first(w)["curvatures"].pop("M")), "are of other parameters"),
+        (_changed(lambda w: w["prefilter"].update(cutoff=-1.0)), "cutoff is -1"),
+    ],
+)
+def test_a_file_that_is_no_result_is_refused_in_a_sentence(
+    written: Path, tmp_path: Path, change: Callable[[str], str], said: str
+) -> None:
+    file = tmp_path / "x.json"
+    file.write_text(change(written.read_text()))
+    with pytest.raises(DataError) as refused:
+        load_result(file)
+    message = str(refused.value)
+    assert said in message
+    assert str(file) in message
+    assert "\n" not in message
+    assert "--" not in message
+    if refused.value.code != "other-document":
+        assert "written with to_dict() as JSON." in message
+        assert refused.value.worded(as_options).endswith(" written with --json.")
+
+
+def test_a_covariance_that_is_not_registered_is_no_contradiction(
+    written: Path, tmp_path: Path
+) -> None:
+    content = json.loads(written.read_text())
+    _first(content)["chosen_covariance"] = "mine"
+    file = tmp_path / "x.json"
+    file.write_text(json.dumps(content))
+    with refuses("unknown-saved-covariance", says="'mine'"):
+        load_result(file)
+
+
+def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:
+    content = json.loads(written.read_text())
+    content["later"] = {"a": 1}
+    _first(content)["later"] = None
+    file = tmp_path / "x.json"
+    file.write_text(json.dumps(content))
+    assert load_result(file).summary() == load_result(written).summary()
+
+
+def test_an_absent_file_and_a_folder_are_told(tmp_path: Path) -> None:
+    for path in (tmp_path / "absent.json", tmp_path):
+        with pytest.raises(DataError, match="cannot be read"):
+            load_result(path)
+
+
+def test_what_repeats_and_the_bands_are_read_back(emps2015: GeneratedAxis, tmp_path: Path) -> None:
+    result = identify(emps2015, twin_record(emps2015, seed=2), methods=["idm-ls"])
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file)
+    live, read = result.diagnosis.lack_of_fit, saved.diagnosis.lack_of_fit
+    assert live is not None
+    assert read is not None
+    np.testing.assert_array_equal(read.mean, live.mean)
+    assert (read.share, read.period, read.times) == (live.share, live.period, live.times)
+    assert saved.diagnosis.bands == result.diagnosis.bands
+    assert isinstance(saved.plot("repeats"), Figure)
