@@ -27,7 +27,7 @@ from axisid.estimation.noise import (
     noise_biases,
 )
 from axisid.estimation.problems import Reach, noise_free_record
-from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
+from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
@@ -191,7 +191,7 @@ class Case:
         """The loop that is simulated with the judged estimate, under the record's filter."""
         if self.preferred.noise_free is None:
             return None
-        loops = simulated_loops(self.data.axis, self.data.record, self.preferred.physical)
+        loops = quiet_loops(self.data, self.preferred.physical)
         return noise_free_record(self.data, loops)
 
     @property

@@ -12,6 +12,7 @@ from axisid.estimation.problems import (
     confirmed,
     encoder_error,
     noise_free,
+    noise_free_following,
     settled_noise_free,
     slopes_by_gain,
 )
@@ -32,7 +33,7 @@ from axisid.estimation.thresholds.estimates import (
     NO_RELATION,
 )
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .method import Fit, Method
@@ -171,11 +172,21 @@ def _noise_free(
 ) -> NoiseFree | None:
     """What the filter makes of the estimate's own loop; None where there is none that follows."""
     if not fit.follows:
-        return None
+        return _noise_free_following(form, problem, fit, physical)
     with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
         first = noise_free(form, problem, fit.loops, physical, fit.instruments)
         quiet = settled_noise_free(first, form, problem, physical, fit.instruments, deviations)
         return quiet if quiet is first else confirmed(quiet, fit.solution, covariance)
+    return None
+
+
+def _noise_free_following(
+    form: Form, problem: Problem, fit: Fit, physical: Array
+) -> NoiseFree | None:
+    """The same of loops that follow records without a reference; None where there are none."""
+    if all(data.record.reference is None for data in problem.data):
+        with suppress(ModelError, DataError, EstimationError):
+            return noise_free_following(form, problem, fit.measured.left, physical)
     return None
 
 

@@ -22,7 +22,6 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     least_squares,
-    simulated_position,
     stepped_loops,
     steps_error,
 )
@@ -61,6 +60,8 @@ class NoiseFree:
         where it does.
     settled : bool
         Whether it was found again at the corrected parameters, where it stands still.
+    has_noise : bool
+        Whether the bias is that of the position's noise too.
     """
 
     regressor: Array
@@ -68,6 +69,7 @@ class NoiseFree:
     bias: Array
     doubt: str = ""
     settled: bool = False
+    has_noise: bool = False
 
 
 def noise_free(
@@ -143,7 +145,7 @@ def _of_loops(
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
     rows = _rows(form, signals, problem)
-    return rows, _solved(form, rows, instruments)
+    return rows, solution_of(form, rows, instruments)
 
 
 def settled_noise_free(
@@ -259,7 +261,7 @@ def slopes_by_gain(
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        _solved(form, _rows(form, signals, problem), instruments).theta
+        solution_of(form, _rows(form, signals, problem), instruments).theta
         for signals in (
             [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
         )
@@ -270,10 +272,18 @@ def slopes_by_gain(
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
     """The record as its simulated loops have it, under the same filter."""
+    return loop_record(data, loops, measured=False)
+
+
+def loop_record(
+    data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
+) -> FilteredRecord:
+    """The same, with the position as the loops' law measured it or as it is."""
     record = data.record
+    position = [s.measured_position if measured else s.position for s in loops]
     simulated = replace(
         record,
-        position=simulated_position(loops),
+        position=np.concatenate(position),
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
         force=None
         if record.force is None
@@ -308,7 +318,8 @@ def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations
     return Equations.stacked(pieces)
 
 
-def _solved(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
+def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
+    """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
     left = rows.left - rows.known
     if instruments is None:

@@ -13,6 +13,15 @@ from axisid.support.remedy import Remedy, Setting
 
 _LEAVE_OUT = Remedy.of("leave out the reversals (", Setting("reversals", "leave-out"), ")")
 _RAISE = Remedy.of("raise the cut-off")
+#: What moves the parameters: the filter alone, or with the noise of a record without a reference.
+_CAUSES = {
+    False: "the prefilter itself moves",
+    True: "the prefilter and the noise of the position move",
+}
+_NOTHING = {
+    False: "the prefilter moves no",
+    True: "neither the prefilter nor the noise of the position moves a",
+}
 
 
 def filter_bias(estimate: Estimate, *, has_reversals: bool) -> Check | Missing:
@@ -35,6 +44,7 @@ def filter_bias(estimate: Estimate, *, has_reversals: bool) -> Check | Missing:
         for v in moved.values()
     )
     settled = estimate.noise_free is not None and estimate.noise_free.settled
+    noisy = estimate.noise_free is not None and estimate.noise_free.has_noise
     listed = ", ".join(f"{n} by {v.filter_bias:+.2g} {v.unit}" for n, v in moved.items())
     return Check(
         name="filter bias",
@@ -44,11 +54,11 @@ def filter_bias(estimate: Estimate, *, has_reversals: bool) -> Check | Missing:
         source="what the same filter and estimator make of the noise-free loop that is simulated "
         "with the estimate, less the estimate, in deviations; no more than a note below 1 % of the "
         "value, or where it was found again at the corrected values and stands still",
-        meaning="the prefilter moves no parameter by more than its deviation"
+        meaning=f"{_NOTHING[noisy]} parameter by more than its deviation"
         if not moved
-        else f"the prefilter itself moves {listed}; corrected values and 95 % intervals are free "
+        else f"{_CAUSES[noisy]} {listed}; corrected values and 95 % intervals are free "
         f"of it{', as the loop at the corrected values confirms' * settled}; to make it smaller, ",
-        remedy=(_LEAVE_OUT if has_reversals else _RAISE) if moved else None,
+        remedy=_advice(has_reversals=has_reversals, noisy=noisy) if moved else None,
     )
 
 
@@ -80,8 +90,14 @@ def _doubted(estimate: Estimate, quiet: NoiseFree, *, has_reversals: bool) -> Ch
         "error (HAC, 5 %); no more than a note below 1 % of the value",
         meaning=f"the prefilter moves {listed} on the noise-free loop, but {quiet.doubt}: nothing "
         "is corrected, and intervals may miss by as much; ",
-        remedy=_LEAVE_OUT if has_reversals else _RAISE,
+        remedy=_advice(has_reversals=has_reversals, noisy=False),
     )
+
+
+def _advice(*, has_reversals: bool, noisy: bool) -> Remedy:
+    if noisy:
+        return Remedy.of("record the reference, from which instruments are made")
+    return _LEAVE_OUT if has_reversals else _RAISE
 
 
 def _untold(estimate: Estimate) -> Missing:

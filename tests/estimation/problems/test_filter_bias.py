@@ -85,11 +85,52 @@ def test_direct_parameters_and_functions_are_less_it_too(
 
 
 def test_it_is_not_told_without_a_loop(emps2015: GeneratedAxis, twin: Record) -> None:
-    alone = identify(emps2015, replace(twin, reference=None), methods="idm-ls")
+    lawless = build(replace(emps2015.axis, control=None), native=False)
+    alone = identify(lawless, replace(twin, reference=None), methods="idm-ls")
     assert alone["idm-ls"].filter_bias is None
     assert alone["idm-ls"].parameters["M"].filter_bias is None
     (check,) = (c for c in alone.verdict if c.name == "filter bias")
     assert check.status == "not evaluated"
+
+
+@pytest.mark.parametrize("source", ["control", "force"])
+@pytest.mark.parametrize("name", ["emps", "vertical_screw", "linear_motor", "rotary_table"])
+def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, source: str) -> None:
+    """Where least squares are several deviations off, for the filter or for noise."""
+    axis = build(load_axis(name))
+    twin = twin_record(axis, seed=1)
+    truth = np.array(list(twin.provenance.truth.values()))
+    record = replace(twin, reference=None)
+    if source == "force":
+        held = axis.axis.drive.gain * np.asarray(twin.control)
+        force = (held + np.concatenate([held[:1], held[:-1]])) / 2
+        record = replace(record, control=None, force=force)
+    estimate = identify(axis, record, methods="idm-ls")["idm-ls"]
+    deviations = np.array([v.deviation for v in estimate.parameters.values()])
+    assert np.abs(estimate.physical - truth).max() > 0
+    assert np.max(np.abs(estimate.physical - truth) / deviations) > 2.5
+    assert np.max(np.abs(estimate.corrected - truth) / deviations) < 2.5
+    assert estimate.noise_free is not None
+    assert estimate.noise_free.has_noise
+
+
+def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
+    """A log that is coarser than the law's position: its control does not answer to that."""
+    axis = build(load_axis("emps"))
+    twin = twin_record(axis, seed=1)
+    step = np.ptp(twin.position) / 2**12
+    coarse = np.round(twin.position / step) * step
+    result = identify(axis, replace(twin, reference=None, position=coarse), methods="idm-ls")
+    assert result["idm-ls"].filter_bias is None
+
+
+def test_what_noise_moves_without_a_reference_is_named() -> None:
+    axis = build(load_axis("valve"))
+    result = identify(axis, replace(twin_record(axis, seed=1), reference=None), methods="idm-ls")
+    (check,) = (c for c in result.verdict if c.name == "filter bias")
+    assert check.meaning.startswith("the prefilter and the noise of the position move")
+    assert check.remedy is not None
+    assert "record the reference" in str(check.remedy.parts)
 
 
 def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Record) -> None:

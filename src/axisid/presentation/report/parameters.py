@@ -217,8 +217,9 @@ def _notes(result: Identification, wording: Wording) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Values are without the prefilter's own bias, which is found on the loop simulated "
-            "with the estimate; below them the value as fitted, where it is another."
+            "Values are without the prefilter's own bias, and without that of the position's noise "
+            "where no reference was recorded, which are found on the loop simulated with the "
+            "estimate; below them the value as fitted, where it is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")

@@ -243,9 +243,10 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     if not any(_corrected_row([v]) for v in values):
         return []
     return [
-        f"{_CORRECTED}: the value above without the prefilter's own bias, which is found on the "
-        "loop simulated with the estimate. It is the centre of the 95 % interval, and what "
-        "physical parameters are made of."
+        f"{_CORRECTED}: the value above without the prefilter's own bias, and without that of the "
+        "position's noise where no reference was recorded, which are found on the loop simulated "
+        "with the estimate. It is the centre of the 95 % interval, and what physical parameters "
+        "are made of."
     ]
 
 
