@@ -72,6 +72,14 @@ class FilteredRecord(Exact):
             return kept
         return left_out
 
+    @property
+    def could_leave_out(self) -> bool:
+        """Whether samples near reversals are kept that hardly tell of any parameter."""
+        if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
+            return False
+        left_out = self._without(self.sampling.turns(self.motion[1]))
+        return bool(left_out.excluded) and not left_out.shows_too_little
+
     def turning_as(self, position: Array) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
         return self._without(self.sampling.turns(self.sampling.motion(position)[1]))

@@ -48,9 +48,9 @@ class Prefilter:
         ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
         there the low-pass rounds what friction does at once, and at rest noise decides its sign.
         None leaves them out for an axis whose force depends on the direction of motion, unless a
-        parameter would then keep less than a twentieth of its information, rests apart, as an
-        inertia does where the axis accelerates only as it turns; ``keep`` is what the published
-        recipe does.
+        parameter would then lose more than a third of its information, rests apart, as an
+        inertia does where the axis accelerates only as it turns, or Coulomb friction at a low
+        cut-off; ``keep`` is what the published recipe does.
 
     Raises
     ------

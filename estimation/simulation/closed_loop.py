@@ -71,6 +71,10 @@ class Simulation(Exact):
     direction_before: Array
     measured_position: Array
 
+    def as_measured(self, zero: float) -> "Simulation":
+        """The same loop, whose positions are those that were measured, from another zero."""
+        return replace(self, position=self.measured_position + zero)
+
     @property
     def mode(self) -> Array:
         """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
@@ -170,13 +174,15 @@ def simulate_estimate(
     *,
     start: float,
     injected: Array | None = None,
+    position_noise: Array | None = None,
+    resolution: float = 0.0,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
     The period is the record's. Otherwise as `simulate`.
     """
-    loop = _loop(axis, parameters, reference, period, start, None, injected, 0.0, None)
-    return loop.simulated(None)
+    given = (axis, parameters, reference, period, start)
+    return _loop(*given, position_noise, injected, resolution, None).simulated(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -90,7 +90,7 @@ def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) 
     assert check.status == "fail"
     assert check.meaning.endswith("recorded can: it is too stiff")
     untried = replace(lost, simulated=NotSimulated("it has no law"), noise_free=None)
-    assert following(untried, 0.0) == filter_bias(untried) == untried.simulated
+    assert following(untried, 0.0) == filter_bias(untried, has_reversals=True) == untried.simulated
 
 
 def test_estimates_without_inertia_fail_the_simulation() -> None:

@@ -157,7 +157,7 @@ def test_files_are_read_in_blocks(
 def test_reversals_bias_friction_where_they_are_kept(emps2015: GeneratedAxis, twin: Record) -> None:
     truth = twin.provenance.truth["Fc"]
     by_default, kept = (
-        identify_stream(emps2015, in_blocks(twin, 2000), Prefilter(cutoff=30.0, reversals=r))
+        identify_stream(emps2015, in_blocks(twin, 2000), Prefilter(cutoff=40.0, reversals=r))
         for r in (None, "keep")
     )
     assert abs(by_default.physical[2] - truth) < 0.5 * abs(kept.physical[2] - truth)
