@@ -149,7 +149,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
+    "axis,model,generated axis,coordinate,column,parameter,constant,law,drive,experiment,record,"
     "masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
