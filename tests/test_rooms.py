@@ -32,6 +32,7 @@ FLOORS = (
     ("estimation.signals",),
     ("estimation.simulation",),
     ("estimation.regression",),
+    ("estimation.joint",),
     ("estimation.estimates",),
     ("estimation.lacking",),
     ("estimation.moves",),

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from axisid.estimation.estimates import Estimate, Reach, noise_free_record
+from axisid.estimation.estimates import Estimate, Problem, Reach, noise_free_record, part_of
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
@@ -17,7 +17,7 @@ from .agreement import fixed_check
 from .alignment import Alignment, alignment_of
 from .check import Check
 from .control_law import LawCheck, check_law
-from .excitation import Excitation, excitation
+from .excitation import Excitation, excitation, excitation_of_several
 from .instruments import (
     Endogeneity,
     InstrumentTests,
@@ -25,6 +25,7 @@ from .instruments import (
     instrument_tests,
     strength_check,
 )
+from .records_alike import Alike, Apart, records_alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +52,8 @@ class Diagnosis:
         Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
+    records : tuple of RecordDiagnosis
+        By record, where there are several.
     """
 
     preferred: str
@@ -62,6 +65,29 @@ class Diagnosis:
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
+    records: "tuple[RecordDiagnosis, ...]" = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordDiagnosis:
+    """What was measured of one of several records.
+
+    Attributes
+    ----------
+    law : LawCheck or Missing
+    alignment : Alignment or Missing
+    lack_of_fit : LackOfFit or None
+    verdict : tuple of Check
+        The checks that are of one record.
+    apart : Apart or Missing
+        The record alone beside all.
+    """
+
+    law: LawCheck | Missing
+    alignment: Alignment | Missing
+    lack_of_fit: LackOfFit | None
+    verdict: tuple[Check, ...]
+    apart: Apart | Missing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,13 +96,42 @@ class Case:
 
     Attributes
     ----------
-    data : FilteredRecord
+    problem : Problem
+        What the estimates were made from.
     estimates : mapping of str to Estimate
         By method.
     """
 
-    data: FilteredRecord
+    problem: Problem
     estimates: Mapping[str, Estimate]
+
+    @property
+    def data(self) -> FilteredRecord:
+        """The record; of several the first, see `parts`."""
+        return self.problem.data[0]
+
+    @cached_property
+    def parts(self) -> "tuple[Case, ...]":
+        """What there is of each of several records by itself; one record is its own part."""
+        if not self.has_parts:
+            return (self,)
+        return tuple(
+            Case(
+                problem=Problem(axis=data.axis, data=(data,)),
+                estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
+            )
+            for i, data in enumerate(self.problem.data)
+        )
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether records are not what the estimates are of."""
+        return len(self.problem.data) > 1 or self.problem.layout is not None
+
+    @cached_property
+    def alike(self) -> Alike | Missing:
+        """Each of several records against the others."""
+        return records_alike(self.problem, self.preferred)
 
     @property
     def preferred(self) -> Estimate:
@@ -122,6 +177,8 @@ class Case:
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter."""
+        if self.has_parts:
+            return excitation_of_several(self.problem, self.preferred.physical)
         data, physical = self.data, self.preferred.physical
         every = InverseForm(data.axis).at(physical).equations(data.signals)
         return excitation(

@@ -15,6 +15,7 @@ from .instrumental import Instruments as Instruments
 from .method import Fit as Fit
 from .method import Method as Method
 from .methods import METHODS as METHODS
+from .part import part_of as part_of
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
 from .problem import Problem as Problem

@@ -15,6 +15,7 @@ from axisid.estimation.regression import (
     ResidualTests,
     bend,
     correlation,
+    delta_method,
     drawn_parameters,
     residual_tests,
     summarised,
@@ -139,6 +140,8 @@ class Estimate(Shown, Exact):
     noise_free : NoiseFree or None
         The rows of the loops simulated with the estimate, behind the same filter; None where they
         could not be simulated, or move otherwise than the records.
+    weights : (n,) array or None
+        Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     """
 
     method: str
@@ -174,6 +177,7 @@ class Estimate(Shown, Exact):
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
     noise_free: NoiseFree | None = None
+    weights: Array | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -337,9 +341,10 @@ class Estimate(Shown, Exact):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        return residual_tests(
-            self.net_residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
-        )
+        residuals, columns = self.net_residuals, self.X if self.Z is None else self.Z
+        if self.weights is not None:
+            residuals, columns = self.weights * residuals, self.weights[:, None] * columns
+        return residual_tests(residuals, columns, neighbours=self.neighbours)
 
     def plot_force(self) -> "Figure":
         """Draw measured and reconstructed force (or acceleration) and the error."""
@@ -362,7 +367,12 @@ class Estimate(Shown, Exact):
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""
-        return (self.ddm_covariances or self.covariances)[name]
+        if self.ddm_covariances:
+            return self.ddm_covariances[name]
+        if np.array_equal(self.jacobian, np.eye(len(self.theta))):
+            return self.covariances[name]
+        inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
+        return delta_method(self.covariances[name], inverse)
 
     def _values(
         self,

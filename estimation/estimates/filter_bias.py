@@ -78,11 +78,13 @@ def noise_free(
         noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
-    rows = _rows(form, signals, problem)
+    rows = problem.reduced(form, signals)
     solution = _solved(form, rows, instruments)
+    weights = problem.row_weights
+    by_row = 1.0 if weights is None else weights
     return NoiseFree(
-        regressor=rows.regressor,
-        residuals=solution.residuals,
+        regressor=(rows.regressor.T / by_row).T,
+        residuals=solution.residuals / by_row,
         bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
     )
 
@@ -97,10 +99,11 @@ def slopes_by_gain(
     """
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
+        rows = rows if problem.row_weights is None else problem.row_weights * rows
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        _solved(form, _rows(form, signals, problem), instruments).theta
+        _solved(form, problem.reduced(form, signals), instruments).theta
         for signals in (
             [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
         )
@@ -139,14 +142,6 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
     signals = data.signals
     fixed = signals.force - data.force_by_gain
     return replace(signals, force=(signals.force - fixed) * scale + fixed)
-
-
-def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations:
-    pieces = [
-        form.equations(of_one).reduced(data)
-        for of_one, data in zip(signals, problem.data, strict=True)
-    ]
-    return Equations.stacked(pieces)
 
 
 def _solved(form: Form, rows: Equations, instruments: Factored | None) -> Solution:

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from operator import index
 from typing import Any
@@ -337,3 +338,12 @@ def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
         raise UsageError(f"the record is {given(record)}; read one with read_record(path, axis).")
+
+
+def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
+    """Names of several records: of their files, with a number where files are alike."""
+    sources = [record.provenance.source for record in records]
+    return tuple(
+        source if sources.count(source) == 1 else f"{source} (record {i})"
+        for i, source in enumerate(sources, 1)
+    )

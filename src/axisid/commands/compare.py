@@ -7,7 +7,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
     Target,
@@ -53,7 +53,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
-@click.argument("record", required=False, shell_complete=complete_file)
+@click.argument("records", metavar="[RECORD]...", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--axes",
     multiple=True,
@@ -88,7 +88,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
 def compare(
-    record: str | None,
+    records: tuple[str, ...],
     axes: tuple[str, ...],
     ladder: str | None,
     quadratic: bool,
@@ -101,7 +101,7 @@ def compare(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Fit several models of one axis to RECORD, and recommend one.
+    """Fit several models of one axis to one RECORD or several, and recommend one.
 
     The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
     Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
@@ -110,12 +110,13 @@ def compare(
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
-    check_targets([Target("--json", json_file, "compare")], (record, *named), force=force)
+    check_targets([Target("--json", json_file, "compare")], (*records, *named), force=force)
     if not named:
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    first, data = axis_and_record(named[0], record, reading, no_native=no_native)
+    given = axis_and_records(named[0], records, reading, no_native=no_native)
+    first, data = given.axis, given.records
 
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import compare as run
@@ -129,7 +130,7 @@ def compare(
     _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
-        filtered = filtering.prefilter(data.period)
+        filtered = filtering.prefilter(data[0].period)
         result = run(built, data, filtered, method, progress=line)
     put_result(result, json_file)
 

@@ -47,6 +47,8 @@ from .residuals import WrittenRuns as WrittenRuns
 from .result_comparison import WrittenAlone as WrittenAlone
 from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
+from .several import WrittenApart as WrittenApart
+from .several import WrittenMember as WrittenMember
 from .stream import WrittenStream as WrittenStream
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn

@@ -18,6 +18,7 @@ from .diagnosis import (
 )
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
+from .several import WrittenMember
 
 
 class WrittenMethodValidation(Written, frozen=True, kw_only=True):
@@ -113,6 +114,26 @@ class WrittenIdentification(
     ]
     failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
+    validations: Annotated[
+        tuple[WrittenValidation, ...] | UnsetType,
+        about("With --validate more than once, each of them; `validation` is the first."),
+    ] = UNSET
+    records: Annotated[
+        tuple[WrittenMember, ...] | UnsetType,
+        about("Where there are several, all of them; `record` and `prefilter` are the first's."),
+    ] = UNSET
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    declared_gain: Annotated[
+        float | UnsetType,
+        about("Of the drive, where `drive_gain` is among the parameters."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
+    ] = UNSET
 
 
 class WrittenSweep(Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):

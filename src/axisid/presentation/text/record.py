@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from axisid.estimation.identification import RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
@@ -21,20 +22,32 @@ def rows_text(sampling: Sampling, used: int, drive: Drive, *, measured: bool) ->
     measured : bool
         Whether the force was.
     """
-    f = sampling.prefilter
     start, end = sampling.filter.dropped
-    kept = "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-    commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
-    force = "force column" if measured else commanded
     masked, quiet = sampling.masked_rows, sampling.excluded_samples
     lost = f", {masked} left out that masked samples reach" if masked else ""
     each = " of each" if sampling.segments else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
     return (
         f"{used} rows of {sampling.samples} samples{_of_segments(sampling)}: {start} dropped at "
-        f"the start, {end} at the end{each}, then {kept}{lost}. Position low-passed by "
-        f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward. Force: {force}, hold "
-        f"{f.hold}."
+        f"the start, {end} at the end{each}, then {kept_text(sampling)}{lost}. "
+        f"{filter_text(sampling, drive, measured=measured)}"
+    )
+
+
+def kept_text(sampling: Sampling) -> str:
+    """Which of the samples that are not dropped become rows."""
+    f = sampling.prefilter
+    return "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
+
+
+def filter_text(sampling: Sampling, drive: Drive, *, measured: bool) -> str:
+    """The low-pass and the force, in sentences."""
+    f = sampling.prefilter
+    commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
+    force = "force column" if measured else commanded
+    return (
+        f"Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, forward and "
+        f"backward. Force: {force}, hold {f.hold}."
     )
 
 
@@ -47,7 +60,7 @@ def _of_segments(sampling: Sampling) -> str:
     return f" in {used} of {there} segments (the others are too short)"
 
 
-def record_facts(record: Record, wording: Wording) -> dict[str, str]:
+def record_facts(record: RecordInfo, wording: Wording) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
     assumed = (*source.assumed, *(doubt.worded(wording) for doubt in source.doubts))

@@ -21,19 +21,24 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
 from .record import record_facts
+from .several import several_facts
+
+_NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 
 def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    told = record_facts(first.record, wording)
+    told = (
+        several_facts(first, wording) if first.of_records else record_facts(first.record, wording)
+    )
     facts = {
         "left out": left_out_text(first.axis.declared),
-        **{name: told[name] for name in ("assumed", "repaired")},
+        **{name: text for name, text in told.items() if not name.startswith(_NOT_TOLD)},
     }
     tables: list[Block] = [
         _table(sweep, quantity.name, quantity.unit, sweep.methods)
-        for quantity in first.axis.parameters
+        for quantity in first.preferred.quantities
     ]
     return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep, wording)
 
