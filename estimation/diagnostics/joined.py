@@ -2,10 +2,9 @@
 
 from collections.abc import Sequence
 
+from axisid.estimation.checks import Check, Status
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
-
-from .check import Check, Status
 
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
 

@@ -14,7 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
-from axisid.estimation.estimates import Estimate, Problem, part_of
+from axisid.estimation.checks import Check
+from axisid.estimation.estimates import Estimate, part_of
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     Hac,
@@ -31,8 +33,6 @@ from axisid.estimation.thresholds.diagnostics import (
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-
-from .check import Check
 
 NAME = "records alike"
 

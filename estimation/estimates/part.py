@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.joint import JointForm
+from axisid.estimation.problems import NoiseFree, Problem
 from axisid.estimation.regression import (
     condition_number,
     delta_method,
@@ -14,8 +15,6 @@ from axisid.estimation.regression import (
 from axisid.support.arrays import Array, relative_error_percent
 
 from .estimate import Estimate, NotSimulated
-from .filter_bias import NoiseFree
-from .problem import Problem
 
 
 def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:

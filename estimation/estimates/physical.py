@@ -27,7 +27,7 @@ from axisid.support.arrays import Array, Exact
 
 from .base_distance import BaseMap, Distance
 from .estimate import Estimate
-from .value import Named
+from .value import NamedValues
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,7 +39,7 @@ class Physical(Exact):
     method : str
         Of the estimate.
     base : BaseModel
-    parameters : Named
+    parameters : NamedValues
         The declared parameters that follow, by name.
     covariances : mapping of str to array
         Of these, in their order: ``iid``, ``robust`` and ``hac``.
@@ -54,7 +54,7 @@ class Physical(Exact):
 
     method: str
     base: BaseModel
-    parameters: Named
+    parameters: NamedValues
     covariances: Mapping[str, Array]
     undetermined: tuple[str, ...]
     statistic: float
@@ -106,7 +106,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
     return Physical(
         method=estimate.method,
         base=base,
-        parameters=Named(
+        parameters=NamedValues(
             (
                 names[j],
                 estimate.valued(
@@ -141,7 +141,7 @@ def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Phys
     return Physical(
         method=estimate.method,
         base=base,
-        parameters=Named(),
+        parameters=NamedValues(),
         covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
         undetermined=reasons,
         statistic=0.0,

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import METHODS, Problem, bound_record
 from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilters_of
+from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import MIN_NOISE_RATIO

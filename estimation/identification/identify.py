@@ -5,14 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import (
-    COVARIANCES,
-    METHODS,
-    Estimate,
-    Problem,
-    estimate_by,
-)
+from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told, prefilters_of
+from axisid.estimation.methods import METHODS, estimate_by
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, record_labels
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -87,20 +83,20 @@ def identify(
     own = _names("local", local)
     if not is_among(gain, ("identified", "declared")):
         raise UsageError(f"the gain is {given(gain)}; give identified or declared.")
-    asked = Prefilter.suited(records[0].period) if prefilter is None else prefilter
+    as_given = Prefilter.suited(records[0].period) if prefilter is None else prefilter
     layout = layout_for(generated, records, own, known, gain=gain == "identified")
     aside: dict[str, Note] = {}
     if len(records) > 1:
-        usable, aside = _usable(generated, records, asked, skip_bad=skip_bad)
+        usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
         if aside:
             records = [records[i] for i in usable]
             known = known and {n: [values[i] for i in usable] for n, values in known.items()}
             layout = layout_for(generated, records, own, known, gain=gain == "identified")
     axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
-    data = bound_records(axes, records, asked)
+    data = bound_records(axes, records, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
     return identify_problem(
-        problem, asked, requested, lags=lags, covariance=covariance, set_aside=aside
+        problem, as_given, requested, lags=lags, covariance=covariance, set_aside=aside
     )
 
 
@@ -122,7 +118,7 @@ def records_of(record: object) -> list[Record]:
 
 
 def _usable(
-    axis: GeneratedAxis, records: Sequence[Record], asked: Prefilter, *, skip_bad: bool
+    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
 ) -> tuple[list[int], dict[str, Note]]:
     """Which of several records the filter serves, and why not the others.
 
@@ -131,7 +127,7 @@ def _usable(
     UsageError
         Some cannot be used, and are not to be skipped; or none is left.
     """
-    filters = prefilters_of(asked, records[0].period, [record.period for record in records])
+    filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
     usable, bad = [], dict[str, Note]()
     pairs = zip(record_labels(records), records, filters, strict=True)
     for i, (name, record, prefilter) in enumerate(pairs):
@@ -181,7 +177,7 @@ def _names(what: str, names: object) -> tuple[str, ...]:
 
 def identify_filtered(
     data: FilteredRecord,
-    asked: Prefilter,
+    as_given: Prefilter,
     requested: Sequence[str] | None = None,
     *,
     lags: int | None = None,
@@ -189,12 +185,12 @@ def identify_filtered(
 ) -> Identification:
     """`identify` from a record that is filtered already, by the prefilter that was asked for."""
     problem = Problem(axis=data.axis, data=(data,))
-    return identify_problem(problem, asked, requested, lags=lags, covariance=covariance)
+    return identify_problem(problem, as_given, requested, lags=lags, covariance=covariance)
 
 
 def identify_problem(
     problem: Problem,
-    asked: Prefilter,
+    as_given: Prefilter,
     requested: Sequence[str] | None = None,
     *,
     lags: int | None = None,
@@ -223,7 +219,7 @@ def identify_problem(
         estimates=estimates,
         skipped=skipped,
         failed=failed,
-        requested=asked,
+        requested=as_given,
         set_aside=set_aside or {},
     )
 

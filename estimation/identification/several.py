@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Estimate, Problem
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Sampling
 from axisid.estimation.tables import Provenance

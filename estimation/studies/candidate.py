@@ -8,7 +8,8 @@ import numpy as np
 from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import Estimate, Problem
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac, InverseForm, Solution
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Exact

@@ -12,8 +12,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import comparing
-from axisid.estimation.diagnostics import LawCheck, first_law
-from axisid.estimation.estimates import Problem
+from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
     bound_records,
@@ -21,6 +20,7 @@ from axisid.estimation.identification import (
     records_of,
     weighted,
 )
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import NO_RELATION
@@ -31,9 +31,9 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.shown import Shown
 
 from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
@@ -41,7 +41,7 @@ from .nesting import NestedTest, nested_tests
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(Shown, Exact):
+class Comparison(Presentable, Exact):
     """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes

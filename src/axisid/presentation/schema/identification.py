@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 from .diagnosis import (
     WrittenAlignment,
     WrittenBand,
@@ -21,7 +21,7 @@ from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
 from .several import WrittenMember
 
 
-class WrittenMethodValidation(Written, frozen=True, kw_only=True):
+class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
     """One frozen estimate on the second record."""
 
     method: str
@@ -59,7 +59,7 @@ class WrittenMethodValidation(Written, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenValidation(Written, frozen=True, kw_only=True):
+class WrittenValidation(JsonObject, frozen=True, kw_only=True):
     """The frozen estimates on a second record."""
 
     record: WrittenRecord
@@ -78,7 +78,7 @@ class WrittenValidation(Written, frozen=True, kw_only=True):
 
 
 class WrittenIdentification(
-    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
 ):
     """What `axisid identify --json` writes."""
 
@@ -136,7 +136,7 @@ class WrittenIdentification(
     ] = UNSET
 
 
-class WrittenSweep(Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
+class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
     """What `axisid sweep --json` writes."""
 
     recommended_cutoff: Annotated[float, about("Hz")]

@@ -5,13 +5,13 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 from .diagnosis import WrittenAlignment, WrittenCheck, WrittenLackOfFit, WrittenLawCheck
 from .record import WrittenPrefilter, WrittenRecord
 from .values import WrittenKnown
 
 
-class WrittenApart(Written, frozen=True, kw_only=True):
+class WrittenApart(JsonObject, frozen=True, kw_only=True):
     """A record alone beside all of them, in the parameters of its own axis."""
 
     own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
@@ -23,7 +23,7 @@ class WrittenApart(Written, frozen=True, kw_only=True):
     share_percent: Annotated[float, about("Force that the difference makes, of the record's.")]
 
 
-class WrittenMember(Written, frozen=True, kw_only=True):
+class WrittenMember(JsonObject, frozen=True, kw_only=True):
     """One of several records, by the estimate that is judged."""
 
     name: Annotated[str, about("As the verdict names it.")]

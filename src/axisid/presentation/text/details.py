@@ -2,14 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.estimation.diagnostics import (
-    Alignment,
-    Check,
-    Diagnosis,
-    Endogeneity,
-    InstrumentTests,
-    LawCheck,
-)
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
@@ -108,7 +104,7 @@ def _by_record(diagnosis: Diagnosis) -> Table:
     rows = []
     for i, of_one in enumerate(diagnosis.records, 1):
         law, alignment = of_one.law, of_one.alignment
-        told = (
+        text = (
             ("-", "-")
             if isinstance(law, Missing)
             else (_percent(law.residual_percent), str(law.delay))
@@ -118,7 +114,7 @@ def _by_record(diagnosis: Diagnosis) -> Table:
             if isinstance(alignment, Missing)
             else (f"{alignment.best:.3f} +- {alignment.deviation:.2g}")
         )
-        rows.append([f"record {i}", *told, best])
+        rows.append([f"record {i}", *text, best])
     heads = ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]")
     return _table("By record", heads, rows)
 
@@ -149,8 +145,8 @@ def _endogeneity(title: str, preferred: Estimate, diagnosis: Diagnosis) -> Parag
         f"{q.name} {p:.2g}" if p == p else f"{q.name} -"  # NaN where the column has no residual
         for q, p in zip(preferred.quantities, endogeneity.by_parameter, strict=True)
     )
-    told = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
-    return paragraph(told, title=title, filled=False)
+    text = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
+    return paragraph(text, title=title, filled=False)
 
 
 def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wording) -> Paragraph:

@@ -29,12 +29,12 @@ _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    told = (
+    facts = (
         several_facts(first, wording) if first.of_records else record_facts(first.record, wording)
     )
     facts = {
         "left out": left_out_text(first.axis.declared),
-        **{name: text for name, text in told.items() if not name.startswith(_NOT_TOLD)},
+        **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
     tables: list[Block] = [
         _table(sweep, quantity.name, quantity.unit, sweep.methods)
@@ -56,8 +56,8 @@ def _row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cel
     for method in methods:
         estimate = result.estimates.get(method)
         value = estimate and estimate.parameters[name]
-        told = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-        row.append(Quantity(*told))
+        texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
+        row.append(Quantity(*texts))
     return tuple(row)
 
 
