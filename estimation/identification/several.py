@@ -23,6 +23,14 @@ class RecordInfo(Protocol):
         """Where it comes from."""
 
     @property
+    def period(self) -> float:
+        """Sampling period, s."""
+
+    @property
+    def digest(self) -> str:
+        """Of the samples."""
+
+    @property
     def size(self) -> str:
         """Samples and sampling period, in words."""
 

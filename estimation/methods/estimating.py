@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated, known_spread
+from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
 from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
 from axisid.estimation.regression import (
     Covariance,
@@ -24,6 +24,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Note
 
+from .known_spread import known_spread
 from .method import Fit, Method
 
 

@@ -75,13 +75,17 @@ def test_an_inverse_that_undoes_the_force_is_taken() -> None:
 @pytest.mark.parametrize("limit", [10.0, math.inf, 1e-6])
 @pytest.mark.parametrize("factor", [1.001, -1.0, 0.0])
 def test_another_inverse_is_refused_with_a_control(factor: float, limit: float) -> None:
-    with pytest.raises(ModelError, match=r"the drive Cubed makes a force of .* its inverse gives"):
+    with pytest.raises(
+        ModelError, match=r"the drive CubedDrive makes a force of .* its inverse gives"
+    ):
         build(driven(CubedDrive(gain=1.0, limit=limit, factor=factor)), native=False)
 
 
 @pytest.mark.parametrize("cube", [math.nan, math.inf, "2", None])
 def test_a_constant_that_is_no_number_is_refused_by_name(cube: object) -> None:
-    with pytest.raises(ModelError, match=r"the constant cube of the drive Cubed is .* give a "):
+    with pytest.raises(
+        ModelError, match=r"the constant cube of the drive CubedDrive is .* give a "
+    ):
         build(driven(CubedDrive(gain=1.0, cube=cube)), native=False)
 
 

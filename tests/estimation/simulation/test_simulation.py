@@ -390,6 +390,7 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     text = axis_artefacts(derive(AXES["continuous"]))["native.c"]
     guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
     settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
+    assert axis.native.library() is not None  # tested against the virtual machine as it is
     monkeypatch.setattr("axisid.codegen.runtime.virtual_loop._MOST_EVENTS", (1, 1))
     library = guarded.library()
     assert library is not None

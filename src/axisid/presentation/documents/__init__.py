@@ -1,6 +1,6 @@
-"""Results as plain data, and read back.
+"""Results as plain data.
 
-In: a result, a file. Out: what JSON holds. Knows nothing of how statistics are computed.
+In: a result. Out: what JSON holds. Knows nothing of how statistics are computed.
 """
 
 from .comparison import comparison_dict as comparison_dict
@@ -9,7 +9,6 @@ from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import identification_document as identification_document
 from .identification import record_dict as record_dict
-from .saved_several import read_apart as read_apart
 from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
 from .validation import validation_dict as validation_dict

@@ -18,7 +18,7 @@ from axisid.estimation.diagnostics.estimates import (
 from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
-from axisid.presentation.documents import NOT_EVALUATED, read_apart
+from axisid.presentation.documents import NOT_EVALUATED
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenBand,
@@ -35,6 +35,8 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting, as_options
+
+from .several import read_apart
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:

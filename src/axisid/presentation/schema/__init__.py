@@ -24,7 +24,9 @@ from .diagnosis import WrittenLawCheck as WrittenLawCheck
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate
+from .identification import WrittenApart as WrittenApart
 from .identification import WrittenIdentification as WrittenIdentification
+from .identification import WrittenMember as WrittenMember
 from .identification import WrittenMethodValidation as WrittenMethodValidation
 from .identification import WrittenSweep as WrittenSweep
 from .identification import WrittenValidation as WrittenValidation
@@ -47,8 +49,6 @@ from .residuals import WrittenRuns as WrittenRuns
 from .result_comparison import WrittenAlone as WrittenAlone
 from .result_comparison import WrittenDifference as WrittenDifference
 from .result_comparison import WrittenResultComparison as WrittenResultComparison
-from .several import WrittenApart as WrittenApart
-from .several import WrittenMember as WrittenMember
 from .stream import WrittenStream as WrittenStream
 from .values import WrittenDirectValue as WrittenDirectValue
 from .values import WrittenDrawn as WrittenDrawn

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.joint import Known, Layout, layout_of
-from axisid.estimation.methods import Fit
 from axisid.estimation.problems import Problem
 from axisid.support.arrays import Array
+
+from .method import Fit
 
 _STEP = 1e-3  # of a deviation's size at which the model is differenced, at least of the value
 
