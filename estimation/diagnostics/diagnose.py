@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
     filter_bias,
+    gain_check,
     ls_against_iv,
     precision,
     self_test,
@@ -185,6 +186,10 @@ def _changes_in_time(case: Case) -> Check | Missing:
     return changes_check(case.lacking, case.preferred)
 
 
+def _drive_gain(case: Case) -> Check | None:
+    return gain_check(case.preferred, case.problem.axis.axis.drive)
+
+
 def _records_alike(case: Case) -> Check | Missing:
     return alike_check(case.alike, record_labels([data.record for data in case.problem.data]))
 
@@ -228,6 +233,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
         Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
         Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
+        Diagnostic(name="drive gain", check=_drive_gain, several=True),
         Diagnostic(name="records alike", check=_records_alike, rank=8, several=True),
         Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
     )

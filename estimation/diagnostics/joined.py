@@ -34,7 +34,8 @@ def joined(
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
     lead = " and ".join(same or [told[0][0]])
-    more = f"; so it is with {_listed(others)}, otherwise" if others else ""
+    also = "fails" if status == "fail" else "is noted"
+    more = f"; it {also} of {_listed(others)} too" if others else ""
     return _worded(first, f"{lead}: ", more)
 
 

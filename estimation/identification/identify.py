@@ -1,6 +1,7 @@
 """The pipeline: from an axis and its records to estimates, method by method."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -163,7 +164,8 @@ def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
 
 def _unnamed(name: str, note: Note) -> Note:
     """A reason that does not begin with the record's name once more."""
-    return Note(note.text.removeprefix(f"{name}: "), note.remedy)
+    text = note.text.removeprefix(f"{name}: ").removeprefix(f"{Path(name).name}: ")
+    return Note(text, note.remedy)
 
 
 def _names(what: str, names: object) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from .known import Known as Known
 from .known import Told as Told
 from .known import known_of as known_of
 from .known import read_known as read_known
+from .layout import GAIN as GAIN
 from .layout import Layout as Layout
 from .layout import Member as Member
 from .layout import layout_of as layout_of

@@ -6,11 +6,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 from axisid.estimation.records import is_same_period
-from axisid.estimation.signals import Prefilter
+from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.support.errors import UsageError
 from axisid.support.remedy import Remedy, Setting
 
 _MOST_ROWS_APART = 1000  # samples of the fastest record between rows
+_FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that
 _FINEST = 50  # of a ratio of periods, its largest denominator
 
 
@@ -42,8 +43,7 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
         raise _apart(periods)
     step = math.lcm(*(ratio.numerator for ratio in ratios))
     least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
-    # The fewest steps that are no finer than what was asked for.
-    apart = least * max(1, math.ceil(Fraction(asked.decimate) / least))
+    apart = _multiple(least, asked.decimate, matching_decimation(asked.cutoff, designed))
     every = [apart / ratio for ratio in ratios]
     if any(one.denominator != 1 or one > _MOST_ROWS_APART for one in every):
         raise _apart(periods)
@@ -51,6 +51,13 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
         replace(asked.at_period(designed, period), decimate=int(one))
         for period, one in zip(periods, every, strict=True)
     ]
+
+
+def _multiple(least: Fraction, decimate: int, lowest: int) -> Fraction:
+    """Rows apart about as far as was asked for, and no finer than the cut-off allows."""
+    above = least * max(1, math.ceil(Fraction(decimate) / least))
+    below = above - least
+    return below if above > _FARTHER * decimate and below >= min(lowest, decimate) else above
 
 
 def _apart(periods: Sequence[float]) -> UsageError:

@@ -10,7 +10,7 @@ from axisid.support.arrays import Array
 
 from .method import Fit
 
-_STEP = 1e-3  # of a deviation's size at which the model is differenced, at least of the value
+_STEP = 1e-3  # of the value, over which the model is differenced
 
 
 def known_spread(problem: Problem, fit: Fit) -> Array | None:
@@ -24,18 +24,20 @@ def known_spread(problem: Problem, fit: Fit) -> Array | None:
         return None
     total: Array | None = None
     for known in layout.known:
-        for value, deviation in known.doubtful:
-            moved = fit.solution.influence.T @ _changed(problem, layout, fit, known, value)
-            moved = deviation * moved
+        for told in known.doubtful:
+            moved = told[1] * fit.solution.influence.T @ _changed(problem, layout, fit, known, told)
             spread = np.outer(moved, moved)
             total = spread if total is None else total + spread
     return total
 
 
-def _changed(problem: Problem, layout: Layout, fit: Fit, known: Known, value: float) -> Array:
+def _changed(
+    problem: Problem, layout: Layout, fit: Fit, known: Known, told: tuple[float, float]
+) -> Array:
     """Slope of what the model leaves of each row, (n,), by a value that is known."""
-    step = _STEP * (abs(value) or 1.0)
-    values = tuple(v + step if v == value else v for v in known.values)
+    step = _STEP * (abs(told[0]) or 1.0)
+    of_it = [pair == told for pair in zip(known.values, known.deviations, strict=True)]
+    values = tuple(v + step * own for v, own in zip(known.values, of_it, strict=True))
     other = replace(known, values=values)
     moved = layout_of(
         problem.axis,
@@ -44,12 +46,16 @@ def _changed(problem: Problem, layout: Layout, fit: Fit, known: Known, value: fl
         layout.local,
         commanded=layout.gain is not None,
     )
-    theta, slopes = fit.solution.theta, []
+    theta = fit.solution.theta
+    # What appears only beside it, as at a value of 0, has no estimate to be moved.
+    there = dict(zip((q.name for q in layout.quantities), theta, strict=True))
+    other_theta = np.array([there.get(q.name, 0.0) for q in moved.quantities])
+    slopes = []
     for i, data in enumerate(problem.data):
-        if known.values[i] != value:
+        if not of_it[i]:
             slopes.append(np.zeros(len(data.row_numbers)))
             continue
-        force = [each.force_of(data, theta, i) for each in (layout, moved)]
-        slopes.append((force[0] - force[1]) / step)
+        change = layout.force_of(data, theta, i) - moved.force_of(data, other_theta, i)
+        slopes.append(change / step)
     found = np.concatenate(slopes)
     return found if problem.row_weights is None else problem.row_weights * found

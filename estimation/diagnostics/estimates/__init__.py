@@ -8,6 +8,7 @@ from .agreement import delta_method_check as delta_method_check
 from .agreement import fixed_check as fixed_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
+from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
 from .excitation import excitation_of_several as excitation_of_several

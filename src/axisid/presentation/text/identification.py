@@ -95,14 +95,17 @@ def _rows_text(result: Identification) -> str:
 
 def _heading(result: Identification, wording: Wording) -> Heading:
     axis, record = result.axis, result.record
-    declared, source = axis.axis, record.provenance
+    declared, truth = axis.axis, record.provenance.truth
+    for of_one in result.of_records:  # what is true of all
+        own = of_one.record.provenance.truth
+        truth = {name: value for name, value in truth.items() if own.get(name) == value}
     facts = {
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
         "left out": left_out_text(axis.declared),
         **(several_facts(result, wording) if result.of_records else record_facts(record, wording)),
         **set_aside_facts(result.set_aside, wording),
-        "truth": _truth(axis.declared.parameters, source.truth),
-        "": _truth([p for p, _ in axis.base.combined], source.truth),
+        "truth": _truth(axis.declared.parameters, truth),
+        "": _truth([] if result.of_records else [p for p, _ in axis.base.combined], truth),
     }
     return Heading(facts=tuple(facts.items()))
 

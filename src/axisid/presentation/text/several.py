@@ -1,6 +1,7 @@
 """Several records in words: what each is, what is known of it, how it stands beside the rest."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.signals import Sampling
@@ -38,9 +39,10 @@ def set_aside_facts(set_aside: Mapping[str, str | Note], wording: Wording) -> di
     if not set_aside:
         return {}
     counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
+    told = {n: why if isinstance(why, str) else why.worded(wording) for n, why in set_aside.items()}
     reasons = (
-        f"{name} ({why if isinstance(why, str) else why.worded(wording)})"
-        for name, why in set_aside.items()
+        f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
+        for n, why in told.items()
     )
     return {"set aside": f"{counted}: {'; '.join(reasons)}"}
 
