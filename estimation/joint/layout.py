@@ -207,6 +207,11 @@ def _check(axis: GeneratedAxis, known: Sequence[Known], local: tuple[str, ...]) 
             raise UsageError(
                 f"{name!r} is known of each record and its own as well; leave one of the two out."
             )
+    if fixed := [p.name for p in axis.base.known]:
+        raise UsageError(
+            f"{' and '.join(fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which is weighed "
+            "where all parameters are shared; say it of each record as known, or leave it out."
+        )
     if not {*declared} - {each.name for each in known}:
         raise UsageError("every parameter is known; leave at least one to identify.")
 

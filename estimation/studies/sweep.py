@@ -103,6 +103,7 @@ def sweep(
     local: str | Sequence[str] = (),
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
+    skip_bad: bool = False,
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -118,7 +119,7 @@ def sweep(
         As in `identify`.
     progress : callable, optional
         Told before each cut-off how many are done, of how many, and which it is.
-    local, known, gain
+    local, known, gain, skip_bad
         As in `identify`, of several records.
 
     Raises
@@ -148,7 +149,14 @@ def sweep(
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
             result = identify(
-                generated, records, chosen, methods, local=local, known=known, gain=gain
+                generated,
+                records,
+                chosen,
+                methods,
+                local=local,
+                known=known,
+                gain=gain,
+                skip_bad=skip_bad,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())

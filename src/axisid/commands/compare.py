@@ -17,6 +17,11 @@ from axisid.commands.options.outputs import (
     put_result,
 )
 from axisid.commands.options.record_options import Reading, is_log, record_options
+from axisid.commands.options.several_options import (
+    columns_by_place,
+    columns_of_option,
+    skip_bad_option,
+)
 from axisid.estimation.choices.methods import comparing
 from axisid.presentation.console import ProgressLine
 
@@ -83,6 +88,8 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 )
 @filter_options()
 @record_options
+@columns_of_option
+@skip_bad_option
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
@@ -96,6 +103,8 @@ def compare(
     method: str,
     filtering: Filtering,
     reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
+    skip_bad: bool,
     left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
@@ -115,7 +124,15 @@ def compare(
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    given = axis_and_records(named[0], records, reading, no_native=no_native)
+    given = axis_and_records(
+        named[0],
+        records,
+        reading,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=columns_by_place(columns_of, len(records)),
+    )
+    given.say_set_aside()
     first, data = given.axis, given.records
 
     from axisid.codegen.artefacts import build

@@ -18,7 +18,13 @@ from axisid.commands.options.outputs import (
     put_json,
 )
 from axisid.commands.options.record_options import Reading, record_options
-from axisid.commands.options.several_options import Sharing, sharing_options
+from axisid.commands.options.several_options import (
+    Sharing,
+    columns_by_place,
+    columns_of_option,
+    sharing_options,
+    skip_bad_option,
+)
 from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
@@ -37,7 +43,9 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
 @record_options
+@columns_of_option
 @sharing_options
+@skip_bad_option
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
@@ -51,7 +59,9 @@ def sweep(
     points: int,
     filtering: Filtering,
     reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
     sharing: Sharing,
+    skip_bad: bool,
     left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
@@ -71,7 +81,16 @@ def sweep(
         )
     if figure is not None:
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
-    given = axis_and_records(axis, records, reading, left_out=left_out, no_native=no_native)
+    given = axis_and_records(
+        axis,
+        records,
+        reading,
+        left_out=left_out,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=columns_by_place(columns_of, len(records)),
+    )
+    given.say_set_aside()
     shared = sharing.of(max(len(records), 1), given.used)
 
     from axisid.estimation.studies import default_cutoffs
@@ -80,7 +99,15 @@ def sweep(
     generated, data = given.axis, given.records
     cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
-        result = run(generated, data, cutoffs, filtering.prefilter(), progress=line, **shared)
+        result = run(
+            generated,
+            data,
+            cutoffs,
+            filtering.prefilter(),
+            progress=line,
+            skip_bad=skip_bad,
+            **shared,
+        )
     if json_file != "-":
         print_result(result)
     if json_file is not None:

@@ -156,3 +156,39 @@ def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> No
         *logs[:2], str(tmp_path / "other.csv"), "--columns-of", "2", columns, "--method", "idm-ls"
     )
     assert "columns 2  time = zeit" in told
+
+
+def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str]) -> None:
+    axis, first, second, bad = logs
+    options = ["--skip-bad", "--columns", "time=t,position=q,reference=r,control=u"]
+    swept = CliRunner().invoke(
+        cli,
+        ["sweep", axis, first, bad, second, "--points", "2", "--known", "m_add=0,1,20", *options],
+    )
+    assert swept.exit_code == 0, swept.output
+    assert "IDM-IV drive_gain [N/V]" in swept.output
+    assert "without" in swept.output
+    compared = CliRunner().invoke(
+        cli, ["compare", first, bad, first, "--ladder", "emps2015", *options]
+    )
+    assert compared.exit_code == 0, compared.output
+    assert "record 2   run1.csv" in compared.output
+
+
+def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:
+    result = CliRunner().invoke(cli, ["compare-results", str(file), str(file)])
+    assert result.exit_code == 0, result.output
+    assert "run 1, run 2" in result.output
+
+
+def test_estimates_are_held_against_several_further_records(
+    logs: list[str], tmp_path: Path
+) -> None:
+    axis, first, second, _ = logs
+    out = tmp_path / "r.json"
+    told = _run(axis, first, first, "--validate", second, "--validate", first, "--json", str(out))
+    assert told.count("Frozen estimates on") == 2
+    written = json.loads(out.read_text())
+    assert [v["record"]["source"] for v in written["validations"]] == ["run2.csv", "run1.csv"]
+    assert "this is the record that the estimates were made from" in told
+    assert "M_plus_m_add" in export(load_result(out, stage()), "c")

@@ -45,6 +45,13 @@ class Inputs:
     used: tuple[int, ...]
     set_aside: "Mapping[str, Note]"
 
+    def say_set_aside(self) -> None:
+        """Tell of each log that could not be read."""
+        from axisid.support.remedy import as_options
+
+        for name, why in self.set_aside.items():
+            click.echo(f"axisid: without {name}: {why.worded(as_options)}", err=True)
+
 
 def axis_and_records(
     axis: str,

@@ -21,7 +21,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
 from .record import record_facts
-from .several import several_facts
+from .several import set_aside_facts, several_facts
 
 _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
@@ -40,6 +40,7 @@ def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document
         _table(sweep, quantity.name, quantity.unit, sweep.methods)
         for quantity in first.preferred.quantities
     ]
+    facts |= set_aside_facts(first.set_aside, wording)
     return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep, wording)
 
 
