@@ -138,8 +138,9 @@ def _normality(case: Case) -> Check:
 
 
 def _filter_bias(case: Case) -> Check | Missing:
-    left_out = all(data.prefilter.reversals == "leave-out" for data in case.problem.data)
-    return filter_bias(case.preferred, "leave-out" if left_out else None)
+    return filter_bias(
+        case.preferred, has_reversals=any(d.could_leave_out for d in case.problem.data)
+    )
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -171,7 +172,7 @@ def _limit(case: Case) -> Check | None:
 
 
 def _constant(case: Case) -> Check | Missing:
-    return constant_check(case.preferred, case.data.weights, case.law)
+    return constant_check(case.preferred, case.data.weights, case.law, case.lacking)
 
 
 def _ripple(case: Case) -> Check | Missing:

@@ -83,7 +83,9 @@ def identify(
     requested = _requested(methods)
     own = _names("local", local)
     if not is_among(gain, ("identified", "declared")):
-        raise UsageError(f"the gain is {given(gain)}; give identified or declared.")
+        raise UsageError(
+            f"the gain is {given(gain)}; give identified or declared.", code="bad-gain-choice"
+        )
     as_given = Prefilter.suited(records[0].period) if prefilter is None else prefilter
     layout = layout_for(generated, records, own, known, gain=gain == "identified")
     aside: dict[str, Note] = {}
@@ -112,7 +114,10 @@ def records_of(record: object) -> list[Record]:
     several = isinstance(record, Iterable) and not isinstance(record, (str, bytes))
     records = list(record) if several and isinstance(record, Iterable) else [record]
     if not records:
-        raise UsageError("no record is given; give one or more, read by read_record(path, axis).")
+        raise UsageError(
+            "no record is given; give one or more, read by read_record(path, axis).",
+            code="no-record",
+        )
     for each in records:
         check_record(each)
     return [each for each in records if isinstance(each, Record)]
@@ -173,7 +178,9 @@ def _names(what: str, names: object) -> tuple[str, ...]:
     if isinstance(names, str):
         return (names,) if names else ()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
-        raise UsageError(f"{what} is {given(names)}; give the names of parameters.")
+        raise UsageError(
+            f"{what} is {given(names)}; give the names of parameters.", code="names-type"
+        )
     return tuple(names)
 
 
@@ -236,15 +243,17 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
-                f"there is no method {given(method)}; choose from {', '.join(METHODS)}."
+                f"there is no method {given(method)}; choose from {', '.join(METHODS)}.",
+                code="unknown-method",
             )
     if not listed:
-        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
 
 
 def _check_covariance(covariance: object) -> None:
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}."
+            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            code="unknown-covariance",
         )

@@ -87,10 +87,13 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
             raise UsageError(
                 f"{text!r} says nothing of each record{wrong * (match is not None)}; write "
                 "NAME=V1,V2,..., SI, one value for each record in their order, each with its "
-                "deviation if it has one: m_add=0,20+-0.01."
+                "deviation if it has one: m_add=0,20+-0.01.",
+                code="known-text",
             )
         if match[1] in found:
-            raise UsageError(f"{match[1]!r} is known twice; give all its values once.")
+            raise UsageError(
+                f"{match[1]!r} is known twice; give all its values once.", code="known-twice"
+            )
         found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
     return found
 
@@ -99,14 +102,16 @@ def _known(name: str, told: object, records: int) -> Known:
     if isinstance(told, str) or not isinstance(told, Iterable):
         raise UsageError(
             f"what is known of {name!r} is {given(told)}; give a list with a number, or a number "
-            "and its deviation, for each record."
+            "and its deviation, for each record.",
+            code="known-type",
         )
     entries = [_pair(name, entry) for entry in told]
     if len(entries) != records:
         counted = "is 1 record" if records == 1 else f"are {records} records"
         raise UsageError(
             f"{name!r} has {len(entries)} known values, and there {counted}; give one for each, "
-            "in their order."
+            "in their order.",
+            code="known-count",
         )
     values, deviations = zip(*entries, strict=True)
     return Known(name=name, values=values, deviations=deviations)
@@ -118,6 +123,7 @@ def _pair(name: str, entry: object) -> tuple[float, float]:
     if not sound or pair[1] < 0:
         raise UsageError(
             f"a known value of {name!r} is {given(entry)}; give a finite number, or one and its "
-            "standard deviation, 0 or more."
+            "standard deviation, 0 or more.",
+            code="known-value",
         )
     return float(pair[0]), float(pair[1])

@@ -195,25 +195,31 @@ def _check(axis: GeneratedAxis, known: Sequence[Known], local: tuple[str, ...]) 
         if each.name not in (*declared, *gains):
             raise UsageError(
                 f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
-                f"has {', '.join((*declared, *gains))}."
+                f"has {', '.join((*declared, *gains))}.",
+                code="no-such-known",
             )
     for name in local:
         if name not in declared:
             raise UsageError(
                 f"there is no parameter {name!r} to be each record's own; axis "
-                f"{axis.axis.name!r} has {', '.join(declared)}."
+                f"{axis.axis.name!r} has {', '.join(declared)}.",
+                code="no-such-local",
             )
         if any(name == each.name for each in known):
             raise UsageError(
-                f"{name!r} is known of each record and its own as well; leave one of the two out."
+                f"{name!r} is known of each record and its own as well; leave one of the two out.",
+                code="known-and-local",
             )
     if fixed := [p.name for p in axis.base.known]:
         raise UsageError(
             f"{' and '.join(fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which is weighed "
-            "where all parameters are shared; say it of each record as known, or leave it out."
+            "where all parameters are shared; say it of each record as known, or leave it out.",
+            code="fixed-of-several",
         )
     if not {*declared} - {each.name for each in known}:
-        raise UsageError("every parameter is known; leave at least one to identify.")
+        raise UsageError(
+            "every parameter is known; leave at least one to identify.", code="all-known"
+        )
 
 
 def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[GeneratedAxis]:
@@ -226,7 +232,8 @@ def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[Gen
         raise ModelError(
             f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
             "that are known of each record, or each record's own, are served where the others "
-            "enter linearly; give its value for each record, or leave it out."
+            "enter linearly; give its value for each record, or leave it out.",
+            code="nonlinear-of-several",
         )
     made: dict[tuple[float, ...], GeneratedAxis] = {}
     held = [each for each in known if each.name in bent or each.name in gains]

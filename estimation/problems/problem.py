@@ -108,7 +108,8 @@ class Problem:
         if not issubclass(kind, InverseForm):
             raise ModelError(
                 "the direct model is regressed where all parameters are the same in all records "
-                "and none is known of them; its own are quotients of them."
+                "and none is known of them; its own are quotients of them.",
+                code="direct-of-several",
             )
         return JointForm(self.axis, layout=self.layout)
 

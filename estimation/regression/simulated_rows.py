@@ -50,15 +50,24 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
-            "law's period. Declare the drive's period."
+            "law's period. Declare the drive's period.",
+            code="loop-period",
         )
     return record.commanded
 
 
-def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tuple[Simulation, ...]:
+def simulated_loops(
+    axis: GeneratedAxis,
+    record: Record,
+    physical: Array,
+    *,
+    resolution: float = 0.0,
+    away: float = 0.0,
+) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
-    Each begins at rest at the segment's first position.
+    Each begins at rest at the segment's first position. With a resolution it has an encoder of such
+    steps, which measures, and is commanded, positions that are `away` from those of the axis.
 
     Raises
     ------
@@ -72,10 +81,12 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
         simulate_estimate(
             axis,
             physical,
-            reference[first:last],
+            reference[first:last] + away,
             record.period,
             start=float(record.position[first]),
             injected=None if added is None else added[first:last],
+            position_noise=np.full(last - first, away) if away else None,
+            resolution=resolution,
         )
         for first, last in record.spans
     )

@@ -115,10 +115,11 @@ def simulate_batch(
     if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
         raise UsageError(
             f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
-            "and (N,) or (N, B)."
+            "and (N,) or (N, B).",
+            code="batch-shapes",
         )
     if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.")
+        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
     first = _starts(start, ref, lanes)
     wanted = _wanted(signals)
     if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
@@ -153,7 +154,8 @@ def _starts(start: ArrayLike | None, reference: Array, lanes: int) -> Array:
     first = np.broadcast_to(first, lanes) if start is None else first
     if first.shape != (lanes,) or not np.all(np.isfinite(first)):
         raise UsageError(
-            f"the start has the shape {first.shape}; give one position a lane, all finite."
+            f"the start has the shape {first.shape}; give one position a lane, all finite.",
+            code="batch-start",
         )
     return np.ascontiguousarray(first)
 
@@ -163,7 +165,9 @@ def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None
         return None
     lanes = _aligned(noise, "the noise")
     if lanes.shape != shape or not np.all(np.isfinite(lanes)):
-        raise UsageError(f"the noise has the shape {lanes.shape}; give {shape}, all finite.")
+        raise UsageError(
+            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
+        )
     return lanes
 
 
@@ -174,7 +178,8 @@ def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array 
     if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
         raise UsageError(
             f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
-            "finite."
+            "finite.",
+            code="batch-injected",
         )
     return lanes
 
@@ -184,10 +189,13 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
-        raise UsageError(f"the signals are {given(signals)}; give a list of names.")
+        raise UsageError(
+            f"the signals are {given(signals)}; give a list of names.", code="signals-type"
+        )
     if unknown := set(signals) - set(known):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}.",
+            code="unknown-signal",
         )
     return [known[name] for name in signals]
 

@@ -71,6 +71,10 @@ class Simulation(Exact):
     direction_before: Array
     measured_position: Array
 
+    def as_measured(self, zero: float) -> "Simulation":
+        """The same loop, whose positions are those that were measured, from another zero."""
+        return replace(self, position=self.measured_position + zero)
+
     @property
     def mode(self) -> Array:
         """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
@@ -170,13 +174,15 @@ def simulate_estimate(
     *,
     start: float,
     injected: Array | None = None,
+    position_noise: Array | None = None,
+    resolution: float = 0.0,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
     The period is the record's. Otherwise as `simulate`.
     """
-    loop = _loop(axis, parameters, reference, period, start, None, injected, 0.0, None)
-    return loop.simulated(None)
+    given = (axis, parameters, reference, period, start)
+    return _loop(*given, position_noise, injected, resolution, None).simulated(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,7 +221,10 @@ class _Loop:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
-            raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+            raise EstimationError(
+                failure(self.axis, self.parameters, status, stopped, self.period),
+                code="loop-diverges",
+            )
         return Simulation(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),
             direction_before=out.pop("before"),
@@ -227,7 +236,7 @@ class _Loop:
         start = np.array([self.start])
         (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
         if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
-            raise EstimationError(too_stiff(self.axis, self.parameters))
+            raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
         return min(int(steps), MOST_SUBSTEPS)
 
     def _settled(
@@ -243,7 +252,9 @@ class _Loop:
             if needed <= settings.substeps:
                 break
             if settings.substeps == MOST_SUBSTEPS:
-                raise EstimationError(too_stiff(self.axis, self.parameters))
+                raise EstimationError(
+                    too_stiff(self.axis, self.parameters), code="stiff-on-the-way"
+                )
             settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
         return settings, status, stopped, out
 
@@ -275,10 +286,13 @@ def _loop(
     noise = checked_signal(position_noise, ref, "the noise")
     added = checked_signal(injected, ref, "the injected signal")
     if not (start is None or (is_real(start) and math.isfinite(start))):
-        raise UsageError(f"the start is {given(start)}; give a position, or leave it out.")
+        raise UsageError(
+            f"the start is {given(start)}; give a position, or leave it out.",
+            code="simulation-start",
+        )
     first = float(ref[0] if start is None else start)
     if not has_inertia(axis, theta[None, :], np.array([first])).all():
-        raise EstimationError(no_inertia(axis, theta, first))
+        raise EstimationError(no_inertia(axis, theta, first), code="no-inertia")
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -326,7 +340,8 @@ def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Arr
     if signal.shape != reference.shape or not np.all(np.isfinite(signal)):
         raise UsageError(
             f"{what} has {len(signal)} samples, the reference {len(reference)}; give as many, "
-            "finite."
+            "finite.",
+            code="signal-length",
         )
     return signal
 
@@ -334,7 +349,9 @@ def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Arr
 def _vector(values: ArrayLike, what: str) -> Array:
     vector = np.require(real_array(values, what), requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
-        raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
+        raise UsageError(
+            f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"
+        )
     return vector
 
 

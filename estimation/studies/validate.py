@@ -128,11 +128,12 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     """
     if not hasattr(result, "estimates"):
         raise UsageError(
-            f"the result is {given(result)}; give what identify gave, or load_result(path)."
+            f"the result is {given(result)}; give what identify gave, or load_result(path).",
+            code="validated-type",
         )
     check_record(record)
     if problem := _own_parameters(result):
-        raise UsageError(problem)
+        raise UsageError(problem, code="own-parameters")
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
@@ -198,7 +199,8 @@ def _validation(
     if not math.isfinite(equation):
         raise DataError(
             f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
-            "check the size and the units of its columns."
+            "check the size and the units of its columns.",
+            code="equation-error-not-finite",
         )
     found = MethodValidation(
         method=estimate.method,

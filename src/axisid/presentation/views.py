@@ -182,7 +182,10 @@ def _part(result: Identification, record: int | None) -> Identification:
 
 
 def _no_record(record: object, count: int) -> UsageError:
-    return UsageError(f"there is no record {given(record)}; give a number from 1 to {count}.")
+    return UsageError(
+        f"there is no record {given(record)}; give a number from 1 to {count}.",
+        code="no-such-record",
+    )
 
 
 def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
@@ -214,7 +217,8 @@ figure_of.register(Sweep, _of_sweep)
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
-            f"a figure of {type(result).__name__} has no method to choose; leave it out."
+            f"a figure of {type(result).__name__} has no method to choose; leave it out.",
+            code="no-method-to-choose",
         )
 
 
@@ -227,4 +231,6 @@ def _drawn(plot: Plot) -> "Figure":
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
-    return UsageError(f"{type(result).__name__} has no figure {given(what)}{choose}.")
+    return UsageError(
+        f"{type(result).__name__} has no figure {given(what)}{choose}.", code="unknown-figure"
+    )

@@ -68,7 +68,8 @@ class FittedAxis:
         if not is_among(method, self.estimates):
             raise UsageError(
                 f"the result has no estimate by {given(method)}; it has "
-                f"{', '.join(self.estimates)}."
+                f"{', '.join(self.estimates)}.",
+                code="not-estimated-by",
             )
         return method
 
@@ -106,6 +107,7 @@ def fitted_axis(
         raise UsageError(
             f"{file} does not hold the axis {document.axis!r}; ",
             Remedy.of("give the one it was identified with (", Setting("axis"), ")."),
+            code="file-of-another-axis",
         )
     if isinstance(saved, WrittenStream):
         return _streamed(saved, model)
@@ -122,7 +124,8 @@ def _refuse_own_parameters(result: object) -> None:
         raise UsageError(
             f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's "
             "own or known of each, so that there is no one set of the axis's parameters; take the "
-            "part that one record is, result.parts[0]."
+            "part that one record is, result.parts[0].",
+            code="own-parameters-exported",
         )
 
 
