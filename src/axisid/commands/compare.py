@@ -58,7 +58,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
-@click.argument("records", metavar="[RECORD]...", nargs=-1, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--axes",
     multiple=True,
@@ -95,7 +95,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
 def compare(
-    records: tuple[str, ...],
+    record: tuple[str, ...],
     axes: tuple[str, ...],
     ladder: str | None,
     quadratic: bool,
@@ -119,18 +119,18 @@ def compare(
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
-    check_targets([Target("--json", json_file, "compare")], (*records, *named), force=force)
+    check_targets([Target("--json", json_file, "compare")], (*record, *named), force=force)
     if not named:
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
     given = axis_and_records(
         named[0],
-        records,
+        record,
         reading,
         no_native=no_native,
         skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(records)),
+        own_columns=columns_by_place(columns_of, len(record)),
     )
     given.say_set_aside()
     first, data = given.axis, given.records

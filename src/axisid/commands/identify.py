@@ -65,7 +65,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "axisid identify stage.py empty.csv loaded.csv --local tau0 --known m_add=0,20+-0.01",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.argument("records", metavar="[RECORD]...", nargs=-1, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--method",
     type=click.Choice([*method_names(), "all"]),
@@ -155,7 +155,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @force_option
 def identify(
     axis: str,
-    records: tuple[str, ...],
+    record: tuple[str, ...],
     method: str,
     further: tuple[str, ...],
     filtering: Filtering,
@@ -189,24 +189,24 @@ def identify(
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
-    check_targets(targets, (*records, axis, *further), force=force)
+    check_targets(targets, (*record, axis, *further), force=force)
     if stream:
-        _check_one(records)
-        record = records[0] if records else None
-        identify_streamed(axis, record, method, filtering, reading, json_file, left_out)
+        _check_one(record)
+        log = record[0] if record else None
+        identify_streamed(axis, log, method, filtering, reading, json_file, left_out)
         return
-    own_columns = columns_by_place(columns_of, len(records))
+    own_columns = columns_by_place(columns_of, len(record))
     _check_idle(covariance, json_file)
     if figures is not None:
         from axisid.presentation.drawing import NAMES
 
-        numbers = [""] if len(records) < 2 else ["", *(f"-{i + 1}" for i in range(len(records)))]
+        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
         drawn = {f"{name}{i}.{figure_format}": "figure" for name in NAMES for i in numbers}
         check_folder(figures, "--figures", drawn, force=force)
 
     given = axis_and_records(
         axis,
-        records,
+        record,
         reading,
         further,
         fixed=fix,
@@ -217,7 +217,7 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(records), 1), given.used)
+    shared = sharing.of(max(len(record), 1), given.used)
 
     from axisid.estimation.identification import identify as run
     from axisid.estimation.signals import FilteredRecord

@@ -37,7 +37,7 @@ _FIGURES = (".png", ".svg", ".pdf")
     "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.argument("records", metavar="[RECORD]...", nargs=-1, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
@@ -53,7 +53,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @force_option
 def sweep(
     axis: str,
-    records: tuple[str, ...],
+    record: tuple[str, ...],
     lowest: float | None,
     highest: float | None,
     points: int,
@@ -68,13 +68,13 @@ def sweep(
     figure: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from RECORDs (or its twin) at many cut-offs, and recommend one.
+    """Identify AXIS from one RECORD or several (or its twin) at many cut-offs, and recommend one.
 
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
     targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
-    check_targets(targets, (*records, axis), force=force)
+    check_targets(targets, (*record, axis), force=force)
     if figure is not None and Path(figure).suffix not in _FIGURES:
         raise click.BadParameter(
             f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
@@ -83,15 +83,15 @@ def sweep(
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
     given = axis_and_records(
         axis,
-        records,
+        record,
         reading,
         left_out=left_out,
         no_native=no_native,
         skip_bad=skip_bad,
-        own_columns=columns_by_place(columns_of, len(records)),
+        own_columns=columns_by_place(columns_of, len(record)),
     )
     given.say_set_aside()
-    shared = sharing.of(max(len(records), 1), given.used)
+    shared = sharing.of(max(len(record), 1), given.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run
