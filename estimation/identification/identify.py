@@ -1,6 +1,6 @@
 """The pipeline: from an axis and its records to estimates, method by method."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -111,8 +111,8 @@ def records_of(record: object) -> list[Record]:
     UsageError
         There is none, or something else among them.
     """
-    several = isinstance(record, Iterable) and not isinstance(record, (str, bytes))
-    records = list(record) if several and isinstance(record, Iterable) else [record]
+    listed = isinstance(record, (Sequence, Iterator)) and not isinstance(record, (str, bytes))
+    records = list(record) if listed and isinstance(record, Iterable) else [record]
     if not records:
         raise UsageError(
             "no record is given; give one or more, read by read_record(path, axis).",
