@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
     filter_bias,
+    forms_check,
     gain_check,
     ls_against_iv,
     precision,
@@ -90,7 +91,13 @@ def _strength(case: Case) -> Check | Missing:
 
 def _against_instruments(case: Case) -> Check | Missing:
     ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    return ls_against_iv(ls, iv, case.endogeneity, weak=case.weak)
+    biases = case.noise_biases.get("idm-ls", {})
+    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+
+
+def _forms(case: Case) -> Check | Missing:
+    by_instruments = bool(case.noise_biases)
+    return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
 def _self_test(case: Case) -> Check | Missing:
@@ -211,6 +218,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
@@ -259,6 +267,8 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         lack_of_fit=None if case.has_parts else case.lack_of_fit,
         bands={} if case.has_parts else case.bands,
         records=_of_records(case, made) if len(problem.data) > 1 else (),
+        noise_biases=case.noise_biases,
+        attenuation=case.attenuation,
     )
 
 

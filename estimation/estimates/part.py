@@ -86,8 +86,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     quiet = part.noise_free
     if quiet is not None:
         columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
-        again = None if quiet.again is None else slopes @ quiet.again
-        quiet = replace(quiet, regressor=columns, bias=slopes @ quiet.bias, again=again)
+        quiet = replace(quiet, regressor=columns, bias=slopes @ quiet.bias)
     return replace(
         part,
         form=own,

@@ -19,6 +19,7 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
+from axisid.estimation.simulation import takes_velocity
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
     MAX_CONTROL_LEAN,
@@ -45,7 +46,7 @@ from .law_sentences import (
     remedy_by_test_signal,
     small_fault,
 )
-from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent, takes_velocity
+from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
 
 _LAGS = 50  # samples over which what the law leaves may be alike
 _COLUMN_FAULTS = {

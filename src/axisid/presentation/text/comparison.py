@@ -26,8 +26,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
 from .quantity import quantity
-from .record import record_facts, rows_text
-from .several import listed_facts, several_rows_text
+from .record import listed_facts, record_facts, rows_text, several_rows_text
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16

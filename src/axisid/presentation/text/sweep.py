@@ -20,8 +20,7 @@ from axisid.presentation.blocks import (
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
-from .record import record_facts
-from .several import set_aside_facts, several_facts
+from .record import record_facts, set_aside_facts, several_facts
 
 _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
