@@ -258,9 +258,8 @@ def hostile(result: Identification) -> Identification:
     axis = replace(result.axis, axis=replace(result.axis.axis, title=title))
     record = replace(result.record, provenance=provenance)
     data = replace(result.data, axis=axis, record=record)
-    return replace(
-        result, problem=replace(result.problem, data=(data,)), skipped={"ddm-ls": HOSTILE}
-    )
+    problem = replace(result.problem, axis=axis, data=(data,))
+    return replace(result, problem=problem, skipped={"ddm-ls": HOSTILE})
 
 
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:
