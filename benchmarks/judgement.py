@@ -273,18 +273,20 @@ def _prefilter(record: Record, case: Case) -> Prefilter | None:
     return replace(suited, reversals="keep") if case.kept else None
 
 
-def figures_of(name: str, *, runs: int, seed: int) -> Figures:
-    """Identify the runs of a case."""
+def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures:
+    """Identify the runs of a case, each from one record or from several together."""
     case = CASES[name]
     axis, machine = declared(has_offset=case.has_offset), case.machine
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb, "F0": machine.offset}
     figures = Figures()
     for begin in range(0, runs, _AT_ONCE):
-        batch = min(_AT_ONCE, runs - begin)
-        for columns in records(machine, reference_of(case.motion), batch, seed + begin):
+        batch = together * min(_AT_ONCE, runs - begin)
+        made = [*records(machine, reference_of(case.motion), batch, seed + begin)]
+        for first in range(0, batch, together):
+            columns = made[first : first + together]
             try:
-                record = read_record(columns, axis)
-                result = identify(axis, record, _prefilter(record, case))
+                given = [read_record(each, axis) for each in columns]
+                result = identify(axis, given, _prefilter(given[0], case))
             except AxisidError as error:
                 figures.runs += 1
                 figures.failed[f"refused: {type(error).__name__}"] += 1
@@ -362,6 +364,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=40, help="of each case (default 40)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="NAME", help="one case")
+    parser.add_argument("--together", type=int, default=1, help="records of each run (default 1)")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     tables = {"right": RIGHT, "kept": KEPT, "wrong": WRONG, "twin": LIBRARY}
@@ -372,7 +375,7 @@ def main() -> None:
         for name in names
         if options.only in (None, name)
     ]
-    work = partial(_of_kind, runs=options.runs, seed=options.seed)
+    work = partial(_of_kind, runs=options.runs, seed=options.seed, together=options.together)
     with ProcessPoolExecutor(options.jobs) as pool:
         done = list(pool.map(work, *zip(*chosen, strict=True)))
     figures = [(k, n, shares) for (k, n), shares in zip(chosen, done, strict=True)]
@@ -380,10 +383,11 @@ def main() -> None:
     give(tree, options.json, (line for one in figures for line in _lines(*one)))
 
 
-def _of_kind(kind: str, name: str, *, runs: int, seed: int) -> dict[str, object]:
+def _of_kind(kind: str, name: str, *, runs: int, seed: int, together: int = 1) -> dict[str, object]:
     if kind == "twin":
         return written(twin_figures(name, runs=runs, seed=seed), None)
-    return written(figures_of(name, runs=runs, seed=seed), CASES[name])
+    found = figures_of(name, runs=runs, seed=seed, together=together)
+    return written(found, CASES[name])
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ FLOORS = (
     ("estimation.signals",),
     ("estimation.simulation",),
     ("estimation.regression",),
+    ("estimation.joint",),
     ("estimation.problems",),
     ("estimation.estimates",),
     ("estimation.methods",),

@@ -5,4 +5,5 @@ Knows nothing of what is checked.
 """
 
 from .check import Check as Check
+from .check import Status as Status
 from .check import passed as passed

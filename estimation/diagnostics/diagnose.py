@@ -13,6 +13,7 @@ from axisid.estimation.diagnostics.estimates import (
     delta_method_check,
     filter_bias,
     forms_check,
+    gain_check,
     ls_against_iv,
     precision,
     self_test,
@@ -41,10 +42,14 @@ from axisid.estimation.diagnostics.remainder import (
     terms_check,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.signals import FilteredRecord, rests_first
+from axisid.estimation.problems import Problem
+from axisid.estimation.records import record_labels
+from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
-from .diagnosis import Case, Diagnosis, preferred_method
+from .diagnosis import Case, Diagnosis, RecordDiagnosis, preferred_method
+from .joined import joined
+from .records_alike import alike_check, repeated_check
 
 _LAST = 100
 
@@ -63,12 +68,18 @@ class Diagnostic:
         Its place among those that fail, the cause before what follows from it.
     grave : bool
         Whether the numbers may mean something else than what they are called where it fails.
+    by_record : bool
+        Whether it looks at one record, so that of several it looks at each.
+    several : bool
+        Whether it is of several records alone.
     """
 
     name: str
     check: Callable[[Case], Check | Missing | None]
     rank: int = _LAST
     grave: bool = False
+    by_record: bool = False
+    several: bool = False
 
 
 def _control_law(case: Case) -> Check | Missing:
@@ -103,7 +114,7 @@ def _precision(case: Case) -> Check:
 
 
 def _bounds(case: Case) -> Check | Missing:
-    return within_bounds(case.preferred, rests_first(case.data.rest))
+    return within_bounds(case.preferred, rests_first(case.problem.rest))
 
 
 def _delta_method(case: Case) -> Check | Missing:
@@ -135,7 +146,9 @@ def _normality(case: Case) -> Check:
 
 
 def _filter_bias(case: Case) -> Check | Missing:
-    return filter_bias(case.preferred, has_reversals=case.data.could_leave_out)
+    return filter_bias(
+        case.preferred, has_reversals=any(d.could_leave_out for d in case.problem.data)
+    )
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -183,6 +196,18 @@ def _changes_in_time(case: Case) -> Check | Missing:
     return changes_check(case.lacking, case.preferred)
 
 
+def _drive_gain(case: Case) -> Check | None:
+    return gain_check(case.preferred, case.problem.axis.axis.drive)
+
+
+def _records_alike(case: Case) -> Check | Missing:
+    return alike_check(case.alike, record_labels([data.record for data in case.problem.data]))
+
+
+def _repeated_records(case: Case) -> Check | None:
+    return repeated_check([data.record for data in case.problem.data])
+
+
 def _lack_of_fit(case: Case) -> Check | None:
     found = case.lack_of_fit
     return None if found is None else lack_of_fit_check(found, case.preferred)
@@ -192,7 +217,7 @@ def _lack_of_fit(case: Case) -> Check | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=_control_law, rank=0, grave=True),
+        Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=9),
@@ -201,51 +226,104 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
         Diagnostic(name="delta method", check=_delta_method),
-        Diagnostic(name="rests", check=_rests, rank=1, grave=True),
-        Diagnostic(name="simulation", check=_simulation, rank=2, grave=True),
+        Diagnostic(name="rests", check=_rests, rank=1, grave=True, by_record=True),
+        Diagnostic(name="simulation", check=_simulation, rank=2, grave=True, by_record=True),
         Diagnostic(name="independent residuals", check=_independence),
         Diagnostic(name="runs of one sign", check=_sign_runs),
         Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
-        Diagnostic(name="near reversals", check=_near_reversals, rank=16),
+        Diagnostic(name="near reversals", check=_near_reversals, rank=16, by_record=True),
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),
-        Diagnostic(name="alignment", check=_alignment, rank=8),
+        Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
-        Diagnostic(name="force against control", check=_force, rank=5, grave=True),
-        Diagnostic(name="control against limit", check=_limit, rank=6, grave=True),
-        Diagnostic(name="constant force", check=_constant),
-        Diagnostic(name="ripple", check=_ripple),
-        Diagnostic(name="missing terms", check=_missing_terms, rank=8),
-        Diagnostic(name="changes in time", check=_changes_in_time, rank=8),
-        Diagnostic(name="lack of fit", check=_lack_of_fit),
+        Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
+        Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
+        Diagnostic(name="constant force", check=_constant, by_record=True),
+        Diagnostic(name="ripple", check=_ripple, by_record=True),
+        Diagnostic(name="missing terms", check=_missing_terms, rank=8, by_record=True),
+        Diagnostic(name="changes in time", check=_changes_in_time, rank=8, by_record=True),
+        Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
+        Diagnostic(name="drive gain", check=_drive_gain, several=True),
+        Diagnostic(name="records alike", check=_records_alike, rank=8, several=True),
+        Diagnostic(name="repeated records", check=_repeated_records, rank=10, several=True),
     )
 }
 
 
-def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnosis:
+def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
     """What every diagnostic finds in a result."""
-    case = Case(data=data, estimates=estimates)
-    checks = (_checked(diagnostic, case) for diagnostic in DIAGNOSTICS.values())
+    case = Case(problem=problem, estimates=estimates)
+    names = record_labels([data.record for data in problem.data])
+    made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
+    checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
+    law, alignment = (_first_failing(made[name]) for name in ("control law", "alignment"))
     return Diagnosis(
         preferred=preferred_method(estimates),
-        law=case.law,
+        law=case.parts[law].law,
         instruments=case.instruments,
         endogeneity=case.endogeneity,
         excitation=case.excitation,
-        alignment=case.alignment,
+        alignment=case.parts[alignment].alignment,
         verdict=tuple(check for check in checks if check is not None),
-        lack_of_fit=case.lack_of_fit,
-        bands=case.bands,
+        lack_of_fit=None if case.has_parts else case.lack_of_fit,
+        bands={} if case.has_parts else case.bands,
+        records=_of_records(case, made) if len(problem.data) > 1 else (),
         noise_biases=case.noise_biases,
         attenuation=case.attenuation,
     )
 
 
-def _checked(diagnostic: Diagnostic, case: Case) -> Check | None:
+def _of_parts(diagnostic: Diagnostic, case: Case) -> list[Check | Missing | None]:
+    """What a diagnostic of one record finds in each."""
+    return [diagnostic.check(part) for part in case.parts]
+
+
+def _first_failing(found: Sequence[Check | Missing | None]) -> int:
+    """The record whose law or alignment is told of: the first that fails, else the first."""
+    fails = [i for i, each in enumerate(found) if isinstance(each, Check) and each.status == "fail"]
+    return fails[0] if fails else 0
+
+
+def _of_records(
+    case: Case, made: Mapping[str, Sequence[Check | Missing | None]]
+) -> tuple[RecordDiagnosis, ...]:
+    """What there is to say of each of several records."""
+    alike = case.alike
+    return tuple(
+        RecordDiagnosis(
+            law=part.law,
+            alignment=part.alignment,
+            lack_of_fit=part.lack_of_fit,
+            verdict=tuple(
+                check
+                for name, found in made.items()
+                if (check := _as_check(name, found[i])) is not None
+            ),
+            apart=alike if isinstance(alike, Missing) else alike.records[i],
+        )
+        for i, part in enumerate(case.parts)
+    )
+
+
+def _checked(
+    diagnostic: Diagnostic,
+    case: Case,
+    made: Mapping[str, list[Check | Missing | None]],
+    names: Sequence[str],
+) -> Check | None:
     """What a verdict lists of a diagnostic."""
-    found = diagnostic.check(case)
-    return Check.not_evaluated(diagnostic.name, found) if isinstance(found, Missing) else found
+    if diagnostic.several and len(names) == 1:
+        return None
+    if not diagnostic.by_record:
+        return _as_check(diagnostic.name, diagnostic.check(case))
+    found = made[diagnostic.name]
+    one = found[0] if len(names) == 1 else joined(found, names)
+    return _as_check(diagnostic.name, one)
+
+
+def _as_check(name: str, found: Check | Missing | None) -> Check | None:
+    return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
 
 
 def conclusion(checks: Sequence[Check]) -> str:

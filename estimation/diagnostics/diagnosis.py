@@ -11,6 +11,7 @@ from axisid.estimation.diagnostics.estimates import (
     InstrumentTests,
     endogeneity_of,
     excitation,
+    excitation_of_several,
     fixed_check,
     instrument_tests,
     strength_check,
@@ -24,7 +25,7 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
@@ -34,13 +35,15 @@ from axisid.estimation.noise import (
     attenuation,
     noise_biases,
 )
-from axisid.estimation.problems import Reach, noise_free_record
+from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
+
+from .records_alike import Alike, Apart, records_alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,6 +74,8 @@ class Diagnosis(Presentable, Exact):
         Least squares less instruments of the same form, by method and physical parameter.
     attenuation : Attenuation or Missing
         The two forms of least squares against each other.
+    records : tuple of RecordDiagnosis
+        By record, where there are several.
     """
 
     preferred: str
@@ -84,6 +89,29 @@ class Diagnosis(Presentable, Exact):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
     attenuation: Attenuation | Missing = NO_ATTENUATION
+    records: "tuple[RecordDiagnosis, ...]" = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordDiagnosis:
+    """What was measured of one of several records.
+
+    Attributes
+    ----------
+    law : LawCheck or Missing
+    alignment : Alignment or Missing
+    lack_of_fit : LackOfFit or None
+    verdict : tuple of Check
+        The checks that are of one record.
+    apart : Apart or Missing
+        The record alone beside all.
+    """
+
+    law: LawCheck | Missing
+    alignment: Alignment | Missing
+    lack_of_fit: LackOfFit | None
+    verdict: tuple[Check, ...]
+    apart: Apart | Missing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,13 +120,42 @@ class Case:
 
     Attributes
     ----------
-    data : FilteredRecord
+    problem : Problem
+        What the estimates were made from.
     estimates : mapping of str to Estimate
         By method.
     """
 
-    data: FilteredRecord
+    problem: Problem
     estimates: Mapping[str, Estimate]
+
+    @property
+    def data(self) -> FilteredRecord:
+        """The record; of several the first, see `parts`."""
+        return self.problem.data[0]
+
+    @cached_property
+    def parts(self) -> "tuple[Case, ...]":
+        """What there is of each of several records by itself; one record is its own part."""
+        if not self.has_parts:
+            return (self,)
+        return tuple(
+            Case(
+                problem=Problem(axis=data.axis, data=(data,)),
+                estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
+            )
+            for i, data in enumerate(self.problem.data)
+        )
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether records are not what the estimates are of."""
+        return len(self.problem.data) > 1 or self.problem.layout is not None
+
+    @cached_property
+    def alike(self) -> Alike | Missing:
+        """Each of several records against the others."""
+        return records_alike(self.problem, self.preferred)
 
     @property
     def preferred(self) -> Estimate:
@@ -155,6 +212,8 @@ class Case:
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter."""
+        if self.has_parts:
+            return excitation_of_several(self.problem, self.preferred.physical)
         data, physical = self.data, self.preferred.physical
         every = InverseForm(data.axis).at(physical).equations(data.signals)
         return excitation(
@@ -199,6 +258,8 @@ class Case:
     @cached_property
     def attenuation(self) -> Attenuation | Missing:
         """The two forms of least squares against each other."""
+        if self.has_parts:
+            return Missing("the two forms of least squares are compared on one record by itself")
         return attenuation(self.data, self.estimates)
 
     @cached_property

@@ -8,6 +8,7 @@ from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated
+from .part import part_of as part_of
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
 from .value import NamedValues as NamedValues

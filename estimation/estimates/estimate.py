@@ -16,6 +16,7 @@ from axisid.estimation.regression import (
     ResidualTests,
     bend,
     correlation,
+    delta_method,
     draw_parameters,
     residual_tests,
     summarised,
@@ -108,6 +109,8 @@ class Estimate(Presentable, Exact):
         The rows of the loops simulated with the estimate, behind the same filter: from the records'
         references, or following them where they have none. None where they could not be simulated,
         or move otherwise than the records.
+    weights : (n,) array or None
+        Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     """
 
     method: str
@@ -143,6 +146,7 @@ class Estimate(Presentable, Exact):
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
     noise_free: NoiseFree | None = None
+    weights: Array | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -313,9 +317,10 @@ class Estimate(Presentable, Exact):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        return residual_tests(
-            self.net_residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
-        )
+        residuals, columns = self.net_residuals, self.X if self.Z is None else self.Z
+        if self.weights is not None:
+            residuals, columns = self.weights * residuals, self.weights[:, None] * columns
+        return residual_tests(residuals, columns, neighbours=self.neighbours)
 
     def plot_force(self, ax: Any = None) -> "Figure":
         """Draw measured and reconstructed force (or acceleration) and the error."""
@@ -338,7 +343,12 @@ class Estimate(Presentable, Exact):
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""
-        return (self.ddm_covariances or self.covariances)[name]
+        if self.ddm_covariances:
+            return self.ddm_covariances[name]
+        if np.array_equal(self.jacobian, np.eye(len(self.theta))):
+            return self.covariances[name]
+        inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
+        return delta_method(self.covariances[name], inverse)
 
     def _values(
         self,

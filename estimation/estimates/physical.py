@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
+from axisid.estimation.joint import JointForm
 from axisid.estimation.regression import delta_method
 from axisid.estimation.thresholds.estimates import (
     MAX_EXACT_DISTANCE,
@@ -74,14 +75,15 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
     Returns
     -------
     Physical or None
-        None where the estimate is of the physical parameters already and none is known.
+        None where the estimate is of the physical parameters already and none is known, and of
+        records that have parameters for themselves, of which each has its own.
 
     References
     ----------
     [NeweyMcFadden1994]_.
     """
     base = estimate.form.axis.base
-    if not (base.changed or base.known):
+    if isinstance(estimate.form, JointForm) or not (base.changed or base.known):
         return None
     distance = Distance(BaseMap(base), estimate.corrected, _expected(estimate))
     found = distance.minimum()

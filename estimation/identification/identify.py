@@ -1,42 +1,55 @@
-"""The pipeline: from an axis and a record to estimates, method by method."""
+"""The pipeline: from an axis and its records to estimates, method by method."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES, Estimate
-from axisid.estimation.methods import METHODS, bound_record, estimate_by
+from axisid.estimation.joint import Told, prefilters_of
+from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import Record, check_record
+from axisid.estimation.records import Record, check_record, record_labels
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
 from axisid.support.given import given, is_among
-from axisid.support.remedy import Note
+from axisid.support.remedy import Note, Remedy, Setting
 
+from .bound import bound_records, layout_for, weighted
 from .result import Identification
 
 
 def identify(
     axis: Axis | GeneratedAxis,
-    record: Record,
+    record: Record | Sequence[Record],
     prefilter: Prefilter | None = None,
     methods: Sequence[str] | None = None,
     *,
     lags: int | None = None,
     covariance: str = "hac",
+    local: str | Sequence[str] = (),
+    known: Mapping[str, Sequence[Told]] | None = None,
+    gain: str = "identified",
+    skip_bad: bool = False,
 ) -> Identification:
-    """Identify an axis from a record.
+    """Identify an axis from a record, or from several of them together.
+
+    Several records are one regression: their rows stand one after the other, none the neighbour of
+    another record's, each record weighted by its own noise. Each is filtered, simulated and checked
+    by itself.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-    record : Record
+    record : Record or sequence of Record
+        They may differ in period, length and columns.
     prefilter : Prefilter, optional
         The paper's appropriate filter by default. What it leaves open of cut-off and decimation
-        follows the record's rate, see `Prefilter`.
+        follows the record's rate, see `Prefilter`. Of several records it is that of the first; the
+        decimation of the others is such that rows are as far apart in all.
     methods : sequence of str, optional
         Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
@@ -46,6 +59,18 @@ def identify(
         Of `COVARIANCES`, ``hac``, ``robust`` or ``iid``: what intervals, draws, the
         delta method's check and the endogeneity test are of. All
         deviations are given whichever is chosen.
+    local : str or sequence of str
+        Declared parameters that each record has for itself, such as an amplifier's offset. Result
+        ``result.local["tau0"]`` has one value for each record.
+    known : mapping of str to sequence, optional
+        What is known of each record: a declared parameter (a payload, an angle, a temperature) or a
+        gain of the control law, by name, with a value for each record, SI, or a value and its
+        standard deviation: ``{"m_add": [0.0, (20.0, 0.01)]}``.
+    gain : {"identified", "declared"}
+        Where a known force makes the drive gain known, ``drive_gain`` is a parameter with the
+        others, whose deviations contain its own; or the declared gain is believed.
+    skip_bad : bool
+        Go on without records that cannot be used; they are in `Identification.set_aside`.
 
     Raises
     ------
@@ -53,13 +78,112 @@ def identify(
         See each; a method asked for by name raises, whatever the reason.
     """
     generated = as_generated(axis)
-    _check_arguments(record, covariance)
+    records = records_of(record)
+    _check_covariance(covariance)
     requested = _requested(methods)
+    own = _names("local", local)
+    if not is_among(gain, ("identified", "declared")):
+        raise UsageError(
+            f"the gain is {given(gain)}; give identified or declared.", code="bad-gain-choice"
+        )
     as_given = Prefilter() if prefilter is None else prefilter
     if isinstance(as_given, Prefilter):
-        as_given = as_given.at_rate_of(record.period)
-    data = bound_record(generated, record, as_given)
-    return identify_filtered(data, as_given, requested, lags=lags, covariance=covariance)
+        as_given = as_given.at_rate_of(records[0].period)
+    layout = layout_for(generated, records, own, known, gain=gain == "identified")
+    aside: dict[str, Note] = {}
+    if len(records) > 1:
+        usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
+        if aside:
+            records = [records[i] for i in usable]
+            known = known and {n: [values[i] for i in usable] for n, values in known.items()}
+            layout = layout_for(generated, records, own, known, gain=gain == "identified")
+    axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
+    data = bound_records(axes, records, as_given)
+    problem = weighted(Problem(axis=generated, data=data, layout=layout))
+    return identify_problem(
+        problem, as_given, requested, lags=lags, covariance=covariance, set_aside=aside
+    )
+
+
+def records_of(record: object) -> list[Record]:
+    """The records that a result is to be made from, one or several.
+
+    Raises
+    ------
+    UsageError
+        There is none, or something else among them.
+    """
+    listed = isinstance(record, (Sequence, Iterator)) and not isinstance(record, (str, bytes))
+    records = list(record) if listed and isinstance(record, Iterable) else [record]
+    if not records:
+        raise UsageError(
+            "no record is given; give one or more, read by read_record(path, axis).",
+            code="no-record",
+        )
+    for each in records:
+        check_record(each)
+    return [each for each in records if isinstance(each, Record)]
+
+
+def _usable(
+    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
+) -> tuple[list[int], dict[str, Note]]:
+    """Which of several records the filter serves, and why not the others.
+
+    Raises
+    ------
+    UsageError
+        Some cannot be used, and are not to be skipped; or none is left.
+    """
+    filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
+    usable, bad = [], dict[str, Note]()
+    pairs = zip(record_labels(records), records, filters, strict=True)
+    for i, (name, record, prefilter) in enumerate(pairs):
+        try:
+            with np.errstate(all="ignore"):
+                _ = FilteredRecord.bind(axis, record, prefilter).force
+            usable.append(i)
+        except AxisidError as error:
+            bad[name] = error.note
+    check_bad(bad, len(records), skip_bad=skip_bad)
+    return usable, bad
+
+
+def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
+    """Refuse records that cannot be used, all of them at once, each with its reason.
+
+    Raises
+    ------
+    UsageError
+        They are not to be skipped, or all are bad.
+    """
+    if not bad or (skip_bad and len(bad) < count):
+        return
+    reasons = Note.joined(
+        "; ", (Note.of(f"{name}: ", _unnamed(name, note)) for name, note in bad.items())
+    )
+    said = Note.of(f"{len(bad)} of {count} records cannot be used: ", reasons)
+    if len(bad) < count:
+        advice = Remedy.of(" Mend them, or go on without them: ", Setting("skip-bad"), ".")
+        said = Note(said.text, Remedy.of(said.remedy or "", advice))
+    raise UsageError(said.text, said.remedy, code="bad-records")
+
+
+def _unnamed(name: str, note: Note) -> Note:
+    """A reason that does not begin with the record's name once more."""
+    text = note.text.removeprefix(f"{name}: ").removeprefix(f"{Path(name).name}: ")
+    return Note(text, note.remedy)
+
+
+def _names(what: str, names: object) -> tuple[str, ...]:
+    """Names that were given as one text or several."""
+    if isinstance(names, str):
+        return (names,) if names else ()
+    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
+        raise UsageError(
+            f"{what} is {given(names)}; give the names of parameters.", code="names-type"
+        )
+    return tuple(names)
 
 
 def identify_filtered(
@@ -72,6 +196,19 @@ def identify_filtered(
 ) -> Identification:
     """`identify` from a record that is filtered already, by the prefilter that was asked for."""
     problem = Problem(axis=data.axis, data=(data,))
+    return identify_problem(problem, as_given, requested, lags=lags, covariance=covariance)
+
+
+def identify_problem(
+    problem: Problem,
+    as_given: Prefilter,
+    requested: Sequence[str] | None = None,
+    *,
+    lags: int | None = None,
+    covariance: str = "hac",
+    set_aside: Mapping[str, Note] | None = None,
+) -> Identification:
+    """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
@@ -89,11 +226,12 @@ def identify_filtered(
                 raise
             failed[method] = error.note
     return Identification(
-        data=data,
+        problem=problem,
         estimates=estimates,
         skipped=skipped,
         failed=failed,
         requested=as_given,
+        set_aside=set_aside or {},
     )
 
 
@@ -115,8 +253,7 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     return listed
 
 
-def _check_arguments(record: object, covariance: object) -> None:
-    check_record(record)
+def _check_covariance(covariance: object) -> None:
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
             f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",

@@ -1,15 +1,16 @@
 """The result object: estimates with what they were made from."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
-from axisid.estimation.estimates import Estimate, Physical, physical_parameters
-from axisid.estimation.records import Record
+from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
+from axisid.estimation.problems import Problem
+from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
@@ -17,18 +18,20 @@ from axisid.support.given import given
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
 
+from .several import OfRecord, of_records
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Identification(Presentable, Exact):
-    """The estimates of one axis from one record.
+    """The estimates of one axis from one record, or from several together.
 
     Attributes
     ----------
-    data : FilteredRecord
-        The record under the filter, with what was chosen for it.
+    problem : Problem
+        The records under their filters, with what was chosen for them and what they share.
     estimates : mapping of str to Estimate
         By method.
     skipped : mapping of str to Note
@@ -38,23 +41,103 @@ class Identification(Presentable, Exact):
         Methods that were not asked for by name and came to nothing, with the reason.
     requested : Prefilter or None
         The prefilter before what it left open was chosen for the record.
+    set_aside : mapping of str to Note
+        Records that could not be used and were to be skipped, by name, with the reason.
     """
 
-    data: FilteredRecord
+    problem: Problem
     estimates: Mapping[str, Estimate]
     skipped: Mapping[str, Note]
     failed: Mapping[str, Note]
     requested: Prefilter | None = None
+    set_aside: Mapping[str, Note] = field(default_factory=dict)
 
     @property
     def axis(self) -> GeneratedAxis:
         """The axis that was identified."""
-        return self.data.axis
+        return self.problem.axis
+
+    @property
+    def data(self) -> FilteredRecord:
+        """The record under the filter; of several the first."""
+        return self.problem.data[0]
 
     @property
     def record(self) -> Record:
-        """The record that it was identified from."""
+        """The record that it was identified from; of several the first."""
         return self.data.record
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """All of them."""
+        return tuple(data.record for data in self.problem.data)
+
+    @property
+    def record_names(self) -> tuple[str, ...]:
+        """How each record is named."""
+        return record_labels(self.records)
+
+    def with_set_aside(self, unread: Mapping[str, Note]) -> "Identification":
+        """The same with records that could not even be read."""
+        return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
+
+    def without_signals(self) -> "Identification":
+        """The same without what was computed of it, of which many results would keep many."""
+        data = tuple(replace(each) for each in self.problem.data)
+        return replace(self, problem=replace(self.problem, data=data))
+
+    @cached_property
+    def parts(self) -> "tuple[Identification, ...]":
+        """The result as each record has it: its rows, and the parameters of its own axis.
+
+        What a record leaves of the model can be looked at in its part as of a record by itself; the
+        parameters are those of all records. One record is its own part.
+        """
+        if len(self.problem.data) == 1 and self.problem.layout is None:
+            return (self,)
+        return tuple(
+            replace(
+                self,
+                problem=Problem(axis=data.axis, data=(data,)),
+                estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
+            )
+            for i, data in enumerate(self.problem.data)
+        )
+
+    @cached_property
+    def of_records(self) -> tuple[OfRecord, ...]:
+        """What there is to say of each of several records; empty for one."""
+        judged = self.diagnosis.preferred
+        parts = tuple(part.estimates[judged] for part in self.parts)
+        return of_records(self.problem, parts, self.diagnosis)
+
+    @property
+    def local_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Of each declared parameter that records have for themselves, its names by record."""
+        return {} if self.problem.layout is None else self.problem.layout.local
+
+    @property
+    def shared_as(self) -> dict[str, Any]:
+        """What was said of several records, as `identify` takes it."""
+        layout = self.problem.layout
+        if layout is None:
+            return {}
+        known = {
+            each.name: [*zip(each.values, each.deviations, strict=True)] for each in layout.known
+        }
+        gain = "declared" if layout.gain is None else "identified"
+        return {"local": tuple(layout.local), "known": known, "gain": gain}
+
+    @property
+    def declared_gain(self) -> float | None:
+        """The declared drive gain where it is identified; None where it is believed."""
+        return None if self.problem.layout is None else self.problem.layout.gain
+
+    @property
+    def local(self) -> dict[str, tuple[Value, ...]]:
+        """Of each parameter that records have for themselves, its value in each, as judged."""
+        values = self.preferred.parameters
+        return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
 
     @property
     def prefilter(self) -> Prefilter:
@@ -74,7 +157,7 @@ class Identification(Presentable, Exact):
         return len(self.estimates)
 
     def __repr__(self) -> str:
-        source = self.record.provenance.source
+        source = " and ".join(self.record_names)
         return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
 
     def __getstate__(self) -> dict[str, Any]:
@@ -98,7 +181,7 @@ class Identification(Presentable, Exact):
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured, computed once."""
-        return diagnose(self.data, self.estimates)
+        return diagnose(self.problem, self.estimates)
 
     @property
     def verdict(self) -> tuple[Check, ...]:

@@ -17,15 +17,19 @@ from axisid.support.errors import AxisidError
 from .methods import METHODS
 
 
-def bound_record(axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> FilteredRecord:
+def bound_record(
+    axis: GeneratedAxis, record: Record, prefilter: Prefilter, fastest: float = 0.0
+) -> FilteredRecord:
     """A record under a filter, its reversals those of the simulated loop where that follows it.
+
+    `fastest` is the largest speed of the records beside it, see `FilteredRecord`.
 
     Raises
     ------
     UsageError, DataError
         As `FilteredRecord.bind` does.
     """
-    data = FilteredRecord.bind(axis, record, prefilter)
+    data = FilteredRecord.bind(axis, record, prefilter, fastest)
     if data.prefilter.reversals != "leave-out" or record.reference is None:
         return data
     try:

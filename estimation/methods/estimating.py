@@ -1,10 +1,10 @@
 """From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
 from axisid.estimation.problems import (
     NoiseFree,
@@ -20,6 +20,7 @@ from axisid.estimation.regression import (
     Covariance,
     DirectForm,
     Form,
+    Solution,
     StepsError,
     condition_number,
     delta_method,
@@ -36,6 +37,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
+from .known_spread import known_spread
 from .method import Fit, Method
 
 
@@ -60,11 +62,12 @@ def estimate_by(
     EstimationError
         The rows cannot be solved, or what comes of them is not finite.
     """
-    axis, fit = problem.axis, method.fit(problem)
+    fit = method.fit(problem)
     form, solution, y = fit.form, fit.solution, fit.measured.left
+    weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
-    covariances = _covariances(method, fit, models)
+    covariances = _covariances(method, fit, models, known_spread(problem, fit))
     names = {name: c.describe(solution) for name, c in models.items()}
     at = form.at(physical)
     stepped = _encoder_error(at, problem, fit, physical, covariances["hac"])
@@ -77,13 +80,18 @@ def estimate_by(
     direct = isinstance(form, DirectForm)
     model = models[covariance]
     deviations = np.sqrt(np.maximum(np.diag(mapped[covariance]), 0.0))
-    quiet = _noise_free(at, problem, fit, physical, deviations, model)
+    residuals = own(solution.residuals, weights)
+    plain = replace(solution, residuals=residuals)
+    quiet = _noise_free(at, problem, fit, plain, physical, deviations, model)
     slopes = _slopes(at, problem, fit)
-    remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
+    remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(form, physical))
+    left, simulated = own(y, weights), fit.simulated
+    if not isinstance(simulated, NotSimulated):
+        simulated = own(simulated, weights)
     return Estimate(
         method=method.name,
         form=at,
-        quantities=axis.parameters,
+        quantities=form.physical_quantities,
         theta=solution.theta,
         physical=physical,
         covariances=mapped,
@@ -92,20 +100,20 @@ def estimate_by(
         ddm_covariances=covariances if direct else {},
         freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
         ddm_freedom=freedom if direct else {},
-        y=y,
-        X=fit.measured.regressor,
-        Z=None if fit.instruments is None else fit.instruments.columns,
+        y=left,
+        X=own(fit.measured.regressor, weights),
+        Z=None if fit.instruments is None else own(fit.instruments.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
         times=_row_times(problem),
         period=problem.data[0].period,
         row_period=problem.row_period,
-        residuals=solution.residuals,
-        simulated=fit.simulated,
-        equation_error_percent=relative_error_percent(solution.residuals, y),
+        residuals=residuals,
+        simulated=simulated,
+        equation_error_percent=relative_error_percent(residuals, left),
         simulation_error_percent=None
-        if isinstance(fit.simulated, NotSimulated)
-        else relative_error_percent(y - fit.simulated, y),
+        if isinstance(simulated, NotSimulated)
+        else relative_error_percent(left - simulated, left),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
         covariance_names=names,
@@ -116,15 +124,29 @@ def estimate_by(
         gain_slopes=slopes[0],
         theta_gain_slopes=slopes[1],
         noise_free=quiet,
+        weights=weights,
     )
 
 
-def _covariances(method: Method, fit: Fit, models: dict[str, Covariance]) -> dict[str, Array]:
-    """Of the regression's own parameters, by name; refused where the residuals are not finite."""
+def own(values: Array, weights: Array | None) -> Array:
+    """Rows, (n,) or (n, k), as they were before each was weighted."""
+    if weights is None:
+        return values
+    return values / (weights if values.ndim == 1 else weights[:, None])
+
+
+def _covariances(
+    method: Method, fit: Fit, models: dict[str, Covariance], known: Array | None
+) -> dict[str, Array]:
+    """Of the regression's own parameters, by name; refused where the residuals are not finite.
+
+    To each is added what comes of values that are known with a deviation, (k, k).
+    """
     y = fit.measured.left
     if not (float(y @ y) > 0 and np.all(np.isfinite(fit.solution.residuals))):
         raise _not_finite(method, fit.form)
-    return {name: covariance.matrix(fit.solution) for name, covariance in models.items()}
+    found = {name: covariance.matrix(fit.solution) for name, covariance in models.items()}
+    return found if known is None else {name: matrix + known for name, matrix in found.items()}
 
 
 def _mapped(method: Method, form: Form, covariance: Array, jacobian: Array) -> Array:
@@ -148,24 +170,23 @@ def _not_finite(method: Method, form: Form) -> EstimationError:
 
 
 def _gain_relative_sd(problem: Problem) -> float:
-    """Of the gain that scaled the force; 0 for a measured force."""
+    """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
     measured = all(data.record.force is not None for data in problem.data)
-    return 0.0 if measured else problem.axis.axis.drive.relative_sd
+    estimated = problem.layout is not None and problem.layout.gain is not None
+    return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
 
 
 def _row_times(problem: Problem) -> Array | None:
-    """Of rows that are not the period times their number, since the record's first sample."""
-    if len(problem.data) == 1 and not problem.data[0].record.segments:
-        return None
-    return problem.stacked(
-        lambda data: data.record.time[data.row_numbers.astype(int)] - data.record.time[0]
-    )
+    """Of rows that are not the period times their number, since their record's first sample."""
+    times = [data.row_times for data in problem.data]
+    return times[0] if len(times) == 1 else problem.stacked(lambda data: data.times_of_rows)
 
 
 def _noise_free(
     form: Form,
     problem: Problem,
     fit: Fit,
+    solution: Solution,
     physical: Array,
     deviations: Array,
     covariance: Covariance,
@@ -176,7 +197,7 @@ def _noise_free(
     with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
         first = noise_free(form, problem, fit.loops, physical, fit.instruments)
         quiet = settled_noise_free(first, form, problem, physical, fit.instruments, deviations)
-        return quiet if quiet is first else confirmed(quiet, fit.solution, covariance)
+        return quiet if quiet is first else confirmed(quiet, solution, covariance)
     return None
 
 
@@ -184,7 +205,8 @@ def _noise_free_following(
     form: Form, problem: Problem, fit: Fit, physical: Array
 ) -> NoiseFree | None:
     """The same of loops that follow records without a reference; None where there are none."""
-    if all(data.record.reference is None for data in problem.data):
+    alone = len(problem.data) == 1 and problem.layout is None
+    if alone and problem.data[0].record.reference is None:
         with suppress(ModelError, DataError, EstimationError):
             return noise_free_following(form, problem, fit.measured.left, physical)
     return None
@@ -251,7 +273,8 @@ def _begun_in_motion(problem: Problem) -> list[str]:
         speed = np.abs(data.signals.velocity)
         starts = [start for start, _ in data.record.spans]
         if speed[starts].max() > MAX_STARTING_SPEED.value * speed.max():
-            what = "a segment of the record" if data.record.segments else "the record"
+            which = "the record" if len(problem.data) == 1 else data.record.provenance.source
+            what = f"a segment of {which}" if data.record.segments else which
             return [
                 f"{what} begins in motion, the simulated loop at rest: its first transient is "
                 "in the simulation error; begin it at rest, or drop more at the start"
@@ -259,17 +282,21 @@ def _begun_in_motion(problem: Problem) -> list[str]:
     return []
 
 
-def _outside_bounds(axis: GeneratedAxis, physical: Array) -> list[str]:
-    stopped = [
-        f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
-        for p, value, is_nonlinear in zip(
-            axis.axis.parameters, physical, axis.nonlinear, strict=True
-        )
-        if is_nonlinear
-        and min(abs(value - p.lower), abs(value - p.upper)) <= BOUND_TOLERANCE.value * abs(value)
-    ]
+def _outside_bounds(form: Form, physical: Array) -> list[str]:
+    axis = form.axis
+    stopped = (
+        [
+            f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
+            for p, value, is_nonlinear in zip(form.declared, physical, axis.nonlinear, strict=True)
+            if is_nonlinear
+            and min(abs(value - p.lower), abs(value - p.upper))
+            <= BOUND_TOLERANCE.value * abs(value)
+        ]
+        if not form.is_linear
+        else []
+    )
     return stopped + [
         p.out_of_bounds(value)
-        for p, value in zip(axis.axis.parameters, physical, strict=True)
+        for p, value in zip(form.declared, physical, strict=True)
         if not p.allows(value)
     ]

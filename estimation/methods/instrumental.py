@@ -65,7 +65,7 @@ class Instruments(Method):
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`; from where least squares ends, which searches more widely."""
-        form = self.form(problem.axis)
+        form = problem.form(self.form)
         with adding(lambda: "Instruments need it; idm-ls and ddm-ls do without."):
             problem.check_loop()
         return Iteration(self.name, least_squares_point(form, problem.rows), problem).fit()
@@ -85,7 +85,6 @@ class Iteration:
 
     def __init__(self, method: str, form: Form, problem: Problem) -> None:
         self._method, self._form, self._on = method, form, problem
-        self._axis = problem.axis
         self._iterates: list[Iterate] = []
         self._pace = Pace()
 
@@ -126,7 +125,7 @@ class Iteration:
         )
         said = Note.of(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-            f"{self._axis.describe(physical)}. ",
+            f"{self._form.describe(physical)}. ",
             cause,
         )
         return EstimationError(said.text, said.remedy, code="no-convergence")
@@ -157,18 +156,18 @@ class Iteration:
 
     def _next(self, step: _Step, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
-        if self._axis.is_linear or not isinstance(self._form, InverseForm):
+        if self._form.is_linear or not isinstance(self._form, InverseForm):
             whole = step.size <= CONVERGED.value or share == 1.0
             return step.goal if whole else physical + share * (step.goal - physical)
         if step.size <= CONVERGED.value:
-            return np.clip(step.goal, *search_bounds(self._axis))
+            return np.clip(step.goal, *search_bounds(self._form.axis))
         return damped_step(self._form, self._on.rows, step.instruments, physical, step.goal)
 
     def _ended(self, step: _Step, reached: _IterationState, remarks: tuple[str, ...] = ()) -> Fit:
         """The fit that a step led to."""
         self._check_valley()
         solution, measured = step.solution, reached.measured
-        if not self._axis.is_linear:
+        if not self._form.is_linear:
             solution = at_point(solution, measured, reached.physical)
         return Fit(
             form=self._form,
@@ -184,10 +183,10 @@ class Iteration:
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""
         first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
-        if not self._axis.is_linear and last > MAX_SIMULATION_ERROR_RATIO.value * first:
+        if not self._form.is_linear and last > MAX_SIMULATION_ERROR_RATIO.value * first:
             raise EstimationError(
                 f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
-                f"{self._axis.describe(self._iterates[-1].physical)}, whose loop leaves "
+                f"{self._form.describe(self._iterates[-1].physical)}, whose loop leaves "
                 f"{last:.3g} %; that is another solution of the same equations. Believe idm-ls, or "
                 "record a motion that stays longer where the nonlinear terms change."
             )

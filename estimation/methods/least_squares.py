@@ -24,7 +24,7 @@ class LeastSquares(Method):
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
-        form = least_squares_point(self.form(problem.axis), problem.rows)
+        form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         solution = _solved(problem, form, measured)
         try:
@@ -47,7 +47,7 @@ class LeastSquares(Method):
 
 def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
     """A form, at the least-squares estimate if its model is only partially linear."""
-    if form.axis.is_linear or not isinstance(form, InverseForm):
+    if form.is_linear or not isinstance(form, InverseForm):
         return form
     return form.at(variable_projection(form, rows))
 
@@ -55,7 +55,7 @@ def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
 def _solved(problem: Problem, form: Form, measured: Equations) -> Solution:
     regressor = problem.factored(form, measured)
     solution = least_squares(measured.left - measured.known, regressor)
-    if problem.axis.is_linear:
+    if form.is_linear:
         return solution
     # The search ends within the bounds, where a step of the linearised model might not.
     return at_point(solution, measured, form.start)

@@ -111,15 +111,19 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
     if iv.Z is None or ls.X.shape != iv.X.shape:
         return None
     names = [q.label for q in iv.form.quantities]
+    weights = np.ones(len(iv.y)) if iv.weights is None else iv.weights
     try:
-        by_ls = least_squares(ls.y, factor(ls.X, names, neighbours=ls.neighbours))
-        columns = checked_columns(iv.X, names, neighbours=iv.neighbours)
-        by_iv = instrumental_variables(iv.y, columns, factor(iv.Z, names))
+        X, Z = weights[:, None] * iv.X, weights[:, None] * iv.Z
+        by_ls = least_squares(
+            weights * ls.y, factor(weights[:, None] * ls.X, names, neighbours=ls.neighbours)
+        )
+        columns = checked_columns(X, names, neighbours=iv.neighbours)
+        by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
     except EstimationError:
         return None
     known = ls.filter_bias is not None and iv.filter_bias is not None
     apart = ls.corrected - iv.corrected if known else ls.physical - iv.physical
-    influence = (by_ls.influence - by_iv.influence) @ iv.jacobian.T
+    influence = weights[:, None] * ((by_ls.influence - by_iv.influence) @ iv.jacobian.T)
     return Solution(
         theta=apart,
         residuals=iv.net_residuals,

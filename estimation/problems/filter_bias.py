@@ -98,9 +98,11 @@ def noise_free(
         Of the estimate; None for least squares.
     """
     rows, solution = _of_loops(form, problem, loops, instruments)
+    weights = problem.row_weights
+    by_row = 1.0 if weights is None else weights
     return NoiseFree(
-        regressor=rows.regressor,
-        residuals=solution.residuals,
+        regressor=(rows.regressor.T / by_row).T,
+        residuals=solution.residuals / by_row,
         bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
     )
 
@@ -117,16 +119,15 @@ def encoder_error(
 
     None where no record has any, or they are no matter. Parameters are as of `noise_free`.
     """
-    records = [data.record for data in problem.data]
-    steps = [encoder_step(problem.axis, record) for record in records]
+    steps = [encoder_step(data.axis, data.record) for data in problem.data]
     if not any(steps):
         return None
 
     def solved(share: float) -> Solution:
         stepped = tuple(
             loop
-            for record, step in zip(records, steps, strict=True)
-            for loop in stepped_loops(problem.axis, record, physical, step, share)
+            for i, (data, step) in enumerate(zip(problem.data, steps, strict=True))
+            for loop in stepped_loops(data.axis, data.record, form.own(physical, i), step, share)
         )
         _, solution = _of_loops(form, problem, stepped, instruments)
         return replace(solution, neighbours=problem.neighbours)
@@ -144,7 +145,7 @@ def _of_loops(
         noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
-    rows = _rows(form, signals, problem)
+    rows = problem.reduced(form, signals)
     return rows, solution_of(form, rows, instruments)
 
 
@@ -258,10 +259,11 @@ def slopes_by_gain(
     """
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
+        rows = rows if problem.row_weights is None else problem.row_weights * rows
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        solution_of(form, _rows(form, signals, problem), instruments).theta
+        solution_of(form, problem.reduced(form, signals), instruments).theta
         for signals in (
             [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
         )
@@ -308,14 +310,6 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
     signals = data.signals
     fixed = signals.force - data.force_by_gain
     return replace(signals, force=(signals.force - fixed) * scale + fixed)
-
-
-def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations:
-    pieces = [
-        form.equations(of_one).reduced(data)
-        for of_one, data in zip(signals, problem.data, strict=True)
-    ]
-    return Equations.stacked(pieces)
 
 
 def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:

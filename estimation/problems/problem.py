@@ -1,6 +1,6 @@
 """What is to be estimated from what: an axis, and its records, each under its filter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.joint import JointForm, Layout
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,
@@ -21,10 +22,10 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord, Neighbours, motion_lacks
+from axisid.estimation.signals import FilteredRecord, Neighbours, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError
+from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.remedy import Remedy
 
 from .visibility import Reach, check_identifiable, check_visible
@@ -41,7 +42,11 @@ class Problem:
     ----------
     axis : GeneratedAxis
     data : tuple of FilteredRecord
-        One or more, of that axis.
+        One or more, of that axis, or each of its own where a layout has one for it.
+    layout : Layout or None
+        Which parameters the records share, where they do not share all; None where they do.
+    weights : tuple of float
+        Of each record's rows, the inverse of its noise; empty where all are of one.
 
     Raises
     ------
@@ -53,9 +58,16 @@ class Problem:
 
     axis: GeneratedAxis
     data: tuple[FilteredRecord, ...]
+    layout: Layout | None = None
+    weights: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.data or any(data.axis is not self.axis for data in self.data):
+        layout = self.layout
+        axes = [self.axis] * len(self.data) if layout is None else [m.axis for m in layout.members]
+        own = len(axes) == len(self.data)
+        if not (
+            self.data and own and all(d.axis is a for d, a in zip(self.data, axes, strict=True))
+        ):
             raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
         apart = [data.row_period for data in self.data]
         if not is_same_period(min(apart), max(apart)):
@@ -63,7 +75,8 @@ class Problem:
                 f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
                 "resample or decimate them alike."
             )
-        check_identifiable(self.axis)
+        if layout is None:
+            check_identifiable(self.axis)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is computed when it is asked for."""
@@ -82,6 +95,30 @@ class Problem:
         """Time between rows that follow each other, s."""
         return self.data[0].row_period
 
+    def form(self, kind: type[Form]) -> Form:
+        """A form of the axis, in the parameters of the records.
+
+        Raises
+        ------
+        ModelError
+            The axis has no such form, or it is not served where records do not share all.
+        """
+        if self.layout is None:
+            return kind(self.axis)
+        if not issubclass(kind, InverseForm):
+            raise ModelError(
+                "the direct model is regressed where all parameters are the same in all records "
+                "and none is known of them; its own are quotients of them.",
+                code="direct-of-several",
+            )
+        return JointForm(self.axis, layout=self.layout)
+
+    def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
+        """The rows of a form for signals of each record, each under the record's filter."""
+        return self._stacked(
+            form, [form.of_record(i).equations(own) for i, own in enumerate(signals)]
+        )
+
     def rows(self, form: Form) -> Equations:
         """The measured rows of a form.
 
@@ -94,12 +131,11 @@ class Problem:
             return self._linear[type(form)]
         if not isinstance(form, InverseForm):
             self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
-        every = [form.equations(data.signals) for data in self.data]
-        pieces = [e.reduced(data) for e, data in zip(every, self.data, strict=True)]
-        rows = Equations.stacked(pieces)
-        if isinstance(form, InverseForm):
+        every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
+        rows = self._stacked(form, every)
+        if isinstance(form, InverseForm) and self.layout is None:
             self._check(every, rows)
-        if self.axis.is_linear:
+        if form.is_linear:
             self._linear[type(form)] = rows
         return rows
 
@@ -126,11 +162,16 @@ class Problem:
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        every = [simulated_loops(self.axis, data.record, physical) for data in self.data]
-        rights = [
-            simulated_right(form, loops, physical, data)
-            for loops, data in zip(every, self.data, strict=True)
-        ]
+        every: list[tuple[Simulation, ...]] = []
+        rights = []
+        for i, data in enumerate(self.data):
+            own = form.own(physical, i)
+            every.append(simulated_loops(data.axis, data.record, own))
+            right = simulated_right(form.of_record(i), every[-1], own, data)
+            known, regressor = form.placed(i, *right)
+            if self.weights:
+                known, regressor = self.weights[i] * known, self.weights[i] * regressor
+            rights.append((known, regressor))
         loops = tuple(loop for of_one in every for loop in of_one)
         if len(rights) == 1:
             return loops, *rights[0]
@@ -140,6 +181,24 @@ class Problem:
         """Simulated loops, one for each segment, by the record that they are of."""
         ends = list(accumulate(len(data.record.spans) for data in self.data))
         return tuple(loops[a:b] for a, b in zip([0, *ends], ends, strict=False))
+
+    @cached_property
+    def spans(self) -> tuple[slice, ...]:
+        """Of the rows, those of each record."""
+        ends = [*accumulate(len(data.row_numbers) for data in self.data)]
+        return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
+
+    @property
+    def row_weights(self) -> Array | None:
+        """Of each row, (n,); None where all are of one."""
+        if not self.weights:
+            return None
+        return np.concatenate(
+            [
+                np.full(span.stop - span.start, weight)
+                for span, weight in zip(self.spans, self.weights, strict=True)
+            ]
+        )
 
     @property
     def rest(self) -> float:
@@ -155,6 +214,16 @@ class Problem:
         facts = [fact for fact in every[0] if all(fact in others for others in every)]
         where = "this record" if len(self.data) == 1 else "each of these records"
         return f"In {where} {', and '.join(facts)}." if facts else ""
+
+    def _stacked(self, form: Form, every: Sequence[Equations]) -> Equations:
+        """Equations of each record's samples as rows of all."""
+        pieces = []
+        for i, (data, equations) in enumerate(zip(self.data, every, strict=True)):
+            piece = equations.reduced(data)
+            known, regressor = form.placed(i, piece.known, piece.regressor)
+            piece = Equations(left=piece.left, known=known, regressor=regressor)
+            pieces.append(piece.scaled(self.weights[i]) if self.weights else piece)
+        return Equations.stacked(pieces)
 
     @cached_property
     def _linear(self) -> dict[type[Form], Equations]:

@@ -148,13 +148,16 @@ def check_visible(
         )
 
 
-def natural_sizes(axis: GeneratedAxis, reach: Reach) -> Array:
+def natural_sizes(
+    axis: GeneratedAxis, reach: Reach, parameters: Sequence[Parameter] | None = None
+) -> Array:
     """What a parameter of each unit is in an axis of this force and motion, (p,).
 
     The force, the travel and the times that the motion gives, to the powers of the unit; infinite
     where it has others (an ampere; a length on a rotary axis).
     """
-    return np.array([_natural(axis, p.unit, reach) for p in axis.axis.parameters])
+    named = axis.axis.parameters if parameters is None else parameters
+    return np.array([_natural(axis, p.unit, reach) for p in named])
 
 
 def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> dict[str, str]:

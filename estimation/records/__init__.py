@@ -9,6 +9,7 @@ from .blocks import extent as extent
 from .reading import read_record as read_record
 from .record import Record as Record
 from .record import check_record as check_record
+from .record import record_labels as record_labels
 from .repairs import Repairs as Repairs
 from .time_base import clock_of as clock_of
 from .time_base import is_same_period as is_same_period

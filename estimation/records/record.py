@@ -482,3 +482,12 @@ def check_record(record: object) -> None:
             f"the record is {given(record)}; read one with read_record(path, axis).",
             code="record-type",
         )
+
+
+def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
+    """Names of several records: of their files, with a number where files are alike."""
+    sources = [record.provenance.source for record in records]
+    return tuple(
+        source if sources.count(source) == 1 else f"{source} (record {i})"
+        for i, source in enumerate(sources, 1)
+    )

@@ -10,9 +10,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.signals import FilteredRecord, Signals
+from axisid.estimation.simulation import has_inertia
+from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 from axisid.support.missing import Missing
@@ -57,6 +60,14 @@ class Equations:
             rest.append(np.zeros((len(regressor), 1)))
         return regressor, *(np.ravel(column) for column in rest)
 
+    def scaled(self, weight: float) -> "Equations":
+        """Every row times a weight."""
+        return Equations(
+            left=weight * self.left,
+            known=weight * self.known,
+            regressor=weight * self.regressor,
+        )
+
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
         """The rows of several, one after the other."""
@@ -99,6 +110,46 @@ class Form(ABC):
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
         """The model's rows for signals, (N,)."""
+
+    @property
+    def physical_quantities(self) -> tuple[Quantity, ...]:
+        """The physical parameters, length p."""
+        return self.axis.parameters
+
+    @property
+    def declared(self) -> tuple[Parameter, ...]:
+        """The same with the bounds that they were declared with."""
+        return self.axis.axis.parameters
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the force is linear in all of them."""
+        return self.axis.is_linear
+
+    def describe(self, physical: Array) -> str:
+        """Physical parameters (p,) in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
+        pairs = zip(self.physical_quantities, physical, strict=True)
+        return ", ".join(f"{q.name} = {value:.6g} {q.unit}" for q, value in pairs)
+
+    def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
+        """Which sets of physical parameters, (B, p), have a positive and finite inertia."""
+        return has_inertia(self.axis, physical, np.zeros(len(physical)))
+
+    def of_record(self, record: int) -> "Form":  # noqa: ARG002
+        """The form of one of several records, in that record's own parameters."""
+        return self
+
+    def own(self, physical: Array, record: int) -> Array:  # noqa: ARG002
+        """Parameters of the axis of one of several records from physical ones (p,)."""
+        return physical
+
+    def slopes(self, record: int) -> Array:  # noqa: ARG002
+        """Of a record's own parameters by the regression's, (b, k)."""
+        return np.eye(len(self.quantities))
+
+    def placed(self, record: int, known: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """A record's known part, (n,), and regressor by the parameters of all records."""
+        return known, regressor
 
     def at(self, physical: Array) -> "Form":  # noqa: ARG002
         """The form linearised about physical parameters (p,); itself if it is linear."""

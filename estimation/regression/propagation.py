@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from axisid.estimation.simulation import has_inertia
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
@@ -160,7 +159,7 @@ def draw_parameters(
     finite = np.all(np.isfinite(physical), axis=1)
     kept = physical[finite]
     if len(kept):
-        kept = kept[has_inertia(form.axis, kept, np.zeros(len(kept)))]
+        kept = kept[form.have_inertia(kept)]
     return kept, int(draws - len(kept))
 
 

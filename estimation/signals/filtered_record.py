@@ -38,16 +38,30 @@ class FilteredRecord(Exact):
         With the hold and the reversals that `bind` chose where they were left open.
     excluded : tuple of (int, int)
         Samples near reversals and rests that have no weight.
+    fastest : float
+        Largest filtered speed of the records beside it, of the same machine; 0 for one by itself.
+        What is slow beside that is a rest in each of them, as in each segment of a record.
     """
 
     axis: GeneratedAxis
     record: Record
     prefilter: Prefilter
     excluded: tuple[Span, ...] = ()
+    fastest: float = 0.0
 
     @classmethod
-    def bind(cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> "FilteredRecord":
+    def bind(
+        cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter, fastest: float = 0.0
+    ) -> "FilteredRecord":
         """Choose what the prefilter leaves open, for a record of an axis.
+
+        Parameters
+        ----------
+        axis : GeneratedAxis
+        record : Record
+        prefilter : Prefilter
+        fastest : float
+            Of the records beside it, see `FilteredRecord`.
 
         Raises
         ------
@@ -62,13 +76,13 @@ class FilteredRecord(Exact):
         prefilter = prefilter.at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
-        kept = cls(axis=axis, record=record, prefilter=settings)
+        kept = cls(axis=axis, record=record, prefilter=settings, fastest=fastest)
         longest = kept.sampling.longest
         what = "the record's longest segment" if record.segments else "the record"
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        left_out = kept._without(kept.sampling.turns(kept.motion[1]))
+        left_out = kept._without(kept.sampling.turns(kept.motion[1], fastest))
         if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
             return kept
         return left_out
@@ -83,7 +97,8 @@ class FilteredRecord(Exact):
 
     def turning_as(self, position: Array) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
-        return self._without(self.sampling.turns(self.sampling.motion(position)[1]))
+        velocity = self.sampling.motion(position)[1]
+        return self._without(self.sampling.turns(velocity, self.fastest))
 
     def keeping_reversals(self) -> "FilteredRecord":
         """The record with the samples near reversals and rests."""
@@ -178,6 +193,17 @@ class FilteredRecord(Exact):
         return self.sampling.rows
 
     @property
+    def times_of_rows(self) -> Array:
+        """When the rows are, since the first sample, s, (n,)."""
+        time = self.record.time
+        return np.asarray(time[self.row_numbers.astype(int)] - time[0], dtype=float)
+
+    @property
+    def row_times(self) -> Array | None:
+        """The same where a record has gaps; None where it is `row_numbers` times the period."""
+        return self.times_of_rows if self.record.segments else None
+
+    @property
     def neighbours(self) -> Neighbours:
         """Which of the rows follow each other in time."""
         return self.sampling.neighbours
@@ -190,7 +216,7 @@ class FilteredRecord(Exact):
     @cached_property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return resting(self.signals, self.record.spans, self.used)
+        return resting(self.signals, self.record.spans, self.used, self.fastest)
 
     def reduce(self, columns: Array) -> Array:
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
@@ -201,9 +227,8 @@ class FilteredRecord(Exact):
         """Whether a parameter is hardly shown without the samples near reversals and rests."""
         found = Information(self.axis)
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
-        found.add(
-            signals, self.kept, self.sampling.is_excluded, float(np.abs(signals.velocity).max())
-        )
+        fastest = max(float(np.abs(signals.velocity).max()), self.fastest)
+        found.add(signals, self.kept, self.sampling.is_excluded, fastest)
         return found.remaining < MIN_INFORMATION_LEFT.value
 
     def _beside(self, force: Array) -> Signals:

@@ -28,7 +28,9 @@ def motion_lacks(signals: Signals) -> tuple[str, ...]:
     return tuple(fact for fact in facts if fact)
 
 
-def resting(signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_]) -> float:
+def resting(
+    signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_], beside: float = 0.0
+) -> float:
     """Part of the samples of a fit at which the axis stands still.
 
     Parameters
@@ -39,8 +41,11 @@ def resting(signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_]) ->
         Segments of the record.
     used : (N,) array of bool
         Samples of the fit.
+    beside : float
+        Largest speed of other records of the machine.
     """
-    still, fastest = np.zeros(len(used), dtype=bool), float(np.abs(signals.velocity).max())
+    still = np.zeros(len(used), dtype=bool)
+    fastest = max(float(np.abs(signals.velocity).max()), beside)
     for first, last in spans:
         speed = signals.velocity[first:last]
         for start, stop in runs(np.abs(speed) < MIN_MOVING_SPEED.value * fastest):

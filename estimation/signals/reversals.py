@@ -9,10 +9,14 @@ from axisid.estimation.thresholds.signals import REST_SPEED
 from axisid.support.arrays import Array
 
 
-def rest_below(velocities: Iterable[Array]) -> float:
-    """Speed below which an axis rests, from the stretches of its filtered velocity."""
+def rest_below(velocities: Iterable[Array], beside: float = 0.0) -> float:
+    """Speed below which an axis rests, from the stretches of its filtered velocity.
+
+    `beside` is the largest speed of other records of the machine: what noise makes of a rest is
+    the same in all of them.
+    """
     fastest = max((float(np.abs(v).max()) for v in velocities if len(v)), default=0.0)
-    return REST_SPEED.value * fastest
+    return REST_SPEED.value * max(fastest, beside)
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:

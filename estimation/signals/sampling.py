@@ -117,9 +117,12 @@ class Sampling:
         """How many rows are left out because their filters reach a masked sample."""
         return int(np.sum(~self._clean))
 
-    def turns(self, velocity: Array) -> tuple[Span, ...]:
-        """Samples near which a filtered velocity, (N,), changes its sign or rests, by segment."""
-        rest = rest_below(velocity[a:b] for a, b in self.spans)
+    def turns(self, velocity: Array, fastest: float = 0.0) -> tuple[Span, ...]:
+        """Samples near which a filtered velocity, (N,), changes its sign or rests, by segment.
+
+        `fastest` is the largest speed of other records of the machine.
+        """
+        rest = rest_below((velocity[a:b] for a, b in self.spans), fastest)
         reach = self.filter.turn_reach
         return tuple(
             stretch

@@ -9,8 +9,8 @@ from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Hac, InverseForm, Solution
-from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Exact
 from axisid.support.missing import Missing
@@ -101,7 +101,7 @@ class Candidate(Exact):
 
 def candidate(
     name: str,
-    data: FilteredRecord,
+    problem: Problem,
     estimate: Estimate,
     blocks: Sequence[Block],
 ) -> Candidate:
@@ -110,7 +110,7 @@ def candidate(
     Parameters
     ----------
     name : str
-    data : FilteredRecord
+    problem : Problem
         That the estimate was made from.
     estimate : Estimate
         Of the inverse model.
@@ -122,19 +122,20 @@ def candidate(
         Without some block the parameters cannot be told apart.
     """
     rows = regression_rows(estimate)
-    signal = float(np.linalg.norm(estimate.y))
+    weights = 1.0 if estimate.weights is None else estimate.weights
+    signal = float(np.linalg.norm(weights * estimate.y))
     equation, thetas = held_out_equation(rows, blocks, signal)
-    simulation = held_out_simulation(data, estimate, blocks, thetas)
+    simulation = held_out_simulation(problem, estimate, blocks, thetas)
     reason = simulation.note if isinstance(simulation, Missing) else None
     return Candidate(
         name=name,
-        axis=data.axis,
+        axis=problem.axis,
         estimate=estimate,
         criteria=criteria(rows.by_least_squares()),
         equation=equation,
         simulation=None if isinstance(simulation, Missing) else simulation,
         reason=reason,
-        checks=_Checks(data, estimate, rows, blocks, equation).all(),
+        checks=_Checks(problem, estimate, rows, blocks, equation).all(),
     )
 
 
@@ -162,7 +163,7 @@ def criteria(solution: Solution) -> Criteria:
 class _Checks:
     """Each parameter of an estimate against zero, and against the model without it."""
 
-    data: FilteredRecord
+    problem: Problem
     estimate: Estimate
     rows: Rows
     blocks: Sequence[Block]
@@ -222,10 +223,11 @@ class _Checks:
             return self.rows.without(column)
         physical = self.estimate.physical.copy()
         physical[column] = 0.0
-        equations = InverseForm(self.data.axis, physical).equations(self.data.signals)
-        known, regressor = equations.reduced_right(self.data)
-        moved = replace(self.rows, left=self.estimate.y - known, regressor=regressor)
-        unused = [i for i in range(len(physical)) if i == column or not regressor[:, i].any()]
+        form = InverseForm(self.problem.axis, physical)
+        found = self.problem.reduced(form, [data.signals for data in self.problem.data])
+        moved = replace(self.rows, left=found.left - found.known, regressor=found.regressor)
+        own = found.regressor
+        unused = [i for i in range(len(physical)) if i == column or not own[:, i].any()]
         for i in reversed(unused):
             moved = moved.without(i)
         return moved

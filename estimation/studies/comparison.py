@@ -12,10 +12,16 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import comparing
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
-from axisid.estimation.identification import Identification, identify_filtered
-from axisid.estimation.methods import bound_record
-from axisid.estimation.records import Record, check_record
+from axisid.estimation.diagnostics.loop import LawCheck, first_law
+from axisid.estimation.identification import (
+    Identification,
+    bound_records,
+    identify_problem,
+    records_of,
+    weighted,
+)
+from axisid.estimation.problems import Problem
+from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import NO_RELATION
 from axisid.estimation.thresholds.studies import EQUAL_ERROR, MAX_TIED_ERROR
@@ -36,12 +42,12 @@ from .nesting import NestedTest, nested_tests
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison(Presentable, Exact):
-    """Candidates on the same rows of one record, with a recommendation.
+    """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes
     ----------
-    data : FilteredRecord
-        With the filter that suits all.
+    problem : Problem
+        The records, under the filter that suits all candidates.
     method : str
         Of those that `compare` knows.
     candidates : tuple of Candidate
@@ -65,7 +71,7 @@ class Comparison(Presentable, Exact):
         The first candidate's control law against the record.
     """
 
-    data: FilteredRecord
+    problem: Problem
     method: str
     candidates: tuple[Candidate, ...]
     failures: Mapping[str, Note]
@@ -79,9 +85,19 @@ class Comparison(Presentable, Exact):
     law: LawCheck | Missing
 
     @property
+    def data(self) -> FilteredRecord:
+        """The record under the filter; of several the first."""
+        return self.problem.data[0]
+
+    @property
     def record(self) -> Record:
-        """What the candidates were fitted to."""
+        """What the candidates were fitted to; of several the first."""
         return self.data.record
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """All of them."""
+        return tuple(data.record for data in self.problem.data)
 
     @property
     def prefilter(self) -> Prefilter:
@@ -99,7 +115,7 @@ class Comparison(Presentable, Exact):
 
 def compare(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
-    record: Record,
+    record: Record | Sequence[Record],
     prefilter: Prefilter | None = None,
     method: str = "idm-ls",
     *,
@@ -111,7 +127,8 @@ def compare(
     ----------
     axes : mapping of str to Axis, or sequence of Axis
         Two or more, of one coordinate and one drive; see `friction_ladder` for a set of them.
-    record : Record
+    record : Record or sequence of Record
+        Several are one regression, as in `identify`.
     prefilter : Prefilter, optional
         The same for all.
     method : str
@@ -134,16 +151,17 @@ def compare(
             f"there is no comparison by {given(method)}; choose {' or '.join(known)}.",
             code="no-comparison-by",
         )
-    check_record(record)
+    records = records_of(record)
     named = _named(axes)
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    data = bound_record(
-        first, record, Prefilter.suited(record.period) if prefilter is None else prefilter
+    suited = (Prefilter() if prefilter is None else prefilter).at_rate_of(records[0].period)
+    problem = weighted(
+        Problem(axis=first, data=bound_records([first] * len(records), records, suited))
     )
-    fits, failures = _fits(named, data, method, progress)
-    gap = data.sampling.filter.memory
+    fits, failures = _fits(named, problem, method, progress)
+    gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
     blocks = contiguous_blocks(len(estimates[0].y), gap, most)
@@ -153,7 +171,7 @@ def compare(
             fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
         ):
             try:
-                found = candidate(name, result.data, result[method], blocks)
+                found = candidate(name, result.problem, result[method], blocks)
             except EstimationError as error:
                 failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
             else:
@@ -163,7 +181,7 @@ def compare(
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
-        data=data,
+        problem=problem,
         method=method,
         candidates=tuple(candidates),
         failures=failures,
@@ -174,13 +192,13 @@ def compare(
         recommended=recommended,
         tied=tied,
         reason=reason,
-        law=check_law(next(iter(named.values())), record),
+        law=first_law(next(iter(named.values())), records),
     )
 
 
 def _fits(
     named: Mapping[str, GeneratedAxis],
-    data: FilteredRecord,
+    problem: Problem,
     method: str,
     progress: Progress | None,
 ) -> tuple[dict[str, Identification], dict[str, Note]]:
@@ -189,8 +207,9 @@ def _fits(
     failures: dict[str, Note] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         try:
-            own = replace(data, axis=axis)
-            fits[name] = identify_filtered(own, data.prefilter, [method])
+            data = tuple(replace(each, axis=axis) for each in problem.data)
+            own = replace(problem, axis=axis, data=data)
+            fits[name] = identify_problem(own, data[0].prefilter, [method])
         except (EstimationError, ModelError) as error:
             failures[name] = error.note
     if not fits:

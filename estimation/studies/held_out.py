@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     InverseForm,
     QrFactors,
@@ -21,10 +22,8 @@ from axisid.estimation.regression import (
     instrumental_variables,
     least_squares,
     search_bounds,
-    simulated_loops,
-    simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord, Neighbours
+from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.studies import MIN_TRAINING_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -97,11 +96,15 @@ class Rows:
 
 def regression_rows(estimate: Estimate) -> Rows:
     """The rows that an inverse model's estimate was made from."""
-    explained = estimate.X @ estimate.physical
+    explained = estimate.X @ estimate.theta
+    left, regressor, instruments = estimate.residuals + explained, estimate.X, estimate.Z
+    if (weights := estimate.weights) is not None:
+        left, regressor = weights * left, weights[:, None] * regressor
+        instruments = None if instruments is None else weights[:, None] * instruments
     return Rows(
-        left=estimate.residuals + explained,
-        regressor=estimate.X,
-        instruments=estimate.Z,
+        left=left,
+        regressor=regressor,
+        instruments=instruments,
         names=tuple(q.name for q in estimate.quantities),
         neighbours=estimate.neighbours,
         nonlinear=nonlinear_names(estimate.form.axis),
@@ -206,12 +209,12 @@ def held_out_equation(
 
 
 def held_out_simulation(
-    data: FilteredRecord,
+    problem: Problem,
     estimate: Estimate,
     blocks: Sequence[Block],
     thetas: Sequence[Array],
 ) -> HeldOut | Missing:
-    """Errors of the loop simulated over the whole record with each block's estimate, on its rows.
+    """Errors of the loops simulated over all records with each block's estimate, on its rows.
 
     Nonlinear parameters are kept within their bounds: a linearised step may leave them.
 
@@ -220,14 +223,15 @@ def held_out_simulation(
     HeldOut or Missing
         The reason where the loop cannot be simulated.
     """
-    form, squares = InverseForm(data.axis), []
+    form, squares = problem.form(InverseForm), []
+    weights = 1.0 if estimate.weights is None else estimate.weights
     try:
         for block, step in zip(blocks, thetas, strict=True):
-            theta = np.clip(step, *search_bounds(data.axis))
-            loops = simulated_loops(data.axis, data.record, theta)
-            known, regressor = simulated_right(form, loops, theta, data)
-            error = (estimate.y - regressor @ theta - known)[block.held_out]
+            theta = step if form.is_linear else np.clip(step, *search_bounds(problem.axis))
+            _, known, regressor = problem.simulated(form, form.physical(theta)[0])
+            error = (weights * estimate.y - regressor @ theta - known)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
         return Missing.of(failure.note)
-    return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(estimate.y)))
+    signal = float(np.linalg.norm(weights * estimate.y))
+    return HeldOut(squares=np.array(squares), signal=signal)

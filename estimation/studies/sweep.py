@@ -20,9 +20,10 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import Identification, identify
+from axisid.estimation.identification import Identification, identify, records_of
+from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS
-from axisid.estimation.records import Record, check_record
+from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MAX_FILTER_BIAS, MIN_FIRST_STAGE_F
 from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
@@ -91,19 +92,23 @@ class Sweep(Presentable, Exact):
 
 def sweep(
     axis: Axis | GeneratedAxis,
-    record: Record,
+    record: Record | Sequence[Record],
     cutoffs: Sequence[float] | None = None,
     prefilter: Prefilter | None = None,
     methods: Sequence[str] | None = None,
     *,
     progress: Progress | None = None,
+    local: str | Sequence[str] = (),
+    known: Mapping[str, Sequence[Told]] | None = None,
+    gain: str = "identified",
+    skip_bad: bool = False,
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-    record : Record
+    record : Record or sequence of Record
     cutoffs : sequence of float, optional
         Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
     prefilter : Prefilter, optional
@@ -112,6 +117,8 @@ def sweep(
         As in `identify`.
     progress : callable, optional
         Told before each cut-off how many are done, of how many, and which it is.
+    local, known, gain, skip_bad
+        As in `identify`, of several records.
 
     Raises
     ------
@@ -120,7 +127,7 @@ def sweep(
     EstimationError
         No cut-off gave an estimate.
     """
-    check_record(record)
+    records = records_of(record)
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
         raise UsageError(
@@ -128,7 +135,8 @@ def sweep(
             code="sweep-prefilter",
         )
     generated = as_generated(axis)
-    rate = 1 / record.period
+    period = records[0].period
+    rate = 1 / period
     if cutoffs is None:
         cutoffs = default_cutoffs(rate)
     several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
@@ -139,11 +147,20 @@ def sweep(
     results: list[Identification] = []
     failures: dict[float, Note] = {}
     for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
-        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
+        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
-            result = identify(generated, record, chosen, methods)
+            result = identify(
+                generated,
+                records,
+                chosen,
+                methods,
+                local=local,
+                known=known,
+                gain=gain,
+                skip_bad=skip_bad,
+            )
             # Without the signals, of which many cut-offs of a long record would keep many.
-            results.append(replace(result, data=replace(result.data)))
+            results.append(result.without_signals())
         except (EstimationError, DataError) as error:
             failures[cutoff] = error.note
     if not results:
@@ -155,8 +172,15 @@ def sweep(
         failures=failures,
         recommended=recommended,
         reason=reason,
-        law=check_law(generated, record),
+        law=_law(results[0]),
     )
+
+
+def _law(result: Identification) -> LawCheck | Missing:
+    """The declared law against the records, each of which may have gains of its own."""
+    found = [check_law(data.axis, data.record) for data in result.problem.data]
+    failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
+    return next(failing, found[0])
 
 
 def default_cutoffs(

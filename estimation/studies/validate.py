@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.loop import check_law
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
@@ -102,6 +102,14 @@ class FrozenResult(Protocol):
     def estimates(self) -> Mapping[str, FrozenEstimate]:
         """By method."""
 
+    @property
+    def of_records(self) -> tuple[OfRecord, ...]:
+        """What there is to say of each of several records; empty for one."""
+
+    @property
+    def local_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Of each parameter that records have for themselves, its names by record."""
+
 
 def validate(result: FrozenResult, record: Record) -> Validation:
     """Hold every estimate, frozen, against another record of the axis.
@@ -124,11 +132,13 @@ def validate(result: FrozenResult, record: Record) -> Validation:
             code="validated-type",
         )
     check_record(record)
+    if problem := _own_parameters(result):
+        raise UsageError(problem, code="own-parameters")
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
         data = bound_record(result.axis, record, rescaled)
-        own_data = result.data if isinstance(result, Identification) else None
+        own_data = result.problem.data if isinstance(result, Identification) else ()
         methods = tuple(
             _validation(data, estimate, own_data) for estimate in result.estimates.values()
         )
@@ -138,10 +148,28 @@ def validate(result: FrozenResult, record: Record) -> Validation:
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        same_record=_is_same(result.record, record),
+        same_record=any(_is_same(own, record) for own in _own_records(result)),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
         law=law,
     )
+
+
+def _own_parameters(result: FrozenResult) -> str:
+    """Why no other record can be held against a result of several; empty if any can."""
+    names = [*result.local_names]
+    names += [name for of_one in result.of_records[:1] for name in of_one.known]
+    if not names:
+        return ""
+    return (
+        f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's own "
+        "or known of each, and nothing says what holds of another record; validate the part that "
+        "one record is: result.parts[0]."
+    )
+
+
+def _own_records(result: FrozenResult) -> Sequence[OwnRecord]:
+    """The records that a result was made from."""
+    return [of_one.record for of_one in result.of_records] or [result.record]
 
 
 def _is_same(own: OwnRecord, other: Record) -> bool:
@@ -151,7 +179,7 @@ def _is_same(own: OwnRecord, other: Record) -> bool:
 
 
 def _validation(
-    data: FilteredRecord, estimate: FrozenEstimate, own_data: FilteredRecord | None
+    data: FilteredRecord, estimate: FrozenEstimate, own_data: Sequence[FilteredRecord]
 ) -> MethodValidation:
     axis, record = data.axis, data.record
     form = METHODS[estimate.method].form(axis).at(estimate.physical)
@@ -217,15 +245,18 @@ def _validation(
     )
 
 
-def _own_tracking(data: FilteredRecord | None, physical: Array) -> float | None:
-    """The same error on the estimate's own record, where that and its loop are there."""
-    if data is None:
+def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
+    """The same error on the estimate's own records, where they and their loops are there."""
+    if not own:
         return None
     try:
-        loops = simulated_loops(data.axis, data.record, physical)
+        pairs = [
+            _positions(data, simulated_loops(data.axis, data.record, physical)) for data in own
+        ]
     except (ModelError, DataError, EstimationError):
         return None
-    return relative_error_percent(*_positions(data, loops))
+    off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    return relative_error_percent(off, tracking)
 
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:

@@ -338,3 +338,27 @@ MIN_SPECTRUM_ROWS = Threshold(
     "rows below which no ripple is looked for",
     "chosen",
 )
+
+# Several records
+
+MAX_RECORD_CHANCE = Threshold(
+    0.01,
+    "1",
+    "chance that records of one machine differ as much, over all of them, below which one speaks "
+    "against the rest",
+    "convention",
+)
+MIN_RECORD_SHARE = Threshold(
+    1.0,
+    "%",
+    "force that the parameters of a record alone make otherwise than those of all, beyond which it "
+    "speaks against the rest",
+    "chosen: as of a frozen estimate on a second record",
+)
+MIN_RECORD_DIRECTION = Threshold(
+    1e-6,
+    "1",
+    "variance of a record's difference in a direction of the parameters, by the largest, below "
+    "which the direction is told by that record alone",
+    "chosen: rounding leaves 1e-12",
+)

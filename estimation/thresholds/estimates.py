@@ -149,3 +149,9 @@ MIN_SENSITIVITY = Threshold(
     "the physical parameters do not follow from them",
     "chosen",
 )
+MIN_NOISE_RATIO = Threshold(
+    1e-6,
+    "1",
+    "noise of a record, by the largest of several, below which records are not weighted by noise",
+    "chosen: of a record without noise it is rounding, which tells nothing of its worth",
+)

@@ -19,7 +19,11 @@ from axisid.modeling import LIBRARY
 Run = Callable[..., tuple[int, str, str]]
 
 COMMANDS = dict(cli.commands)
-OF_THE_USER = ("DATA_EMPS.mat", "log.csv")  # examples with a record, which cannot run here
+OF_THE_USER = (
+    "DATA_EMPS.mat",
+    "log.csv",
+    "loaded.csv",
+)  # examples with a record, which cannot run here
 
 
 def examples(command: click.Command) -> list[str]:

@@ -9,8 +9,10 @@ from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
+from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
+from .excitation import excitation_of_several as excitation_of_several
 from .filter_bias import filter_bias as filter_bias
 from .instruments import NO_ENDOGENEITY as NO_ENDOGENEITY
 from .instruments import Endogeneity as Endogeneity

@@ -6,14 +6,14 @@ speed, acceleration, travel) explains either.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.problems import Reach, natural_sizes
-from axisid.estimation.regression import Equations
+from axisid.estimation.problems import Problem, Reach, natural_sizes
+from axisid.estimation.regression import Equations, InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
 from axisid.estimation.thresholds.diagnostics import (
     MAX_VARIANCE_INFLATION,
@@ -105,24 +105,89 @@ def excitation(
     reach : Reach or None
         Of the force and of each column along the record, with that estimate.
     """
+    nowhere = np.zeros(len(physical))
+    return _judged(
+        axis.names,
+        [signals],
+        equations,
+        weights,
+        physical,
+        dependence(axis),
+        nowhere if reach is None else np.abs(physical) * reach.columns / reach.force,
+        nowhere + np.inf if reach is None else natural_sizes(axis, reach),
+    )
+
+
+def excitation_of_several(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
+    """The same of several records together; what the motion lacks, it lacks in all of them.
+
+    Parameters
+    ----------
+    problem : Problem
+    physical : (p,) array
+        An estimate.
+    """
+    form = problem.form(InverseForm).at(physical)
+    each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
+    unweighted = replace(problem, weights=())
+    equations = unweighted.reduced(form, [data.signals for data in problem.data])
+    reaches = [
+        Reach.of(data.signals, own, data.kept) for data, own in zip(problem.data, each, strict=True)
+    ]
+    # How much of a record's own columns is in those of all.
+    mixed = [np.abs(form.slopes(i)) for i in range(len(problem.data))]
+    found = [(r, m) for r, m in zip(reaches, mixed, strict=True) if r is not None]
+    theta, names = form.regressed(physical), [q.name for q in form.quantities]
+    anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
+    if found:
+        reach = Reach.joined([replace(r, columns=r.columns @ m) for r, m in found])
+        anywhere = np.abs(theta) * reach.columns / reach.force
+        natural = natural_sizes(problem.axis, reach, form.declared)
+    needs = [dependence(data.axis) for data in problem.data]
+    return _judged(
+        names,
+        [data.signals for data in problem.data],
+        equations,
+        problem.stacked(lambda data: data.weights),
+        theta,
+        {
+            signal: np.any(
+                [own[signal] @ (m > 0) for own, m in zip(needs, mixed, strict=True)], axis=0
+            )
+            for signal in needs[0]
+        },
+        anywhere,
+        natural,
+    )
+
+
+def _judged(
+    names: Sequence[str],
+    motions: Sequence[Signals],
+    equations: Equations,
+    weights: Array,
+    theta: Array,
+    needs: dict[str, NDArray[np.bool_]],
+    anywhere: Array,
+    natural: Array,
+) -> tuple[Excitation, ...]:
+    """Of each column: its part of the force, on the whole and anywhere, and what it is like."""
     X = equations.regressor
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
-    shares = np.abs(physical) * size / np.linalg.norm(equations.left)
-    needs, nowhere = dependence(axis), np.zeros(len(physical))
-    anywhere = nowhere if reach is None else np.abs(physical) * reach.columns / reach.force
-    natural = nowhere + np.inf if reach is None else natural_sizes(axis, reach)
+    shares = np.abs(theta) * size / np.linalg.norm(equations.left)
     found = []
-    for j, name in enumerate(axis.names):
+    for j, name in enumerate(names):
         inflation, partners, rows = _repetition(unit, j)
         together = [j, *partners]
+        lacking = [_lacking(s, X / weights[:, None], shares, needs, together) for s in motions]
         found.append(
             Excitation(
                 name=name,
                 share=float(shares[j]),
                 inflation=inflation,
-                alike=tuple(axis.names[i] for i in partners),
-                lacking=_lacking(signals, X / weights[:, None], shares, needs, together),
+                alike=tuple(names[i] for i in partners),
+                lacking=tuple(fact for fact in lacking[0] if all(fact in own for own in lacking)),
                 rows=rows,
                 largest_share=float(anywhere[j]),
                 natural=float(natural[j]),

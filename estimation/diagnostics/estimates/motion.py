@@ -77,7 +77,7 @@ def within_bounds(estimate: Estimate, cause: Note | None = None) -> Check | Miss
     if physical is not None:
         known = {p.name for p in axis.base.known}
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
-    bounded = {p.name: p for p in (*axis.base.declared.parameters, *axis.axis.parameters)}
+    bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.is_inside(values[p.name].value)]
     if not declared:

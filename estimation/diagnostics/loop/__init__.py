@@ -10,6 +10,7 @@ from .alignment import alignment_of as alignment_of
 from .alignment import profile_alignment as profile_alignment
 from .control_law import LawCheck as LawCheck
 from .control_law import check_law as check_law
+from .control_law import first_law as first_law
 from .control_law import law_check as law_check
 from .force import force_check as force_check
 from .force import limit_check as limit_check

@@ -62,6 +62,8 @@ class Alignment(Exact):
         Whether `best` and `deviation` are those of instruments; the profile is of least squares.
     sensitivity : (p,) array
         Change of each parameter per sample of delay, at the best one.
+    names, units : tuple of str
+        Of these parameters, which are those of the record's axis.
     """
 
     delays: Array
@@ -72,6 +74,8 @@ class Alignment(Exact):
     at_the_end: bool
     by_instruments: bool
     sensitivity: Array
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
 
 
 def profile_alignment(
@@ -140,6 +144,8 @@ def alignment_of(
         at_the_end=at_the_end,
         by_instruments=instruments is not None,
         sensitivity=np.array([np.interp(best, _DELAYS, slope) for slope in slopes.T]),
+        names=data.axis.names,
+        units=tuple(p.unit for p in data.axis.parameters),
     )
 
 

@@ -8,7 +8,7 @@ that velocity is not recorded; the identification's own filter plays no part.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,6 +98,13 @@ class LawCheck:
     def note(self) -> Note:
         """The whole sentence, to be worded later."""
         return Note(self.meaning, self.remedy)
+
+
+def first_law(axis: GeneratedAxis, records: Sequence[Record]) -> LawCheck | Missing:
+    """The check of the first of several records that fails it, else that of the first of all."""
+    found = [check_law(axis, record) for record in records]
+    failing = (each for each in found if isinstance(each, LawCheck) and not each.passed)
+    return next(failing, found[0])
 
 
 def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:

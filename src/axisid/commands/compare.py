@@ -7,7 +7,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
     Target,
@@ -17,6 +17,11 @@ from axisid.commands.options.outputs import (
     put_result,
 )
 from axisid.commands.options.record_options import Reading, is_log, record_options
+from axisid.commands.options.several_options import (
+    columns_by_place,
+    columns_of_option,
+    skip_bad_option,
+)
 from axisid.estimation.choices.methods import comparing
 from axisid.presentation.console import ProgressLine
 
@@ -53,7 +58,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
-@click.argument("record", required=False, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--axes",
     multiple=True,
@@ -83,12 +88,14 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 )
 @filter_options()
 @record_options
+@columns_of_option
+@skip_bad_option
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
 def compare(
-    record: str | None,
+    record: tuple[str, ...],
     axes: tuple[str, ...],
     ladder: str | None,
     quadratic: bool,
@@ -96,12 +103,14 @@ def compare(
     method: str,
     filtering: Filtering,
     reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
+    skip_bad: bool,
     left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Fit several models of one axis to RECORD, and recommend one.
+    """Fit several models of one axis to one RECORD or several, and recommend one.
 
     The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
     Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
@@ -110,12 +119,21 @@ def compare(
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
-    check_targets([Target("--json", json_file, "compare")], (record, *named), force=force)
+    check_targets([Target("--json", json_file, "compare")], (*record, *named), force=force)
     if not named:
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    first, data = axis_and_record(named[0], record, reading, no_native=no_native)
+    given = axis_and_records(
+        named[0],
+        record,
+        reading,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=columns_by_place(columns_of, len(record)),
+    )
+    given.say_set_aside()
+    first, data = given.axis, given.records
 
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import compare as run
@@ -129,7 +147,7 @@ def compare(
     _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
-        filtered = filtering.prefilter(data.period)
+        filtered = filtering.prefilter(data[0].period)
         result = run(built, data, filtered, method, progress=line)
     put_result(result, json_file)
 

@@ -8,7 +8,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command, check_idle, check_needed
 from axisid.commands.options.outputs import (
     Target,
@@ -18,6 +18,13 @@ from axisid.commands.options.outputs import (
     json_option,
 )
 from axisid.commands.options.record_options import Reading, record_options, window_of
+from axisid.commands.options.several_options import (
+    Sharing,
+    columns_by_place,
+    columns_of_option,
+    sharing_options,
+    skip_bad_option,
+)
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
@@ -37,6 +44,12 @@ def _check_idle(covariance: str, json_file: str | None) -> None:
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
 
 
+def _check_one(records: tuple[str, ...]) -> None:
+    """Refuse several records where they are read in blocks."""
+    if len(records) > 1:
+        raise click.UsageError("--stream reads one RECORD in blocks; name one, or leave it out.")
+
+
 def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
     """No range that click knows leaves out what is no number."""
     if not math.isfinite(value):
@@ -46,13 +59,14 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 
 @click.command(
     cls=Command,
-    short_help="Identify an axis from a record.",
+    short_help="Identify an axis from a record, or from several.",
     epilog="Example: axisid identify emps2015, or "
     "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
-    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01",
+    "axisid identify pendulum.py log.csv --fix m=1.2+-0.01, or "
+    "axisid identify stage.py empty.csv loaded.csv --local tau0 --known m_add=0,20+-0.01",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.argument("record", required=False, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--method",
     type=click.Choice([*method_names(), "all"]),
@@ -72,6 +86,9 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
 )
 @record_options
+@columns_of_option
+@sharing_options
+@skip_bad_option
 @click.option(
     "--fix",
     multiple=True,
@@ -83,10 +100,11 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @click.option(
     "--validate",
-    "second",
+    "further",
     metavar="RECORD",
+    multiple=True,
     shell_complete=complete_file,
-    help="Hold the estimates, frozen, against a second record.",
+    help="Hold the estimates, frozen, against another record; again for each.",
 )
 @click.option(
     "--validate-window",
@@ -146,12 +164,15 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @force_option
 def identify(
     axis: str,
-    record: str | None,
+    record: tuple[str, ...],
     method: str,
-    second: str | None,
+    further: tuple[str, ...],
     second_windows: tuple[str, ...],
     filtering: Filtering,
     reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
+    sharing: Sharing,
+    skip_bad: bool,
     covariance: str,
     lags: int | None,
     draws: int | None,
@@ -168,48 +189,66 @@ def identify(
     no_sweep: bool,
     force: bool,
 ) -> None:
-    """Identify AXIS from RECORD, or from its built-in twin if no record is given.
+    """Identify AXIS from one RECORD or several, or from its built-in twin if none is given.
 
     AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
     rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
     RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
-    a ROS bag. Values are SI unless the file or --columns says otherwise.
+    a ROS bag. Values are SI unless the file or --columns says otherwise. Several records are one
+    regression with one set of parameters, each filtered, weighted and checked by itself.
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
-    check_targets(targets, (record, axis, second), force=force)
+    check_targets(targets, (*record, axis, *further), force=force)
     if stream:
-        identify_streamed(axis, record, method, filtering, reading, json_file, left_out)
+        _check_one(record)
+        log = record[0] if record else None
+        identify_streamed(axis, log, method, filtering, reading, json_file, left_out)
         return
+    own_columns = columns_by_place(columns_of, len(record))
     _check_idle(covariance, json_file)
     if figures is not None:
         from axisid.presentation.drawing import NAMES
 
-        drawn = {f"{name}.{figure_format}": "figure" for name in NAMES}
+        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
+        drawn = {f"{name}{i}.{figure_format}": "figure" for name in NAMES for i in numbers}
         check_folder(figures, "--figures", drawn, force=force)
 
-    generated, data = axis_and_record(
-        axis, record, reading, second, fixed=fix, left_out=left_out, no_native=no_native
+    given = axis_and_records(
+        axis,
+        record,
+        reading,
+        further,
+        fixed=fix,
+        left_out=left_out,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=own_columns,
     )
+    if further:
+        sharing.check_validates()
+    shared = sharing.of(max(len(record), 1), given.used)
 
     from axisid.estimation.identification import identify as run
     from axisid.estimation.signals import FilteredRecord
 
-    prefilter = filtering.prefilter(data.period)
-    other = None
-    if second is not None:
-        held = tuple(window_of(text, "--validate-window") for text in second_windows)
-        other = reading.record(second, generated, held)
+    generated, first = given.axis, given.records[0]
+    prefilter = filtering.prefilter(first.period)
+    held = tuple(window_of(text, "--validate-window") for text in second_windows)
+    others = [reading.record(each, generated, held) for each in further]
+    for other in others:
         _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
-            data,
+            given.records,
             prefilter,
             None if method == "all" else [method],
             lags=lags,
             covariance=covariance,
-        )
+            skip_bad=skip_bad,
+            **shared,
+        ).with_set_aside(given.set_aside)
     from axisid.presentation.report import Outputs
 
     outputs = Outputs(
@@ -221,4 +260,4 @@ def identify(
         draws=draws or 0,
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
-    put_identification(result, json_file, other, draws or 0, outputs, full=full)
+    put_identification(result, json_file, others, draws or 0, outputs, full=full)

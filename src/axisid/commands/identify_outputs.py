@@ -1,6 +1,7 @@
 """What ``axisid identify`` prints and writes once the estimates are there."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def put_identification(
     result: "Identification",
     json_file: str | None,
-    other: "Record | None",
+    others: "Sequence[Record]",
     draws: int,
     outputs: "Outputs",
     *,
@@ -30,7 +31,7 @@ def put_identification(
     from axisid.support.remedy import as_options
 
     with ProgressLine("judging the estimates"):
-        validation = None if other is None else validate(result, other)
+        validations = [validate(result, other) for other in others]
         written = None if json_file is None else result.to_dict(draws)
         document = (
             ()
@@ -39,7 +40,9 @@ def put_identification(
         )
     refused: UsageError | None = None
     if json_file is not None and written is not None:
-        added = {} if validation is None else {"validation": validation.to_dict()}
+        checked = [validation.to_dict() for validation in validations]
+        added: dict[str, Any] = {"validation": checked[0]} if checked else {}
+        added |= {"validations": checked} if len(checked) > 1 else {}
         try:
             put_json(json_file, {**written, **added})
         except UsageError as error:
@@ -49,14 +52,14 @@ def put_identification(
             click.echo(f"axisid: without {method}: {reason.worded(as_options)}", err=True)
     else:
         print_document(document)
-        if validation is not None:
+        for validation in validations:
             click.echo()
             print_result(validation)
 
     def say(line: str) -> None:
         click.echo(f"axisid: {line}", err=True)
 
-    for path in outputs.write(result, validation, say):
+    for path in outputs.write(result, validations, say):
         click.echo(f"wrote {path}", err=json_file == "-")
     if refused is not None:
         raise refused

@@ -8,7 +8,7 @@ import click
 
 from axisid.commands.options.completion import complete_axis, complete_file
 from axisid.commands.options.filter_options import Filtering, filter_options
-from axisid.commands.options.inputs import axis_and_record, leave_out_option
+from axisid.commands.options.inputs import axis_and_records, leave_out_option
 from axisid.commands.options.option_checks import Command
 from axisid.commands.options.outputs import (
     Target,
@@ -19,6 +19,13 @@ from axisid.commands.options.outputs import (
     put_json,
 )
 from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.several_options import (
+    Sharing,
+    columns_by_place,
+    columns_of_option,
+    sharing_options,
+    skip_bad_option,
+)
 from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
@@ -31,12 +38,15 @@ _FIGURES = (".png", ".svg", ".pdf")
     "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.argument("record", required=False, shell_complete=complete_file)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
 @partial(record_options, ends=False)
+@columns_of_option
+@sharing_options
+@skip_bad_option
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
@@ -44,39 +54,61 @@ _FIGURES = (".png", ".svg", ".pdf")
 @force_option
 def sweep(
     axis: str,
-    record: str | None,
+    record: tuple[str, ...],
     lowest: float | None,
     highest: float | None,
     points: int,
     filtering: Filtering,
     reading: Reading,
+    columns_of: tuple[tuple[int, str], ...],
+    sharing: Sharing,
+    skip_bad: bool,
     left_out: tuple[str, ...],
     no_native: bool,
     json_file: str | None,
     figure: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from RECORD (or its twin) at many cut-offs, and recommend one.
+    """Identify AXIS from one RECORD or several (or its twin) at many cut-offs, and recommend one.
 
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
     targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
-    check_targets(targets, (record, axis), force=force)
+    check_targets(targets, (*record, axis), force=force)
     if figure is not None and Path(figure).suffix not in _FIGURES:
         raise click.BadParameter(
             f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
         )
     if figure is not None:
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
-    generated, data = axis_and_record(axis, record, reading, left_out=left_out, no_native=no_native)
+    given = axis_and_records(
+        axis,
+        record,
+        reading,
+        left_out=left_out,
+        no_native=no_native,
+        skip_bad=skip_bad,
+        own_columns=columns_by_place(columns_of, len(record)),
+    )
+    given.say_set_aside()
+    shared = sharing.of(max(len(record), 1), given.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run
 
-    cutoffs = default_cutoffs(1 / data.period, lowest, highest, points)
+    generated, data = given.axis, given.records
+    cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
-        result = run(generated, data, cutoffs, filtering.prefilter(), progress=line)
+        result = run(
+            generated,
+            data,
+            cutoffs,
+            filtering.prefilter(),
+            progress=line,
+            skip_bad=skip_bad,
+            **shared,
+        )
     if json_file != "-":
         print_result(result)
     if json_file is not None:

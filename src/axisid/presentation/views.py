@@ -61,6 +61,7 @@ from axisid.presentation.text import (
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
+from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Wording, as_arguments
 
 if TYPE_CHECKING:
@@ -161,10 +162,10 @@ as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
 
 def figure_of(
-    result: Presentable, what: str, method: str | None = None, ax: object = None
+    result: Presentable, what: str, method: str | None = None, ax: object = None, **of: Any
 ) -> "Figure":
     """One of a result's figures, by its name, drawn anew or on axes that are given."""
-    plot = plot_of(result, what, method)
+    plot = plot_of(result, what, method, **of)
     from axisid.presentation.drawing import draw, draw_on
 
     return draw(plot) if ax is None else draw_on(plot, ax)
@@ -184,7 +185,14 @@ def _of_estimate(result: Estimate, what: str, method: str | None = None) -> Plot
     return drawable(_OF_ESTIMATE[what](result), what)
 
 
-def _of_identification(result: Identification, what: str, method: str | None = None) -> Plot:
+def _of_identification(
+    result: Identification, what: str, method: str | None = None, record: int | None = None
+) -> Plot:
+    """Of several records a figure is of one, by its number; the iteration is of all."""
+    if len(result.parts) > 1 and what != "convergence":
+        return _of_identification(_part(result, record), what, method)
+    if record not in (None, 1):
+        raise _no_record(record, len(result.parts))
     if is_among(what, ("record",)):
         return record_plot(result)
     estimate = result.preferred if method is None else result[method]
@@ -193,6 +201,21 @@ def _of_identification(result: Identification, what: str, method: str | None = N
     if not is_among(what, _OF_ESTIMATE):
         raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
     return plot_of(estimate, what)
+
+
+def _part(result: Identification, record: int | None) -> Identification:
+    """The part of a result that one record is, by its number from 1; by default the first."""
+    number = 1 if record is None else record
+    if not (is_whole(number) and 1 <= number <= len(result.parts)):
+        raise _no_record(record, len(result.parts))
+    return result.parts[int(number) - 1]
+
+
+def _no_record(record: object, count: int) -> UsageError:
+    return UsageError(
+        f"there is no record {given(record)}; give a number from 1 to {count}.",
+        code="no-such-record",
+    )
 
 
 def _of_sweep(result: Sweep, what: str, method: str | None = None) -> Plot:

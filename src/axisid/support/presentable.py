@@ -34,7 +34,8 @@ class Presentable:
         what : str
             Which one, if there are several.
         **how
-            Of which method, if there are several: ``method="idm-ls"``; ``ax``, Matplotlib's axes to
+            Of which method, if there are several: ``method="idm-ls"``; of which record, if there
+            are several: ``record=2``; ``ax``, Matplotlib's axes to
             draw on, as many as the figure has panels (one alone for one panel). By default a new
             figure is made.
 

@@ -31,6 +31,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import Comparison
 from axisid.estimation.methods import bound_record
+from axisid.estimation.problems.problem import Problem
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
@@ -285,7 +286,8 @@ def test_blocks_are_simulated_within_the_bounds(
     axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
     blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
     beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
-    settings = bound_record(axis, record, FILTER), estimate, blocks
+    problem = Problem(axis=axis, data=(bound_record(axis, record, FILTER),))
+    settings = problem, estimate, blocks
     found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
     assert isinstance(found, HeldOut)
     assert isinstance(expected, HeldOut)

@@ -219,7 +219,11 @@ def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> Non
     assert (first, after) == pytest.approx((0, start * twin.period))
     assert last - before == pytest.approx(end * twin.period)
     kept = replace(
-        result, data=replace(result.data, prefilter=replace(result.prefilter, drop=(0, 0)))
+        result,
+        problem=replace(
+            result.problem,
+            data=(replace(result.data, prefilter=replace(result.prefilter, drop=(0, 0))),),
+        ),
     )
     assert record_plot(kept).shaded == ()
 
@@ -398,7 +402,11 @@ def test_notebooks_show_a_table_and_the_verdict(result: Identification) -> None:
     assert html.count("✗") == len(failed)
     hostile = replace(result.record.provenance, source="<script>alert(1)</script>")
     spoiled = replace(
-        result, data=replace(result.data, record=replace(result.record, provenance=hostile))
+        result,
+        problem=replace(
+            result.problem,
+            data=(replace(result.data, record=replace(result.record, provenance=hostile)),),
+        ),
     )
     assert "<script" not in spoiled._repr_html_()
 

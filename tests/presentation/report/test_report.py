@@ -211,7 +211,11 @@ def test_a_twin_is_called_simulated_and_a_measurement_is_not(
     assert "SIMULATED: twin of emps2015" in page.text
     provenance = replace(result.record.provenance, truth={})
     measured = replace(
-        result, data=replace(result.data, record=replace(result.record, provenance=provenance))
+        result,
+        problem=replace(
+            result.problem,
+            data=(replace(result.data, record=replace(result.record, provenance=provenance)),),
+        ),
     )
     assert "SIMULATED" not in Page(report_html(measured)).text
 
@@ -254,7 +258,8 @@ def hostile(result: Identification) -> Identification:
     axis = replace(result.axis, axis=replace(result.axis.axis, title=title))
     record = replace(result.record, provenance=provenance)
     data = replace(result.data, axis=axis, record=record)
-    return replace(result, data=data, skipped={"ddm-ls": HOSTILE})
+    problem = replace(result.problem, axis=axis, data=(data,))
+    return replace(result, problem=problem, skipped={"ddm-ls": HOSTILE})
 
 
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:

@@ -1,5 +1,7 @@
 """What commands make of their arguments: the axis, its record, and the files that they name."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,7 @@ from .record_options import Reading, is_log
 if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import Record
+    from axisid.support.remedy import Note
 
 leave_out_option = click.option(
     "--leave-out",
@@ -23,18 +26,61 @@ leave_out_option = click.option(
 )
 
 
-def axis_and_record(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """The axis that was named, and its records or its twin's.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    records : tuple of Record
+    used : tuple of int
+        Which of the logs they are.
+    set_aside : mapping of str to Note
+        Logs that could not be read and were to be skipped, with the reason.
+    """
+
+    axis: "GeneratedAxis"
+    records: "tuple[Record, ...]"
+    used: tuple[int, ...]
+    set_aside: "Mapping[str, Note]"
+
+    def say_set_aside(self) -> None:
+        """Tell of each log that could not be read."""
+        from axisid.support.remedy import as_options
+
+        for name, why in self.set_aside.items():
+            click.echo(f"axisid: without {name}: {why.worded(as_options)}", err=True)
+
+
+def axis_and_records(
     axis: str,
-    record: str | None,
+    logs: Sequence[str],
     reading: Reading,
-    second: str | None = None,
+    further: Sequence[str] = (),
     *,
     fixed: tuple[str, ...] = (),
     left_out: tuple[str, ...] = (),
     no_native: bool,
-) -> "tuple[GeneratedAxis, Record]":
-    """The axis that was named, and its record or its twin's."""
-    with ProgressLine(f"reading {record or f'the twin of {axis}'}"):
+    skip_bad: bool = False,
+    own_columns: Mapping[int, str] | None = None,
+) -> Inputs:
+    """The axis that was named, and its records or its twin's.
+
+    Parameters
+    ----------
+    axis : str
+    logs : sequence of str
+    reading : Reading
+    further : sequence of str
+        Other logs that `reading` is of.
+    fixed, left_out : tuple of str
+    no_native, skip_bad : bool
+    own_columns : mapping of int to str, optional
+        Columns of single logs, by their place, as ``--columns`` takes them.
+    """
+    named = f"the twin of {axis}" if not logs else " and ".join(logs)
+    with ProgressLine(f"reading {named}"):
         from axisid.codegen.artefacts import build
         from axisid.estimation.simulation import twin_record
         from axisid.modeling.declaration import fix, leave_out, read_fixed
@@ -45,15 +91,41 @@ def axis_and_record(
             raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
         whole = fix(load_axis(axis), **read_fixed(fixed))
         generated = build(leave_out(whole, *left_out), native=not no_native)
-        if record is not None:
-            return generated, reading.record(record, generated)
-        if reading.given and second is None:
+        if logs:
+            return _read(generated, logs, reading, own_columns or {}, skip_bad=skip_bad)
+        if reading.given and not further:
             verb = "describes" if len(reading.given) == 1 else "describe"
             said = f"{' and '.join(reading.given)} {verb} a record"
             raise UsageError(f"{said}; name its file.")
         # The twin has every term, as an axis does whatever is identified of it.
         own = build(whole, native=not no_native) if left_out else generated
-        return generated, twin_record(own)
+        return Inputs(axis=generated, records=(twin_record(own),), used=(0,), set_aside={})
+
+
+def _read(
+    axis: "GeneratedAxis",
+    logs: Sequence[str],
+    reading: Reading,
+    own_columns: Mapping[int, str],
+    *,
+    skip_bad: bool,
+) -> Inputs:
+    """Read every log; what cannot be read is named with the others that cannot."""
+    from axisid.estimation.identification import check_bad
+    from axisid.support.errors import AxisidError
+
+    found: dict[int, Record] = {}
+    bad: dict[str, Note] = {}
+    for i, log in enumerate(logs):
+        own = reading.with_columns(own_columns[i]) if i in own_columns else reading
+        try:
+            found[i] = own.record(log, axis)
+        except AxisidError as error:
+            if len(logs) == 1:
+                raise
+            bad[log if log not in bad else f"{log} ({i + 1})"] = error.note
+    check_bad(bad, len(logs), skip_bad=skip_bad)
+    return Inputs(axis=axis, records=tuple(found.values()), used=tuple(found), set_aside=bad)
 
 
 def file_of(argument: str) -> Path:

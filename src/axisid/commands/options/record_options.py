@@ -4,7 +4,7 @@ import csv
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -66,6 +66,10 @@ class Reading:
             repairs=repairs,
             max_memory=self.max_memory,
         )
+
+    def with_columns(self, columns: str) -> "Reading":
+        """The same with columns of one log in place of those of all."""
+        return replace(self, columns=_roles(columns, "--columns-of"))
 
     def blocks(self, file: str, axis: "GeneratedAxis") -> "LogBlocks":
         """The same in blocks, for a log larger than memory; nothing can be repaired then."""
@@ -297,7 +301,7 @@ def _amounts(shifts: str | None) -> dict[str, str]:
     return found
 
 
-def _roles(columns: str | None) -> dict[str, str]:
+def _roles(columns: str | None, option: str = "--columns") -> dict[str, str]:
     roles: dict[str, str] = {}
     for pair in next(csv.reader([columns], skipinitialspace=True)) if columns else ():
         role, equals, name = (part.strip() for part in pair.partition("="))
@@ -306,7 +310,7 @@ def _roles(columns: str | None) -> dict[str, str]:
                 f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT with each role once, as in "
                 "time=t,position=qm:mm; quote a pair whose name has a comma: "
                 'time=t,"control=I, raw"',
-                param_hint="--columns",
+                param_hint=option,
             )
         roles[role] = name
     return roles

@@ -3,6 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
+from msgspec import UNSET
+
 from axisid.estimation.studies import Candidate, Comparison, HeldOut
 from axisid.presentation.schema import (
     WrittenCandidate,
@@ -36,6 +38,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
     c = comparison
     return WrittenComparison(
         record=record_document(c.record),
+        records=UNSET if len(c.records) == 1 else tuple(map(record_document, c.records)),
         prefilter=prefilter_document(c.data.sampling),
         method=c.method,
         rows=len(c.candidates[0].estimate.y),

@@ -62,9 +62,11 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
         "instruments": _instruments(diagnosis.instruments),
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
         "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
-        "alignment": _alignment(diagnosis.alignment, names),
+        "alignment": alignment_document(diagnosis.alignment, names),
         "verdict": tuple(map(check_document, diagnosis.verdict)),
-        "lack_of_fit": _lack_of_fit(diagnosis.lack_of_fit),
+        "lack_of_fit": UNSET
+        if diagnosis.lack_of_fit is None
+        else lack_of_fit_document(diagnosis.lack_of_fit),
         "model_bands": {
             method: {name: _band(band) for name, band in of_one.items()}
             for method, of_one in diagnosis.bands.items()
@@ -123,7 +125,8 @@ def _endogeneity(test: Endogeneity | Missing, names: Sequence[str]) -> WrittenEn
     )
 
 
-def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
+def alignment_document(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
+    """The delay of the force; `names` are of the parameters where it has none of its own."""
     if isinstance(profile, Missing):
         return WrittenAlignment(best=None, reason=profile.note.worded(as_options))
     return WrittenAlignment(
@@ -131,15 +134,14 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
         deviation=finite(profile.deviation),
         at_the_end=profile.at_the_end,
         by_instruments=profile.by_instruments,
-        sensitivity=dict(zip(names, profile.sensitivity.tolist(), strict=True)),
+        sensitivity=dict(zip(profile.names or names, profile.sensitivity.tolist(), strict=True)),
         delays=tuple(profile.delays.tolist()),
         errors_percent=tuple(profile.errors_percent.tolist()),
     )
 
 
-def _lack_of_fit(found: LackOfFit | None) -> WrittenLackOfFit | UnsetType:
-    if found is None:
-        return UNSET
+def lack_of_fit_document(found: LackOfFit) -> WrittenLackOfFit:
+    """What is left at phases of the reference that repeat."""
     return WrittenLackOfFit(
         period=found.period,
         span=found.span,

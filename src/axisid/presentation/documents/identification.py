@@ -33,6 +33,7 @@ from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, as_options
 
 from .diagnosis import diagnosis_members, residual_document
+from .several import several_members
 
 T = TypeVar("T")
 
@@ -64,9 +65,14 @@ def identification_document(result: Identification, draws: int = 0) -> WrittenId
             )
             for name, e in result.estimates.items()
         ),
-        **diagnosis_members(diagnosis, result.axis.names),
+        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
         skipped={method: why.worded(as_options) for method, why in result.skipped.items()},
         failed={method: why.worded(as_options) for method, why in result.failed.items()},
+        **several_members(
+            result,
+            [record_document(record) for record in result.records],
+            [prefilter_document(data.sampling) for data in result.problem.data],
+        ),
     )
 
 

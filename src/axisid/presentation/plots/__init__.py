@@ -21,3 +21,4 @@ from .result import record_plot as record_plot
 from .result import result_plots as result_plots
 from .result import sweep_plot as sweep_plot
 from .result import tracking_plot as tracking_plot
+from .several import plots_by_record as plots_by_record

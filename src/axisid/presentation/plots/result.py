@@ -176,7 +176,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     """
     drawn = _drawn(sweep)
     panels = []
-    for quantity in sweep.results[0].axis.parameters:
+    for quantity in sweep.results[0].preferred.quantities:
         curves = tuple(_curve(sweep, quantity.name, each) for each in drawn)
         label = labelled(quantity.name, quantity.unit)
         panels.append(Panel(label=label, series=curves, span=_span(curves)))

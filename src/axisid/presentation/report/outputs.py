@@ -1,7 +1,7 @@
 """What `axisid identify` writes for people: the page and the figures."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -9,7 +9,7 @@ from pathlib import Path
 from axisid.codegen.artefacts import replace_file
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation
-from axisid.presentation.plots import Plot, result_plots
+from axisid.presentation.plots import Plot, plots_by_record
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.remedy import as_options
 
@@ -50,14 +50,16 @@ class Outputs:
     draws: int = 0
     command: str = ""
 
-    def write(self, result: Identification, validation: Validation | None, say: Say) -> list[Path]:
+    def write(
+        self, result: Identification, validations: Sequence[Validation], say: Say
+    ) -> list[Path]:
         """Write what is asked for and return the files.
 
         Parameters
         ----------
         result : Identification
-        validation : Validation or None
-            On a second record.
+        validations : sequence of Validation
+            On further records.
         say : callable
             Takes a line for the user.
 
@@ -75,7 +77,7 @@ class Outputs:
                 page = report_html(
                     result,
                     cutoffs,
-                    validation=validation,
+                    validation=validations,
                     draws=self.draws,
                     command=self.command,
                     made=datetime.now().astimezone(),
@@ -86,8 +88,9 @@ class Outputs:
             if self.figures is not None:
                 from axisid.presentation.drawing import write_figures
 
-                found = result_plots(result, cutoffs).values()
-                plots = [plot for plot in found if isinstance(plot, Plot)]
+                found = plots_by_record(result, cutoffs).values()
+                every = (plot for of_one in found for plot in of_one.values())
+                plots = [plot for plot in every if isinstance(plot, Plot)]
                 written += write_figures(plots, Path(self.figures), self.form, self.width)
         except OSError as error:
             place = error.filename or self.report or self.figures

@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from html import escape
 from importlib.resources import files
@@ -16,7 +16,7 @@ from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_mo
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
 from axisid.presentation.formulas import formula_mathml
 from axisid.presentation.html import prose_html
-from axisid.presentation.plots import TITLES, Plot, result_plots
+from axisid.presentation.plots import TITLES, Plot, plots_by_record
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
@@ -35,7 +35,7 @@ def report_html(
     result: Identification,
     cutoffs: Sweep | None = None,
     *,
-    validation: Validation | None = None,
+    validation: Validation | Sequence[Validation] | None = None,
     draws: int = 0,
     command: str = "",
     made: datetime | None = None,
@@ -48,8 +48,8 @@ def report_html(
     result : Identification
     cutoffs : Sweep, optional
         Of the same record; see `report_sweep`.
-    validation : Validation, optional
-        On a second record.
+    validation : Validation or sequence of Validation, optional
+        On further records.
     draws : int
         As in `Identification.summary`.
     command : str, optional
@@ -59,25 +59,27 @@ def report_html(
     wording : callable
         How settings are told, see `axisid.support.remedy`.
     """
-    axis, record = result.axis.axis, result.record
-    diagnosis = result.diagnosis
-    plots = result_plots(result, cutoffs)
-    style, script = _asset("page.css"), "".join(map(_asset, _SCRIPTS))
+    axis, diagnosis = result.axis.axis, result.diagnosis
+    plots = plots_by_record(result, cutoffs)
+    several = bool(result.of_records)
+    style = _asset("page.css") + _asset("records.css") * several
+    script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
     heading = axis.title or axis.name
-    about = f"{axis.name}, identified from {record.provenance.source}"
-    size = f"{len(record)} samples of {1e3 * record.period:.6g} ms"
+    checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
     return Template(_asset("page.html")).substitute(
         version=__version__,
         title=escape(f"{heading}: axisid report"),
         heading=escape(heading),
-        subheading=escape(f"{about}, {size}"),
+        subheading=escape(_subheading(result)),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
-        parameters=parameters_html(result, validation, draws, wording=wording),
-        figures=_figures(plots, wording),
+        parameters=parameters_html(result, checked, draws, wording=wording),
+        figures=_all_figures(result, plots, wording),
         model=_model(axis),
         provenance=provenance_html(result, command, made, wording=wording),
         simulated=_simulated(result),
-        data=script_json(figures_data(p for p in plots.values() if isinstance(p, Plot))),
+        data=script_json(
+            figures_data(p for of in plots.values() for p in of.values() if isinstance(p, Plot))
+        ),
         style=style,
         script=script,
         style_hash=_hash(style),
@@ -104,11 +106,12 @@ def report_sweep(
     methods = [method for method, found in result.estimates.items() if not found.is_direct]
     swept = sweep(
         result.axis,
-        result.record,
+        result.records,
         default_cutoffs(1 / result.record.period, points=_CUTOFFS),
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
+        **result.shared_as,
     )
     return swept.with_result(result)
 
@@ -124,17 +127,49 @@ def _simulated(result: Identification) -> str:
     )
 
 
-def _figures(plots: Mapping[str, Plot | Missing], wording: Wording) -> str:
+def _subheading(result: Identification) -> str:
+    """The axis, what it was identified from, and how many samples that is."""
+    name, records = result.axis.axis.name, result.records
+    if len(records) > 1:
+        samples = sum(map(len, records))
+        return f"{name}, identified from {len(records)} records, {samples} samples"
+    (record,) = records
+    size = f"{len(record)} samples of {1e3 * record.period:.6g} ms"
+    return f"{name}, identified from {record.provenance.source}, {size}"
+
+
+def _all_figures(
+    result: Identification, plots: Mapping[int, Mapping[str, Plot | Missing]], wording: Wording
+) -> str:
+    """The figures of all records, and those of each, of which the reader chooses one."""
+    if not result.of_records:
+        return _figures(plots[0], wording)
+    options = "".join(
+        f'<option value="{i}">{i}: {escape(name)}</option>'
+        for i, name in enumerate(result.record_names, 1)
+    )
+    picker = (
+        '<p class="note record-picker" hidden><label>Figures of record '
+        f'<select id="record-picker">{options}</select></label></p>'
+    )
+    of_each = "".join(_figures(of_one, wording, record=i) for i, of_one in plots.items() if i)
+    return f"{picker}{of_each}{_figures(plots[0], wording)}"
+
+
+def _figures(plots: Mapping[str, Plot | Missing], wording: Wording, record: int = 0) -> str:
+    """Figures; those of a record by itself have its number in their names."""
+    of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
+    plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
     kinds = {name: type(plot) for name, plot in plots.items()}
     # Where one of a pair cannot be drawn, the other takes the whole width.
     halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
     return "".join(
-        _figure(name, plot, wording, half=name in halves) for name, plot in plots.items()
+        _figure(name, plot, wording, of, half=name in halves) for name, plot in plots.items()
     )
 
 
-def _figure(name: str, plot: Plot | Missing, wording: Wording, *, half: bool) -> str:
-    wide = ' class="half"' if half else ""
+def _figure(name: str, plot: Plot | Missing, wording: Wording, of: str, *, half: bool) -> str:
+    wide = (' class="half"' if half else "") + of
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):

@@ -19,6 +19,7 @@ from axisid.presentation.text import (
     physical_notes,
     preferred_physical,
     record_facts,
+    records_table,
     shared_remarks,
     validation_table,
 )
@@ -43,17 +44,19 @@ _ERRORS = (
 
 def parameters_html(
     result: Identification,
-    validation: Validation | None = None,
+    validations: Sequence[Validation] = (),
     draws: int = 0,
     *,
     wording: Wording = as_arguments,
 ) -> str:
-    """Tables of the inverse model, of the direct one and draws on request, of a second record."""
+    """Tables of the inverse model, of the direct one and draws on request, of further records."""
     tables = {
         direct: [e for e in result.estimates.values() if e.is_direct == direct] for direct in _ABOUT
     }
     shown = [form for form, of_form in tables.items() if of_form]
     parts = [_of_form(result, tables[form]) for form in shown[:1]]
+    if result.of_records:
+        parts.append(f"<h3>The records</h3>{_scrolled(records_table(result))}")
     parts += [_notes(result, wording), _physical(result, wording)]
     parts += [
         f"<details><summary>{_ABOUT[form]}: its own parameters, and the physical ones mapped from "
@@ -63,7 +66,7 @@ def parameters_html(
     if draws:
         drawn = _scrolled(draws_table(result.estimates, draws))
         parts.append(f"<details><summary>Intervals from draws</summary>{drawn}</details>")
-    parts += [] if validation is None else [_validation(validation, wording)]
+    parts += [_validation(each, wording) for each in validations]
     return "".join(parts)
 
 
@@ -123,7 +126,8 @@ def parameters_table(
         has moved a value by behind an interval that misses for it.
     """
     axis = result.axis
-    described = {p.name: p.description for p in (*axis.declared.parameters, *axis.axis.parameters)}
+    form = result.preferred.form
+    described = {p.name: p.description for p in (*axis.declared.parameters, *form.declared)}
     rows: list[tuple[Cell, ...]] = []
     for quantity, values in groups:
         about = described.get(quantity.name) or quantity.expression

@@ -9,7 +9,7 @@ from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.formulas import readable_unit
 from axisid.presentation.html import unbroken
-from axisid.presentation.text import record_facts
+from axisid.presentation.text import listed_facts, record_facts
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
@@ -57,14 +57,20 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
         "made": "" if made is None else made.isoformat(" ", "seconds"),
         "axis": result.axis.axis.name,
         "left out": left_out_text(result.axis.declared),
-        "record": f"SIMULATED: {source.source}" if source.truth else source.source,
-        "truth": truth_text(result),
-        "file as named": source.given,
-        "file": source.path,
-        "sha256 of the file": source.sha256,
-        **{name: facts[name] for name in ("columns", "assumed", "repaired")},
-        "samples": f"{len(record)} of {1e3 * record.period:.6g} ms, "
-        f"{len(record) * record.period:.4g} s",
+        **(
+            _of_records(result, wording)
+            if result.of_records
+            else {
+                "record": f"SIMULATED: {source.source}" if source.truth else source.source,
+                "truth": truth_text(result),
+                "file as named": source.given,
+                "file": source.path,
+                "sha256 of the file": source.sha256,
+                **{name: facts[name] for name in ("columns", "assumed", "repaired")},
+                "samples": f"{len(record)} of {1e3 * record.period:.6g} ms, "
+                f"{len(record) * record.period:.4g} s",
+            }
+        ),
         "position filter": f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward",
         "decimation": "none"
         if f.decimate == 1
@@ -75,7 +81,8 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
         f"the end{' of each segment' if result.record.segments else ''}",
         "near reversals": "kept"
         if f.reversals == "keep"
-        else f"{result.data.sampling.excluded_samples} samples without weight",
+        else f"{sum(each.sampling.excluded_samples for each in result.problem.data)} samples "
+        "without weight",
         "hold": str(f.hold),
         "deviations": _covariances(result),
         "generated code": result.axis.signature,
@@ -85,6 +92,23 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
         "versions": ", ".join(versions),
         "platform": platform.platform(),
     }
+
+
+def _of_records(result: Identification, wording: Wording) -> dict[str, str]:
+    """Where each of several records comes from."""
+    facts: dict[str, str] = {}
+    for i, record in enumerate(result.records, 1):
+        source = record.provenance
+        facts |= {
+            f"record {i}": f"SIMULATED: {source.source}" if source.truth else source.source,
+            f"file of record {i}": source.path,
+            f"sha256 of its file, {i}": source.sha256,
+            f"samples of record {i}": f"{len(record)} of {1e3 * record.period:.6g} ms, "
+            f"{len(record) * record.period:.4g} s",
+        }
+    facts = listed_facts([record_facts(record, wording) for record in result.records])
+    own = {name: text for name, text in facts.items() if not name.startswith("record")}
+    return {**facts, "truth": truth_text(result), **own}
 
 
 def truth_text(result: Identification) -> str:

@@ -76,10 +76,28 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
         yield "it has two estimates of one method"
     for estimate in document.estimates:
         yield from _estimate(estimate)
-        yield from _record(document.record, document.prefilter, estimate.rows)
+        if not document.records:
+            yield from _record(document.record, document.prefilter, estimate.rows)
+        elif estimate.rows != sum(member.rows for member in document.records):
+            yield f"the rows of {estimate.method} are not those of its records"
+    yield from _several(document)
     for first, end in (*document.record.segments, *document.record.masked):
         if not 0 <= first < end <= document.record.samples:
             yield f"the rows {first} to {end} are not of its {document.record.samples} samples"
+
+
+def _several(document: WrittenIdentification) -> Iterator[str]:
+    """Several records, each with rows of its own samples."""
+    members, names = document.records or (), {*document.estimates[0].parameters}
+    for member in members:
+        yield from _record(member.record, member.prefilter, member.rows)
+        if member.weight <= 0 or member.noise < 0:
+            yield f"the weight or the noise of {member.name} is negative"
+    for name, own in (document.local or {}).items():
+        if len(own) != len(members) or {*own} - names - {""}:
+            yield f"the values of {name} by record are not among its parameters"
+    if document.declared_gain and "drive_gain" not in names:
+        yield "it has a declared drive gain beside none that is identified"
 
 
 def _record(

@@ -1,13 +1,13 @@
 """What was measured of a result, read back; what was not finite is NaN or infinite."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import UNSET
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     NO_ENDOGENEITY,
     Endogeneity,
@@ -39,16 +39,19 @@ from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting, as_options
 
+from .several import read_apart
+
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     """The diagnosis of a document."""
+    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
     return Diagnosis(
         preferred=written.judged,
         law=_law(written.law_check),
         instruments=_instruments(written.instruments),
         endogeneity=_endogeneity(written.endogeneity),
         excitation=tuple(_excitation(name, e) for name, e in written.excitation.items()),
-        alignment=_alignment(written.alignment),
+        alignment=_alignment(written.alignment, units),
         verdict=tuple(map(_check, written.verdict)),
         lack_of_fit=_lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
         bands={
@@ -60,6 +63,16 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
             for method, of_one in (written.noise_bias or {}).items()
         },
         attenuation=_attenuation(written.attenuation) if written.attenuation else NO_ATTENUATION,
+        records=tuple(
+            RecordDiagnosis(
+                law=_law(member.law_check),
+                alignment=_alignment(member.alignment, units),
+                lack_of_fit=_lack_of_fit(member.lack_of_fit) if member.lack_of_fit else None,
+                verdict=tuple(map(_check, member.verdict)),
+                apart=read_apart(member.apart),
+            )
+            for member in written.records or ()
+        ),
     )
 
 
@@ -189,7 +202,7 @@ def _excitation(name: str, written: WrittenExcitation) -> Excitation:
     )
 
 
-def _alignment(written: WrittenAlignment) -> Alignment | Missing:
+def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
     if written.best is None:
         return Missing(written.reason or "")
     sensitivity = frozen([*(written.sensitivity or {}).values()])
@@ -203,6 +216,8 @@ def _alignment(written: WrittenAlignment) -> Alignment | Missing:
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
         sensitivity=sensitivity,
+        names=tuple(written.sensitivity or {}),
+        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
     )
 
 

@@ -169,6 +169,13 @@ def _fixed(document: WrittenIdentification | WrittenStream) -> Mapping[str, Writ
     return document.estimates[0].physical.fixed
 
 
+def has_own_parameters(document: WrittenIdentification | WrittenStream) -> bool:
+    """Whether records have parameters of their own, or something is known of each."""
+    if isinstance(document, WrittenStream):
+        return False
+    return bool(document.local) or any(member.known for member in document.records or ())
+
+
 def _check_fixed(
     document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
 ) -> None:
@@ -195,6 +202,8 @@ def _known(value: float | None, sd: float) -> str:
 def _check_parameters(
     document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
 ) -> None:
+    if has_own_parameters(document):
+        return
     wanted = sorted(p.name for p in model.axis.parameters)
     estimates = [document] if isinstance(document, WrittenStream) else document.estimates
     if any(sorted(estimate.parameters) != wanted for estimate in estimates):

@@ -94,6 +94,7 @@ def fitted_axis(
     DataError
         The file cannot be read, or is no identification.
     """
+    _refuse_own_parameters(result)
     if isinstance(result, Identification):
         return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
@@ -110,18 +111,34 @@ def fitted_axis(
         )
     if isinstance(saved, WrittenStream):
         return _streamed(saved, model)
+    _refuse_own_parameters(saved)
     return _identified(saved, model, saved.signature)
+
+
+def _refuse_own_parameters(result: object) -> None:
+    """Refuse a result of records that are not of one set of the axis's parameters."""
+    if not isinstance(result, (Identification, SavedIdentification)):
+        return
+    names = [*result.local_names, *(n for of_one in result.of_records[:1] for n in of_one.known)]
+    if names:
+        raise UsageError(
+            f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's "
+            "own or known of each, so that there is no one set of the axis's parameters; take the "
+            "part that one record is, result.parts[0].",
+            code="own-parameters-exported",
+        )
 
 
 def _identified(
     result: Identification | SavedIdentification, model: AxisModel, signature: str
 ) -> FittedAxis:
     origin = result.record.provenance
+    sources = [of_one.record.provenance.source for of_one in result.of_records]
     return FittedAxis(
         model=model,
         signature=signature,
-        source=_writable(origin.source),
-        sha256=origin.sha256,
+        source=_writable(", ".join(sources) or origin.source),
+        sha256="" if sources else origin.sha256,
         estimates={m: e.parameters for m, e in result.estimates.items()},
         physical={m: p.parameters for m, p in result.physical.items()},
         preferred=result.preferred.method,

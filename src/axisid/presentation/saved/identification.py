@@ -11,6 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues
+from axisid.estimation.identification import OfRecord
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
@@ -19,6 +20,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.schema import (
     WrittenIdentification,
+    WrittenMember,
     WrittenPrefilter,
     WrittenRecord,
 )
@@ -163,7 +165,8 @@ class SavedIdentification(Presentable):
         return len(self.estimates)
 
     def __repr__(self) -> str:
-        source = self.record.provenance.source
+        records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
+        source = " and ".join(record.source for record in records)
         return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
 
     def __getstate__(self) -> dict[str, Any]:
@@ -253,15 +256,27 @@ class SavedIdentification(Presentable):
     @property
     def sampling(self) -> Sampling:
         """The samples that counted; of those near reversals how many, not which."""
-        excluded = self.document.prefilter.silent
-        return Sampling(
-            prefilter=self.prefilter,
-            samples=self.record.samples,
-            period=self.record.period,
-            segments=self.record.segments,
-            masked=self.record.masked,
-            excluded=((0, excluded),) if excluded else (),
-        )
+        return _sampling(self.document.prefilter, self.record)
+
+    @cached_property
+    def of_records(self) -> tuple[OfRecord, ...]:
+        """What there is to say of each of several records; empty for one."""
+        return tuple(map(_of_record, self.document.records or ()))
+
+    @property
+    def local_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Of each declared parameter that records have for themselves, its names by record."""
+        return self.document.local or {}
+
+    @property
+    def declared_gain(self) -> float | None:
+        """The declared drive gain where it is identified; None where it is believed."""
+        return self.document.declared_gain or None
+
+    @property
+    def set_aside(self) -> Mapping[str, str]:
+        """Records that could not be used, with the reason."""
+        return self.document.set_aside or {}
 
     @cached_property
     def physical(self) -> Mapping[str, SavedPhysical]:
@@ -305,6 +320,34 @@ def _record(written: WrittenRecord) -> SavedRecord:
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
         windows=written.windows or (),
+    )
+
+
+def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
+    return Sampling(
+        prefilter=_prefilter(prefilter, record.period),
+        samples=record.samples,
+        period=record.period,
+        segments=record.segments,
+        masked=record.masked,
+        excluded=((0, prefilter.silent),) if prefilter.silent else (),
+    )
+
+
+def _of_record(written: WrittenMember) -> OfRecord:
+    record, apart = _record(written.record), written.apart
+    return OfRecord(
+        name=written.name,
+        record=record,
+        sampling=_sampling(written.prefilter, record),
+        known={name: (float(v.value or 0.0), v.sd) for name, v in written.known.items()},
+        rows=written.rows,
+        weight=written.weight,
+        noise=written.noise,
+        equation_error_percent=written.equation_error_percent,
+        simulation_error_percent=written.simulation_error_percent,
+        share_percent=None if apart is None else apart.share_percent,
+        p_value=None if apart is None else apart.p_value,
     )
 
 

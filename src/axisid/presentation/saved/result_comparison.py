@@ -24,6 +24,7 @@ from axisid.presentation.schema import (
     WrittenDifference,
     WrittenEstimate,
     WrittenIdentification,
+    WrittenKnown,
     WrittenResultComparison,
     WrittenValue,
     plain,
@@ -301,23 +302,41 @@ def _within_floats(number: float, what: str) -> float:
 
 def _settings(result: WrittenIdentification) -> dict[str, Any]:
     """What a result was made from and how."""
-    record = result.record
-    return {
-        "axis": result.axis,
-        "generated code": result.signature,
-        "left out": result.left_out or None,
+    record, members = result.record, result.records or ()
+    several = {
+        "records": ", ".join(member.record.source for member in members),
+        "known": "; ".join(
+            f"{name} = {', '.join(_told(m.known[name]) for m in members)}"
+            for name in (members[0].known if members else ())
+        )
+        or None,
+        "local": ", ".join(result.local or ()) or None,
+        "samples": sum(member.record.samples for member in members),
+    }
+    one = {
         "record": record.source,
         "sha256": record.sha256,
         "samples": record.samples,
         "sample period": record.sample_period,
         "columns": record.columns,
+    }
+    return {
+        "axis": result.axis,
+        "generated code": result.signature,
+        "left out": result.left_out or None,
+        **(several if members else one),
         "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
         **plain(result.prefilter),
     }
 
 
+def _told(known: WrittenKnown) -> str:
+    return f"{known.value:g}" + (f" +- {known.sd:g}" if known.sd else "")
+
+
 def _source(name: str, result: WrittenIdentification) -> str:
-    return f"{name}{result.axis}, {result.record.source}"
+    sources = [member.record.source for member in result.records or ()] or [result.record.source]
+    return f"{name}{result.axis}, {', '.join(sources)}"
 
 
 def _status(check: WrittenCheck | None) -> str:

@@ -26,7 +26,9 @@ from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate
+from .identification import WrittenApart as WrittenApart
 from .identification import WrittenIdentification as WrittenIdentification
+from .identification import WrittenMember as WrittenMember
 from .identification import WrittenMethodValidation as WrittenMethodValidation
 from .identification import WrittenSweep as WrittenSweep
 from .identification import WrittenValidation as WrittenValidation

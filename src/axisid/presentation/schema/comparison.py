@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Annotated
 
+from msgspec import UNSET, UnsetType
+
 from .base import JsonObject, about
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
@@ -79,6 +81,10 @@ class WrittenComparison(
     """What `axisid compare --json` writes."""
 
     record: WrittenRecord
+    records: Annotated[
+        tuple[WrittenRecord, ...] | UnsetType,
+        about("Where there are several, all of them; `record` is the first."),
+    ] = UNSET
     prefilter: WrittenPrefilter
     method: str
     rows: int

@@ -20,6 +20,7 @@ from .diagnosis import (
 )
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
+from .values import WrittenKnown
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -78,6 +79,39 @@ class WrittenValidation(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
 
 
+class WrittenApart(JsonObject, frozen=True, kw_only=True):
+    """A record alone beside all of them, in the parameters of its own axis."""
+
+    own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
+    common: Annotated[Mapping[str, float], about("As all records have them, SI.")]
+    deviations: Annotated[Mapping[str, float], about("Of the difference, HAC.")]
+    statistic: Annotated[float, about("Wald's, over its degrees of freedom.")]
+    freedom: Annotated[tuple[float, float], about("Of F.")]
+    p_value: Annotated[float, about("That chance alone makes as much, of one record.")]
+    share_percent: Annotated[float, about("Force that the difference makes, of the record's.")]
+
+
+class WrittenMember(JsonObject, frozen=True, kw_only=True):
+    """One of several records, by the estimate that is judged."""
+
+    name: Annotated[str, about("As the verdict names it.")]
+    record: WrittenRecord
+    prefilter: WrittenPrefilter
+    known: Annotated[Mapping[str, WrittenKnown], about("What is known of it, SI, by name.")]
+    rows: int
+    weight: Annotated[float, about("Of its rows, by the inverse of its noise.")]
+    noise: Annotated[float, about("Root mean square of its residuals.")]
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    apart: Annotated[
+        WrittenApart | None, about("null where the record alone does not tell the parameters.")
+    ]
+    law_check: WrittenLawCheck
+    alignment: WrittenAlignment
+    verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
+    lack_of_fit: WrittenLackOfFit | UnsetType = UNSET
+
+
 class WrittenIdentification(
     JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
 ):
@@ -122,6 +156,26 @@ class WrittenIdentification(
     ]
     failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
+    validations: Annotated[
+        tuple[WrittenValidation, ...] | UnsetType,
+        about("With --validate more than once, each of them; `validation` is the first."),
+    ] = UNSET
+    records: Annotated[
+        tuple[WrittenMember, ...] | UnsetType,
+        about("Where there are several, all of them; `record` and `prefilter` are the first's."),
+    ] = UNSET
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    declared_gain: Annotated[
+        float | UnsetType,
+        about("Of the drive, where `drive_gain` is among the parameters."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
+    ] = UNSET
 
 
 class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):

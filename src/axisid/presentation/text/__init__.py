@@ -15,8 +15,12 @@ from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block
 from .moves import moves_notes as moves_notes
 from .physical import physical_notes as physical_notes
+from .record import listed_facts as listed_facts
 from .record import record_document as record_document
 from .record import record_facts as record_facts
+from .record import records_table as records_table
+from .record import set_aside_facts as set_aside_facts
+from .record import several_notes as several_notes
 from .stream import stream_document as stream_document
 from .sweep import sweep_document as sweep_document
 from .validation import validation_document as validation_document

@@ -26,7 +26,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
 from .quantity import quantity
-from .record import record_facts, rows_text
+from .record import listed_facts, record_facts, rows_text, several_rows_text
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
@@ -77,7 +77,9 @@ def _heading(c: Comparison, wording: Wording) -> Heading:
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    facts = {"left out": _left_out(c.candidates), **record_facts(c.record, wording)}
+    told = [record_facts(record, wording) for record in c.records]
+    shown = told[0] if len(told) == 1 else listed_facts(told)
+    facts = {"left out": _left_out(c.candidates), **shown}
     return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
 
@@ -296,14 +298,19 @@ def _notes(c: Comparison) -> list[str]:
         "Recommended: of the candidates whose held-out equation error is within one standard error "
         "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
         "smallest whatever the blocks say, the one with the fewest parameters.",
-        rows_text(
-            c.data.sampling,
-            len(c.candidates[0].estimate.y),
-            c.candidates[0].axis.axis.drive,
-            measured=c.record.force is not None,
-        ),
+        _rows(c),
     ]
     if any(not each.axis.is_linear for each in c.candidates):
         for i, addition in _OF_NONLINEAR.items():
             notes[i - 1] += f" {addition}"
     return notes
+
+
+def _rows(c: Comparison) -> str:
+    """How the records became rows."""
+    used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
+    measured = c.record.force is not None
+    if len(c.records) == 1:
+        return rows_text(c.data.sampling, used, drive, measured=measured)
+    samplings = [data.sampling for data in c.problem.data]
+    return several_rows_text(samplings, used, drive, measured=measured)

@@ -31,7 +31,7 @@ def details_document(
         _intervals(f"95 % intervals, {label}, less the filter's own bias", estimates),
         _correlation(f"Correlation, {preferred.method.upper()}, {label}", preferred),
         _excitation(diagnosis),
-        _law(diagnosis.law, wording),
+        *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law, wording),)),
         _instruments(preferred, diagnosis.instruments),
         _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", preferred, diagnosis),
         *noise_details(diagnosis, {q.name: q.unit for q in preferred.quantities}),
@@ -102,6 +102,26 @@ def _law(law: LawCheck | Missing, wording: Wording) -> Table | Paragraph:
     return _table(title, ["recorded control", ""], rows)
 
 
+def _by_record(diagnosis: Diagnosis) -> Table:
+    """The control law and the delay of the force, record by record."""
+    rows = []
+    for i, of_one in enumerate(diagnosis.records, 1):
+        law, alignment = of_one.law, of_one.alignment
+        text = (
+            ("-", "-")
+            if isinstance(law, Missing)
+            else (_percent(law.residual_percent), str(law.delay))
+        )
+        best = (
+            "-"
+            if isinstance(alignment, Missing)
+            else (f"{alignment.best:.3f} +- {alignment.deviation:.2g}")
+        )
+        rows.append([f"record {i}", *text, best])
+    heads = ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]")
+    return _table("By record", heads, rows)
+
+
 def _percent(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g} %"
 
@@ -138,9 +158,11 @@ def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wor
         why = alignment.note.worded(wording)
         return paragraph(f"not measured: {why}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
+    units = {q.name: q.unit for q in preferred.quantities}
+    units |= dict(zip(alignment.names, alignment.units, strict=True))
     moved = ", ".join(
-        f"{q.name} {slope:+.3g} {q.unit}"
-        for q, slope in zip(preferred.quantities, alignment.sensitivity, strict=True)
+        f"{name} {slope:+.3g} {units.get(name, '')}".rstrip()
+        for name, slope in zip(alignment.names, alignment.sensitivity, strict=True)
     )
     end = " (the end of the range)" if alignment.at_the_end else ""
     return paragraph(

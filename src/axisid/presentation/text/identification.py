@@ -3,14 +3,13 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
 from axisid.estimation.noise import NoiseBias
-from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import MIN_PRINTED_FILTER_BIAS
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
@@ -35,7 +34,15 @@ from .moves import band_row, moves_notes
 from .noise import noise_notes, noise_row
 from .physical import physical_notes
 from .quantity import places, quantity
-from .record import record_facts, rows_text
+from .record import (
+    record_facts,
+    records_table,
+    rows_text,
+    set_aside_facts,
+    several_facts,
+    several_notes,
+    several_rows_text,
+)
 
 _CORRECTED = "without filter bias"
 #: What a table with room tells of a value.
@@ -56,13 +63,7 @@ def identification_document(
     """
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     of_forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
-    rows = rows_text(
-        result.data.sampling,
-        len(estimates[0].y),
-        result.axis.axis.drive,
-        measured=result.record.force is not None,
-    )
-    made = f"{rows} Generated code {result.axis.signature[:12]}."
+    made = f"{_rows_text(result)} Generated code {result.axis.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
@@ -70,13 +71,15 @@ def identification_document(
         *physical_notes(physical, wording),
         *noise_notes(diagnosis),
         *moves_notes(diagnosis),
+        *several_notes(result),
         made,
         *left_out_notes(missing, wording),
     ]
     return (
-        _heading(result.axis, result.record, wording),
+        _heading(result, wording),
         *(_estimates_table(of_form, diagnosis) for of_form in of_forms if of_form),
         *_physical_tables(result),
+        *((records_table(result),) if result.of_records else ()),
         verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
         *((draws_table(result.estimates, draws),) if not is_nothing(draws) else ()),
@@ -84,14 +87,29 @@ def identification_document(
     )
 
 
-def _heading(axis: GeneratedAxis, record: Record, wording: Wording) -> Heading:
-    declared, source = axis.axis, record.provenance
+def _rows_text(result: Identification) -> str:
+    """How the records became rows."""
+    estimate, drive = next(iter(result.estimates.values())), result.axis.axis.drive
+    measured = result.record.force is not None
+    if result.of_records:
+        samplings = [of_one.sampling for of_one in result.of_records]
+        return several_rows_text(samplings, len(estimate.y), drive, measured=measured)
+    return rows_text(result.data.sampling, len(estimate.y), drive, measured=measured)
+
+
+def _heading(result: Identification, wording: Wording) -> Heading:
+    axis, record = result.axis, result.record
+    declared, truth = axis.axis, record.provenance.truth
+    for of_one in result.of_records:  # what is true of all
+        own = of_one.record.provenance.truth
+        truth = {name: value for name, value in truth.items() if own.get(name) == value}
     facts = {
         "axis": declared.name + (f": {declared.title}" if declared.title else ""),
         "left out": left_out_text(axis.declared),
-        **record_facts(record, wording),
-        "truth": _truth(axis.declared.parameters, source.truth),
-        "": _truth([p for p, _ in axis.base.combined], source.truth),
+        **(several_facts(result, wording) if result.of_records else record_facts(record, wording)),
+        **set_aside_facts(result.set_aside, wording),
+        "truth": _truth(axis.declared.parameters, truth),
+        "": _truth([] if result.of_records else [p for p, _ in axis.base.combined], truth),
     }
     return Heading(facts=tuple(facts.items()))
 

@@ -20,21 +20,26 @@ from axisid.presentation.blocks import (
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
-from .record import record_facts
+from .record import record_facts, set_aside_facts, several_facts
+
+_NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 
 def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    facts = record_facts(first.record, wording)
+    facts = (
+        several_facts(first, wording) if first.of_records else record_facts(first.record, wording)
+    )
     facts = {
         "left out": left_out_text(first.axis.declared),
-        **{name: facts[name] for name in ("assumed", "repaired")},
+        **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
     tables: list[Block] = [
         _table(sweep, quantity.name, quantity.unit, sweep.methods)
-        for quantity in first.axis.parameters
+        for quantity in first.preferred.quantities
     ]
+    facts |= set_aside_facts(first.set_aside, wording)
     return Heading(facts=tuple(facts.items())), *tables, _remarks(sweep, wording)
 
 

@@ -1,0 +1,37 @@
+"""The drive gain that several records tell, against the declared one, as a check."""
+
+import numpy as np
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.joint import GAIN
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.modeling.declaration import Drive
+
+NAME = "drive gain"
+
+
+def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
+    """Whether the identified gain is the declared one; None where none is identified.
+
+    The parameters are of the identified gain whatever comes of it.
+    """
+    if GAIN not in estimate.parameters:
+        return None
+    value = estimate.parameters[GAIN]
+    deviation = float(np.hypot(value.deviation, drive.relative_sd * drive.gain))
+    distance = abs(value.corrected - drive.gain) / deviation if deviation > 0 else np.inf
+    same = distance <= MIN_DISTANCE_FROM_NOISE.value
+    apart = 100 * (value.corrected / drive.gain - 1)
+    return Check(
+        name=NAME,
+        status=passed(same, matters=False),
+        figure=distance if np.isfinite(distance) else None,
+        threshold=MIN_DISTANCE_FROM_NOISE.value,
+        source="distance of the identified gain from the declared one, in deviations of both",
+        meaning="the identified gain is the declared one"
+        if same
+        else f"the drive gain is {value.corrected:.5g} +- {value.deviation:.2g} {value.unit}, "
+        f"{apart:+.2g} % from the declared {drive.gain:g}: the parameters are of the identified "
+        "one; declare it for what is identified without a known force",
+    )

@@ -1,0 +1,109 @@
+"""An estimate from several records as one of them has it: its rows, and its own parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.joint import JointForm
+from axisid.estimation.problems import NoiseFree, Problem
+from axisid.estimation.regression import (
+    condition_number,
+    delta_method,
+    simulated_loops,
+    simulated_right,
+)
+from axisid.support.arrays import Array, relative_error_percent
+
+from .estimate import Estimate
+from .iterate import NotSimulated
+
+
+def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
+    """The part of an estimate that is of one of its records, in the parameters of its axis.
+
+    With the drive gain among the parameters of all, those of the record are of the declared gain,
+    as its force is.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    problem : Problem
+        What it was made from.
+    record : int
+    """
+    data, span = problem.data[record], problem.spans[record]
+    plain = replace(
+        estimate,
+        y=estimate.y[span],
+        rows=data.row_numbers,
+        neighbours=data.neighbours,
+        times=data.row_times,
+        period=data.period,
+        residuals=estimate.residuals[span],
+        simulated=_span(estimate.simulated, span),
+        equation_error_percent=relative_error_percent(estimate.residuals[span], estimate.y[span]),
+        simulation_error_percent=_simulation_error(estimate, span),
+        noise_free=_noise_free(estimate.noise_free, span),
+        weights=None,
+    )
+    if not isinstance(estimate.form, JointForm):
+        X, Z = estimate.X[span], estimate.Z
+        return replace(
+            plain, X=X, Z=None if Z is None else Z[span], condition_number=condition_number(X)
+        )
+    return _in_own_parameters(plain, estimate.form, problem, record)
+
+
+def _span(values: Array | NotSimulated, span: slice) -> Array | NotSimulated:
+    return values if isinstance(values, NotSimulated) else values[span]
+
+
+def _simulation_error(estimate: Estimate, span: slice) -> float | None:
+    if isinstance(estimate.simulated, NotSimulated):
+        return None
+    left = estimate.y[span]
+    return relative_error_percent(left - estimate.simulated[span], left)
+
+
+def _noise_free(quiet: NoiseFree | None, span: slice) -> NoiseFree | None:
+    if quiet is None:
+        return None
+    return replace(quiet, regressor=quiet.regressor[span], residuals=quiet.residuals[span])
+
+
+def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
+    """A part whose axis has parameters of its own."""
+    data, axis = problem.data[record], problem.data[record].axis
+    physical = form.own(part.physical, record)
+    # Of the record's parameters by those of all.
+    slopes = form.slopes(record) @ np.linalg.inv(part.jacobian)
+    own = form.of_record(record)
+    X = own.equations(data.signals).reduced(data).regressor
+    Z = None
+    if part.Z is not None:
+        loops = simulated_loops(axis, data.record, physical)
+        Z = simulated_right(own, loops, physical, data)[1]
+    quiet = part.noise_free
+    if quiet is not None:
+        columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
+        quiet = replace(quiet, regressor=columns, bias=slopes @ quiet.bias)
+    return replace(
+        part,
+        form=own,
+        quantities=axis.parameters,
+        theta=physical,
+        physical=physical,
+        covariances={name: delta_method(c, slopes) for name, c in part.covariances.items()},
+        jacobian=np.eye(len(physical)),
+        freedom={
+            name: np.min(np.where(slopes != 0, freedom, np.inf), axis=1)
+            for name, freedom in part.freedom.items()
+        },
+        X=X,
+        Z=Z,
+        condition_number=condition_number(X),
+        iterates=(),
+        gain_slopes=None if part.gain_slopes is None else slopes @ part.gain_slopes,
+        theta_gain_slopes=None if part.gain_slopes is None else slopes @ part.gain_slopes,
+        noise_free=quiet,
+    )

@@ -1,0 +1,85 @@
+"""Records under their filters as one problem: what they share, their rests, their weights."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.joint import Layout, Told, known_of, layout_of, prefilters_of
+from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.problems import Problem
+from axisid.estimation.records import Record
+from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.thresholds.estimates import MIN_NOISE_RATIO
+from axisid.support.errors import AxisidError
+
+
+def layout_for(
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    local: Sequence[str],
+    known: Mapping[str, Sequence[Told]] | None,
+    *,
+    gain: bool,
+) -> Layout | None:
+    """How the parameters are shared; None where all are, of all records.
+
+    Raises
+    ------
+    UsageError, ModelError
+        As `known_of` and `layout_of` do; or there is one record, which shares nothing.
+    """
+    if not local and not known:
+        return None
+    commanded = gain and all(record.force is None for record in records)
+    given = known_of(known, len(records))
+    return layout_of(axis, len(records), given, local, commanded=commanded)
+
+
+def bound_records(
+    axes: Sequence[GeneratedAxis], records: Sequence[Record], asked: Prefilter
+) -> tuple[FilteredRecord, ...]:
+    """Records of one machine under one filter: what rests in one would rest in all.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `bound_record` does, with the record's name.
+    """
+    if len(records) == 1:
+        return (bound_record(axes[0], records[0], asked),)
+    filters = prefilters_of(asked, records[0].period, [record.period for record in records])
+    every = tuple(zip(axes, records, filters, strict=True))
+    moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
+    fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
+    return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
+
+
+def weighted(problem: Problem) -> Problem:
+    """A problem of several records with each weighted by its own noise, from a first pass.
+
+    Feasible generalised least squares: the noise of a record is what least squares of all leaves of
+    its rows. Where that comes to nothing the records count alike, and whoever asks for an estimate
+    is told why there is none.
+
+    References
+    ----------
+    [Wooldridge2010]_, chapter 7.
+    """
+    if len(problem.data) == 1:
+        return problem
+    try:
+        with np.errstate(all="ignore"):
+            residuals = METHODS["idm-ls"].fit(problem).solution.residuals
+    except AxisidError:
+        return problem
+    sizes = [len(residuals[span]) for span in problem.spans]
+    if not min(sizes):
+        return problem
+    noise = np.array([np.sqrt(np.mean(residuals[span] ** 2)) for span in problem.spans])
+    if not (np.all(np.isfinite(noise)) and noise.min() > MIN_NOISE_RATIO.value * noise.max()):
+        return problem
+    # In the unit of the rows: the residuals of all keep their mean square.
+    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))
+    return replace(problem, weights=tuple(float(unit / each) for each in noise))

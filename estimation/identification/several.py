@@ -1,0 +1,112 @@
+"""What a result of several records says of each of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import Problem
+from axisid.estimation.records import record_labels
+from axisid.estimation.signals import Sampling
+from axisid.estimation.tables import Provenance
+from axisid.support.missing import Missing
+
+
+class RecordInfo(Protocol):
+    """What is told of a record, with its samples or without."""
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where it comes from."""
+
+    @property
+    def period(self) -> float:
+        """Sampling period, s."""
+
+    @property
+    def digest(self) -> str:
+        """Of the samples."""
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OfRecord:
+    """One of several records in a result, by the estimate that is judged.
+
+    Attributes
+    ----------
+    name : str
+    record : RecordInfo
+    sampling : Sampling
+    known : mapping of str to (float, float)
+        What is known of it, with its standard deviation, SI.
+    rows : int
+    weight : float
+        Of its rows, 1 for a record of the mean noise.
+    noise : float
+        Root mean square of the residuals, in the unit of the left side.
+    equation_error_percent : float
+    simulation_error_percent : float or None
+    share_percent : float or None
+        Force that the parameters it has alone make otherwise than those of all; None where it alone
+        does not tell them.
+    p_value : float or None
+        That chance alone makes as much.
+    """
+
+    name: str
+    record: RecordInfo
+    sampling: Sampling
+    known: Mapping[str, tuple[float, float]]
+    rows: int
+    weight: float
+    noise: float
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    share_percent: float | None
+    p_value: float | None
+
+
+def of_records(
+    problem: Problem, parts: tuple[Estimate, ...], diagnosis: Diagnosis
+) -> tuple[OfRecord, ...]:
+    """What there is to say of each record; empty for one by itself.
+
+    Parameters
+    ----------
+    problem : Problem
+    parts : tuple of Estimate
+        The judged estimate, as each record has it.
+    diagnosis : Diagnosis
+    """
+    if not diagnosis.records:
+        return ()
+    names = record_labels([data.record for data in problem.data])
+    layout = problem.layout
+    found = []
+    for i, (data, part) in enumerate(zip(problem.data, parts, strict=True)):
+        apart = diagnosis.records[i].apart
+        told = None if isinstance(apart, Missing) else apart
+        known = () if layout is None else layout.known
+        found.append(
+            OfRecord(
+                name=names[i],
+                record=data.record,
+                sampling=data.sampling,
+                known={each.name: (each.values[i], each.deviations[i]) for each in known},
+                rows=len(part.y),
+                weight=problem.weights[i] if problem.weights else 1.0,
+                noise=float(np.sqrt(np.mean(part.residuals**2))),
+                equation_error_percent=part.equation_error_percent,
+                simulation_error_percent=part.simulation_error_percent,
+                share_percent=None if told is None else told.share_percent,
+                p_value=None if told is None else told.p_value,
+            )
+        )
+    return tuple(found)

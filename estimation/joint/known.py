@@ -1,0 +1,129 @@
+"""What is known of each of several records: a payload, an angle, a temperature, a gain of the law.
+
+A number, or a number with its standard deviation, for each record in their order.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from axisid.support.errors import UsageError
+from axisid.support.given import given
+from axisid.support.real_numbers import is_real
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_LIST = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
+_ENTRY = re.compile(rf"\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
+
+#: A value, or a value with its standard deviation.
+Told = float | tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Known:
+    """One thing that is known of each record.
+
+    Attributes
+    ----------
+    name : str
+        A declared parameter, or a gain of the control law.
+    values : tuple of float
+        By record, SI.
+    deviations : tuple of float
+        Their standard deviations, 0 where one is exact. Equal values with equal deviations are one
+        thing, which was weighed once: what it is wrong by, it is wrong by in all of its records.
+    """
+
+    name: str
+    values: tuple[float, ...]
+    deviations: tuple[float, ...]
+
+    @property
+    def differs(self) -> bool:
+        """Whether it is not the same in all records."""
+        return len(set(self.values)) > 1
+
+    @property
+    def doubtful(self) -> tuple[tuple[float, float], ...]:
+        """The values that are not exact, each once, with their deviations."""
+        pairs = zip(self.values, self.deviations, strict=True)
+        return tuple(dict.fromkeys(pair for pair in pairs if pair[1] > 0))
+
+    def text(self, record: int) -> str:
+        """The value of a record in words: ``20 +- 0.01``."""
+        spread = self.deviations[record]
+        return f"{self.values[record]:g}" + (f" +- {spread:g}" if spread else "")
+
+
+def known_of(told: Mapping[str, Sequence[Told]] | None, records: int) -> tuple[Known, ...]:
+    """What is known of each of so many records, from values by name.
+
+    Raises
+    ------
+    UsageError
+        There are not as many values as records, or one is no number or pair of numbers.
+    """
+    return tuple(_known(name, values, records) for name, values in (told or {}).items())
+
+
+def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Values by record from texts such as ``m_add=0,20+-0.01``.
+
+    Raises
+    ------
+    UsageError
+        A text is something else, or a name is given twice.
+    """
+    found: dict[str, tuple[tuple[float, float], ...]] = {}
+    for text in texts:
+        match = _LIST.fullmatch(text)
+        entries = [_ENTRY.fullmatch(part) for part in match[2].split(",")] if match else [None]
+        if match is None or not all(entries):
+            wrong = next(
+                (f", of which number {i} is no value" for i, e in enumerate(entries, 1) if not e),
+                "",
+            )
+            raise UsageError(
+                f"{text!r} says nothing of each record{wrong * (match is not None)}; write "
+                "NAME=V1,V2,..., SI, one value for each record in their order, each with its "
+                "deviation if it has one: m_add=0,20+-0.01.",
+                code="known-text",
+            )
+        if match[1] in found:
+            raise UsageError(
+                f"{match[1]!r} is known twice; give all its values once.", code="known-twice"
+            )
+        found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
+    return found
+
+
+def _known(name: str, told: object, records: int) -> Known:
+    if isinstance(told, str) or not isinstance(told, Iterable):
+        raise UsageError(
+            f"what is known of {name!r} is {given(told)}; give a list with a number, or a number "
+            "and its deviation, for each record.",
+            code="known-type",
+        )
+    entries = [_pair(name, entry) for entry in told]
+    if len(entries) != records:
+        counted = "is 1 record" if records == 1 else f"are {records} records"
+        raise UsageError(
+            f"{name!r} has {len(entries)} known values, and there {counted}; give one for each, "
+            "in their order.",
+            code="known-count",
+        )
+    values, deviations = zip(*entries, strict=True)
+    return Known(name=name, values=values, deviations=deviations)
+
+
+def _pair(name: str, entry: object) -> tuple[float, float]:
+    pair = tuple(entry) if isinstance(entry, (tuple, list)) else (entry, 0.0)
+    sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
+    if not sound or pair[1] < 0:
+        raise UsageError(
+            f"a known value of {name!r} is {given(entry)}; give a finite number, or one and its "
+            "standard deviation, 0 or more.",
+            code="known-value",
+        )
+    return float(pair[0]), float(pair[1])

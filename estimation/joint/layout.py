@@ -1,0 +1,340 @@
+"""Parameters of several records: those that they share, those that each has for itself.
+
+A record's base parameters are sums of products of the declared parameters. With what is known of
+the record put in, they are linear in the products of the others: ``beta_r = C_r mu + c_r``. The
+reduced row echelon form of all C_r, one above the other, gives the smallest set of parameters of
+all records, which may be more than any one of them tells: two angles of an axis tell its weight
+from an offset, two payloads its length from its mass.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals import FilteredRecord
+from axisid.modeling.declaration import leave_out
+from axisid.modeling.derivation import common_parameters
+from axisid.modeling.quantities import Parameter, fresh_name
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import ModelError, UsageError
+
+from .known import Known
+
+#: The drive gain among the parameters of several records.
+GAIN = "drive_gain"
+
+_Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Member(Exact):
+    """One record's part: its base parameters are ``into mu + offset``.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+        With the law's gains that are known of the record, and with what is known of it in place of
+        parameters that enter nonlinearly.
+    into : (b, P) array
+    offset : (b,) array
+    """
+
+    axis: GeneratedAxis
+    into: Array
+    offset: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Layout(Exact):
+    """The parameters of several records, and what each record makes of them.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        Shared ones, those of each record, and the drive gain last if it is identified.
+    expressions : tuple of str
+        How each is made of declared ones; empty where it is one.
+    members : tuple of Member
+        By record.
+    local : mapping of str to tuple of str
+        Names among `parameters`, by record, of each declared parameter that is local.
+    known : tuple of Known
+    gain : float or None
+        The declared drive gain where a known force tells another; None where it is believed.
+    """
+
+    parameters: tuple[Parameter, ...]
+    expressions: tuple[str, ...]
+    members: tuple[Member, ...]
+    local: Mapping[str, tuple[str, ...]]
+    known: tuple[Known, ...]
+    gain: float | None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The parameters as results name them."""
+        pairs = zip(self.parameters, self.expressions, strict=True)
+        return tuple(Quantity(name=p.name, unit=p.unit, expression=said) for p, said in pairs)
+
+    @property
+    def nominal(self) -> Array:
+        """A-priori parameters, (P,)."""
+        return np.array([p.nominal for p in self.parameters])
+
+    def own(self, theta: Array, record: int) -> Array:
+        """Base parameters of a record, (b,), from those of the regression.
+
+        With the drive gain among them they are those of the declared gain, which is what the
+        record's force is of.
+        """
+        member = self.members[record]
+        if self.gain is None:
+            return np.asarray(member.into @ theta + member.offset, dtype=float)
+        return np.asarray(member.into @ theta[:-1] + member.offset * theta[-1], dtype=float)
+
+    def slopes(self, record: int) -> Array:
+        """Of `own` by the parameters of the regression, (b, P)."""
+        member = self.members[record]
+        if self.gain is None:
+            return member.into
+        return np.column_stack([member.into, member.offset])
+
+    def force_of(self, data: FilteredRecord, theta: Array, record: int) -> Array:
+        """Rows of the force that the model needs in a record, (n,)."""
+        axis = self.members[record].axis
+        equations = InverseForm(axis).equations(data.signals).reduced(data)
+        found = equations.regressor @ self.own(theta, record)
+        kappa = 1.0 if self.gain is None else theta[-1]
+        return np.asarray(found + kappa * equations.known, dtype=float)
+
+    def placed(self, record: int, known: Array, regressor: Array) -> tuple[Array, Array]:
+        """A record's known part, (n,), and regressor, (n, b), among those of all."""
+        member = self.members[record]
+        columns, force = regressor @ member.into, known + regressor @ member.offset
+        if self.gain is None:
+            return force, columns
+        return np.zeros(len(force)), np.column_stack([columns, force])
+
+
+def layout_of(
+    axis: GeneratedAxis,
+    records: int,
+    known: Sequence[Known],
+    local: Iterable[str],
+    *,
+    commanded: bool,
+) -> Layout:
+    """How the parameters of an axis are shared by so many records.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    records : int
+    known : sequence of Known
+    local : iterable of str
+        Declared parameters that each record has for itself.
+    commanded : bool
+        Whether the force of all records is what the drive makes of the control, and its gain may
+        be identified.
+
+    Raises
+    ------
+    UsageError
+        A name is no declared parameter, no gain of the control law, or is given twice.
+    ModelError
+        A parameter that is not known of the records enters nonlinearly.
+    """
+    names = tuple(dict.fromkeys(local))
+    _check(axis, known, names)
+    axes = _axes(axis, records, known)
+    terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
+    products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
+    products.sort(key=lambda p: _place(axis, p))
+    tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
+    offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
+    found = _common(axis, products, [row for table in tables for row in table], records)
+    members = tuple(
+        Member(
+            axis=own,
+            into=np.array([[float(row[j]) for j in found.pivots] for row in table]),
+            offset=np.array([float(x) for x in offset]),
+        )
+        for own, table, offset in zip(axes, tables, offsets, strict=True)
+    )
+    drive = axis.axis.drive
+    tells = commanded and drive.is_gain and _tells_gain(members)
+    return Layout(
+        parameters=(*found.parameters, *([_gain(axis)] * tells)),
+        expressions=(*found.expressions, *([""] * tells)),
+        members=members,
+        local=found.local,
+        known=tuple(known),
+        gain=drive.gain if tells else None,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Common:
+    """Parameters of all records, and the products that lead them."""
+
+    parameters: tuple[Parameter, ...]
+    expressions: tuple[str, ...]
+    pivots: tuple[int, ...]
+    local: Mapping[str, tuple[str, ...]]
+
+
+def _check(axis: GeneratedAxis, known: Sequence[Known], local: tuple[str, ...]) -> None:
+    declared = [p.name for p in axis.declared.parameters]
+    law = axis.declared.control
+    gains = [*law.gains] if law is not None else []
+    for each in known:
+        if each.name not in (*declared, *gains):
+            raise UsageError(
+                f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
+                f"has {', '.join((*declared, *gains))}.",
+                code="no-such-known",
+            )
+    for name in local:
+        if name not in declared:
+            raise UsageError(
+                f"there is no parameter {name!r} to be each record's own; axis "
+                f"{axis.axis.name!r} has {', '.join(declared)}.",
+                code="no-such-local",
+            )
+        if any(name == each.name for each in known):
+            raise UsageError(
+                f"{name!r} is known of each record and its own as well; leave one of the two out.",
+                code="known-and-local",
+            )
+    if fixed := [p.name for p in axis.base.known]:
+        raise UsageError(
+            f"{' and '.join(fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which is weighed "
+            "where all parameters are shared; say it of each record as known, or leave it out.",
+            code="fixed-of-several",
+        )
+    if not {*declared} - {each.name for each in known}:
+        raise UsageError(
+            "every parameter is known; leave at least one to identify.", code="all-known"
+        )
+
+
+def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[GeneratedAxis]:
+    """The axis of each record; records of which the same is known share one."""
+    law = axis.declared.control
+    gains = {*law.gains} if law is not None else set[str]()
+    pairs = zip(axis.axis.parameters, axis.nonlinear, strict=True)
+    bent = {p.name for p, nonlinear in pairs if nonlinear}
+    if unknown := sorted(bent - {each.name for each in known}):
+        raise ModelError(
+            f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
+            "that are known of each record, or each record's own, are served where the others "
+            "enter linearly; give its value for each record, or leave it out.",
+            code="nonlinear-of-several",
+        )
+    made: dict[tuple[float, ...], GeneratedAxis] = {}
+    held = [each for each in known if each.name in bent or each.name in gains]
+    found = []
+    for i in range(records):
+        values = tuple(each.values[i] for each in held)
+        if values not in made:
+            own = dict(zip((each.name for each in held), values, strict=True))
+            made[values] = _variant(axis, own, gains) if own else axis
+        found.append(made[values])
+    return found
+
+
+def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
+    """The axis with values in place of what is known of a record."""
+    declared = axis.declared
+    if declared.control is not None and (changed := {*own} & gains):
+        replaced = {**declared.control.gains, **{name: own[name] for name in changed}}
+        declared = replace(declared, control=replace(declared.control, gains=replaced))
+    values = {name: value for name, value in own.items() if name not in gains}
+    if values:
+        declared = leave_out(declared, **values)
+    return build(declared, native=axis.native.enabled)
+
+
+def _terms(
+    axis: GeneratedAxis, record: int, known: Sequence[Known], local: tuple[str, ...]
+) -> list[dict[_Product, Fraction]]:
+    """Each base parameter of a record as a sum of products of what is not known."""
+    base, values = axis.base, {each.name: _exact(each.values[record]) for each in known}
+    names = [p.name for p in base.declared.parameters]
+    split = []
+    for powers in base.exponents:
+        factors = {name: e for name, e in zip(names, powers, strict=True) if e}
+        factor = Fraction(1)
+        for name in factors.keys() & values.keys():
+            factor *= values[name] ** factors[name]
+        rest = tuple((name, e) for name, e in factors.items() if name not in values)
+        own = any(name in local for name, _ in rest)
+        split.append(((rest, record if own else None), factor))
+    found = []
+    for weights in base.weights:
+        row: dict[_Product, Fraction] = {}
+        for weight, (product, factor) in zip(weights, split, strict=True):
+            if weight and factor:
+                row[product] = row.get(product, Fraction(0)) + _exact(weight) * factor
+        found.append(row)
+    return found
+
+
+def _exact(value: float) -> Fraction:
+    """The decimal number that a float is written as."""
+    return Fraction(repr(float(value)))
+
+
+def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
+    """Parameters come in the order of the declared ones that they begin with, then by record."""
+    names = [p.name for p in axis.declared.parameters]
+    powers, record = product
+    return names.index(powers[0][0]), sum(e for _, e in powers), -1 if record is None else record
+
+
+def _common(
+    axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
+) -> _Common:
+    taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
+    alone = {p.name: p for p in axis.declared.parameters}
+    symbols: list[Parameter | None] = []
+    local: dict[str, list[str]] = {}
+    for powers, record in products:
+        single = len(powers) == 1 and powers[0][1] == 1
+        declared = alone[powers[0][0]] if single else None
+        if declared is not None and record is not None:
+            name = fresh_name(f"{declared.name}_{record + 1}", taken)
+            said = f"{declared.name} of record {record + 1}"
+            declared = replace(declared, name=name, description=said)
+            local.setdefault(powers[0][0], [""] * records)[record] = name
+        symbols.append(declared)
+    reduced = common_parameters(axis.declared, products, symbols, rows, taken)
+    return _Common(
+        parameters=tuple(p for p, _ in reduced.parameters),
+        expressions=tuple(said for _, said in reduced.parameters),
+        pivots=reduced.pivots,
+        local={name: tuple(of_records) for name, of_records in local.items()},
+    )
+
+
+def _tells_gain(members: Sequence[Member]) -> bool:
+    """Whether the known forces are no multiple of what parameters make, record by record."""
+    into = np.concatenate([member.into for member in members])
+    offset = np.concatenate([member.offset for member in members])
+    if not np.any(offset):
+        return False
+    size = np.linalg.norm(into, axis=0)
+    columns = into / np.where(size > 0, size, 1.0)
+    left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
+    return bool(np.linalg.norm(left) > 1e-9 * np.linalg.norm(offset))
+
+
+def _gain(axis: GeneratedAxis) -> Parameter:
+    drive, q = axis.axis.drive, axis.axis.coordinate
+    over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
+    unit = f"{q.force_unit}/{over}"
+    return Parameter(GAIN, unit, nominal=drive.gain, description="force per control")

@@ -1,0 +1,113 @@
+"""Options of commands that take several records, collected into one object."""
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import click
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sharing:
+    """What several records share and what is each one's own, as the command line says it."""
+
+    local: tuple[str, ...] = ()
+    known: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    gain: str = "identified"
+
+    def check_validates(self) -> None:
+        """Refuse to hold estimates against a record of which nothing says what is its own."""
+        if self.local or self.known:
+            raise click.UsageError(
+                "--validate holds parameters against another record, of which nothing says what "
+                "--local and --known say of each; leave one of them out."
+            )
+
+    def of(self, logs: int, used: Sequence[int]) -> dict[str, Any]:
+        """Arguments of `identify` for those of so many logs that are used.
+
+        Raises
+        ------
+        UsageError
+            There are not as many known values as logs.
+        """
+        from axisid.estimation.joint import known_of
+
+        known_of(self.known, logs)
+        return {
+            "local": self.local,
+            "known": {name: [values[i] for i in used] for name, values in self.known.items()},
+            "gain": self.gain,
+        }
+
+
+_OPTIONS = (
+    click.option(
+        "--local",
+        metavar="NAME[,NAME]",
+        help="Parameters that each of several records has for itself.",
+    ),
+    click.option(
+        "--known",
+        multiple=True,
+        metavar="NAME=V1,V2+-SD,...",
+        help="What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
+        "or a gain of the control law, a value for each in their order; again for each name.",
+    ),
+    click.option(
+        "--gain",
+        type=click.Choice(["identified", "declared"]),
+        default="identified",
+        show_default=True,
+        help="Of the drive, where a known force tells it.",
+    ),
+)
+
+
+def sharing_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options; the command takes them as one `sharing`."""
+
+    @functools.wraps(command)
+    def collected(*, local: str | None, known: tuple[str, ...], gain: str, **others: Any) -> None:
+        from axisid.estimation.joint import read_known
+
+        names = tuple(name.strip() for name in (local or "").split(",") if name.strip())
+        command(sharing=Sharing(local=names, known=read_known(known), gain=gain), **others)
+
+    for option in reversed(_OPTIONS):
+        collected = option(collected)
+    return collected
+
+
+skip_bad_option = click.option(
+    "--skip-bad",
+    is_flag=True,
+    help="Go on without those of several records that cannot be used; they are counted and named.",
+)
+columns_of_option = click.option(
+    "--columns-of",
+    "columns_of",
+    type=(click.IntRange(min=1), str),
+    multiple=True,
+    metavar="N ROLE=NAME[:UNIT],...",
+    help="Columns of the record number N alone, in place of --columns; again for each.",
+)
+
+
+def columns_by_place(given: Sequence[tuple[int, str]], logs: int) -> dict[int, str]:
+    """Columns by the place of their log, from 0.
+
+    Raises
+    ------
+    click.BadParameter
+        There is no such log, or it is given twice.
+    """
+    found: dict[int, str] = {}
+    for number, columns in given:
+        if number > logs or number - 1 in found:
+            there = f"there {'is 1 record' if logs == 1 else f'are {logs} records'}"
+            why = "is given twice" if number - 1 in found else f"is none: {there}"
+            raise click.BadParameter(f"record {number} {why}", param_hint="--columns-of")
+        found[number - 1] = columns
+    return found

@@ -1,0 +1,15 @@
+
+"use strict";
+
+/* Several records: the figures of one at a time, chosen by the reader. */
+
+(() => {
+  const picker = document.getElementById("record-picker");
+  const figures = [...document.querySelectorAll("figure[data-record]")];
+  const show = () => {
+    for (const figure of figures) figure.hidden = figure.dataset.record !== picker.value;
+  };
+  picker.closest("p").hidden = false;
+  picker.addEventListener("change", show);
+  show();
+})();

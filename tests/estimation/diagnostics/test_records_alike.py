@@ -1,0 +1,118 @@
+"""Each record against the others, and checks of each joined to one of all."""
+
+from dataclasses import replace
+
+import pytest
+
+from axisid import Identification, build, identify, leave_out
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks.check import Check
+from axisid.estimation.diagnostics.joined import joined
+from axisid.estimation.diagnostics.records_alike import alike_check, records_alike
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy
+from tests.axes.stage import generated, stage, stage_record
+
+METHOD = ["idm-iv"]
+
+
+@pytest.fixture(scope="module")
+def plain() -> GeneratedAxis:
+    return build(leave_out(stage(), "tau0", "m_add"))
+
+
+def _check(result: Identification) -> Check:
+    (found,) = (c for c in result.verdict if c.name == "records alike")
+    return found
+
+
+def test_right_records_are_alike(plain: GeneratedAxis) -> None:
+    found = _check(identify(plain, [stage_record(s) for s in (1, 2, 3)], methods=METHOD))
+    assert found.status == "pass"
+    assert found.p_value is not None
+    assert found.p_value > 0.01
+
+
+@pytest.mark.parametrize("odd", [0, 2])
+def test_the_record_that_differs_is_named_with_the_parameter(
+    plain: GeneratedAxis, odd: int
+) -> None:
+    records = [stage_record(s, M=100.2 * (1 + 0.03 * (i == odd))) for i, s in enumerate((1, 2, 3))]
+    result = identify(plain, records, methods=METHOD)
+    found = _check(result)
+    assert found.status == "fail"
+    assert found.meaning.startswith(f"run {odd + 1} speaks against the rest: ")
+    assert "M = 103" in found.meaning
+    assert "believe" in result.summary().lower()
+
+
+def test_of_two_records_nobody_can_say_which(plain: GeneratedAxis) -> None:
+    records = [stage_record(1), stage_record(2, M=105.0)]
+    found = _check(identify(plain, records, methods=METHOD))
+    assert found.status == "fail"
+    assert "run 1 and run 2 speak against one another" in found.meaning
+
+
+def test_a_difference_that_makes_no_force_is_a_note(plain: GeneratedAxis) -> None:
+    records = [stage_record(s, M=100.2 * (1 + 0.01 * (s == 3))) for s in (1, 2, 3)]
+    found = _check(identify(plain, records, methods=METHOD))
+    assert found.status == "note"
+    assert "less than 1 %" in found.meaning
+
+
+def test_what_is_declared_as_each_records_own_speaks_against_none() -> None:
+    records = [stage_record(s, tau0=10.0 * s) for s in (1, 2, 3)]
+    axis = build(leave_out(stage(), "m_add"))
+    shared, local = (
+        identify(axis, records, methods=METHOD, local=names) for names in ((), ("tau0",))
+    )
+    assert _check(shared).status == "fail"
+    assert _check(local).status == "pass"
+    apart = records_alike(local.problem, local["idm-iv"])
+    assert not isinstance(apart, Missing)
+    assert apart.against == ()
+
+
+def test_known_payloads_are_no_difference() -> None:
+    records = [stage_record(1), stage_record(2, m_add=20.0)]
+    axis = generated()
+    told, untold = (
+        identify(axis, records, methods=METHOD, known=known)
+        for known in ({"m_add": [0.0, 20.0]}, None)
+    )
+    assert _check(told).status == "pass"
+    assert _check(untold).status == "fail"
+
+
+def test_a_direct_model_alone_cannot_be_asked(plain: GeneratedAxis) -> None:
+    result = identify(plain, [stage_record(1), stage_record(2)], methods=["ddm-ls"])
+    found = records_alike(result.problem, result["ddm-ls"])
+    assert isinstance(found, Missing)
+    assert alike_check(found, ["a", "b"]) is found
+
+
+PASSED = Check(name="ripple", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
+FAILED = replace(PASSED, status="fail", meaning="there is one: ", remedy=Remedy.of("go on"))
+
+
+def test_the_worst_of_several_checks_is_told_with_its_record() -> None:
+    found = joined([PASSED, replace(FAILED, figure=9.0), replace(FAILED, figure=3.0)], "abc")
+    assert isinstance(found, Check)
+    assert (found.status, found.figure) == ("fail", 9.0)
+    assert str(found.note) == "b and c: there is one: go on"
+
+
+def test_other_records_that_fail_otherwise_are_named_too() -> None:
+    other = replace(FAILED, meaning="there are two", remedy=None)
+    found = joined([PASSED, replace(FAILED, figure=9.0), other], "abc")
+    assert isinstance(found, Check)
+    assert str(found.note) == "b: there is one: go on; it fails of c too"
+
+
+def test_what_passes_everywhere_passes_and_what_cannot_be_told_says_so() -> None:
+    assert joined([PASSED, PASSED], "ab") == PASSED
+    half = joined([PASSED, Missing("there is none")], "ab")
+    assert isinstance(half, Check)
+    assert half.meaning == "nothing (not evaluated of b)"
+    assert joined([Missing("there is none"), None], "ab") == Missing("there is none")
+    assert joined([None, None], "ab") is None

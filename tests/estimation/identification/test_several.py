@@ -1,0 +1,242 @@
+"""Several records are one set of parameters, each filtered, weighted and checked by itself."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Prefilter, Record, UsageError, build, identify, leave_out
+from axisid.estimation.records.record import record_labels
+from tests.axes.stage import TRUTH, generated, stage, stage_record
+
+METHOD = ["idm-iv"]
+
+
+@pytest.fixture(scope="module")
+def plain():  # type: ignore[no-untyped-def]
+    return build(leave_out(stage(), "tau0", "m_add"))
+
+
+@pytest.fixture(scope="module")
+def three() -> list[Record]:
+    return [stage_record(seed) for seed in (1, 2, 3)]
+
+
+@pytest.fixture(scope="module")
+def loaded() -> Identification:
+    gain = 35.15 * 1.02
+    records = [
+        stage_record(seed, gain, m_add=m, tau0=t)
+        for seed, m, t in ((1, 0.0, 3.0), (2, 20.0, -5.0), (3, 20.0, 7.0))
+    ]
+    known = {"m_add": [0.0, (20.0, 0.01), (20.0, 0.01)]}
+    return identify(generated(), records, known=known, local="tau0")
+
+
+def _values(result: Identification) -> dict[str, float]:
+    return {name: value.value for name, value in result["idm-iv"].parameters.items()}
+
+
+def test_three_records_agree_with_each_and_are_more_precise(plain, three) -> None:  # type: ignore[no-untyped-def]
+    together = identify(plain, three)
+    assert set(together.estimates) == {"idm-ls", "ddm-ls", "idm-iv", "ddm-iv"}
+    alone = [identify(plain, record, methods=METHOD) for record in three]
+    for name in ("M", "Fv", "Fc"):
+        value = together["idm-iv"].parameters[name]
+        assert value.corrected == pytest.approx(TRUTH[name], abs=4 * value.deviation)
+        every = [one["idm-iv"].parameters[name] for one in alone]
+        assert min(v.value for v in every) <= value.value <= max(v.value for v in every)
+        iid = np.mean([v.sd for v in every])
+        assert value.sd == pytest.approx(iid / np.sqrt(3), rel=0.1)
+    assert len(together["idm-iv"].y) == sum(len(one["idm-iv"].y) for one in alone)
+
+
+def test_the_order_of_the_records_changes_nothing(plain, three) -> None:  # type: ignore[no-untyped-def]
+    one = identify(plain, three, methods=METHOD)
+    other = identify(plain, [three[2], three[0], three[1]], methods=METHOD)
+    assert _values(one) == pytest.approx(_values(other), rel=1e-10)
+    deviations = [r["idm-iv"].covariances["hac"] for r in (one, other)]
+    np.testing.assert_allclose(*deviations, rtol=1e-6)
+    statuses = [{c.name: c.status for c in r.verdict} for r in (one, other)]
+    assert statuses[0] == statuses[1]
+
+
+def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> None:  # type: ignore[no-untyped-def]
+    once, twice = (identify(plain, [three[0]] * n, methods=METHOD) for n in (1, 2))
+    assert _values(once) == pytest.approx(_values(twice), rel=1e-10)
+    for name in ("iid", "hac"):
+        ratio = twice["idm-iv"].covariances[name] / once["idm-iv"].covariances[name]
+        # But for n - k of 714 and of 1428 rows, and for the lags.
+        assert np.diag(ratio) == pytest.approx(0.5, rel=0.05 if name == "iid" else 0.3)
+    told = {c.name: c for c in twice.verdict}["repeated records"]
+    assert told.status == "fail"
+    assert "run 1 (record 1) and run 1 (record 2)" in told.meaning
+    assert "repeated records" not in {c.name for c in once.verdict}
+
+
+def test_a_record_by_itself_in_a_list_is_that_record(plain, three) -> None:  # type: ignore[no-untyped-def]
+    one, listed = identify(plain, three[0]), identify(plain, [three[0]])
+    assert one.to_dict() == listed.to_dict()
+    assert listed.parts == (listed,)
+    assert not listed.of_records
+
+
+def test_records_are_weighted_by_their_noise_which_pays(plain) -> None:  # type: ignore[no-untyped-def]
+    quiet = stage_record(1)
+    rng = np.random.default_rng(0)
+    assert quiet.control is not None
+    noisy = replace(quiet, control=quiet.control + rng.normal(0, 1.0, len(quiet)))
+    result = identify(plain, [quiet, noisy], methods=METHOD)
+    (first, second) = result.of_records
+    assert first.weight / second.weight == pytest.approx(second.noise / first.noise, rel=0.1)
+    assert second.noise > 1.5 * first.noise
+    worst = identify(plain, noisy, methods=METHOD)["idm-iv"].parameters["M"].sd
+    alone = identify(plain, quiet, methods=METHOD)["idm-iv"].parameters["M"].sd
+    assert result["idm-iv"].parameters["M"].sd < alone < worst
+    assert "weights" in result.summary()
+
+
+def test_a_known_payload_tells_the_drive_gain(loaded: Identification) -> None:
+    values = loaded["idm-iv"].parameters
+    gain = values["drive_gain"]
+    assert gain.unit == "N/V"
+    assert gain.value == pytest.approx(35.15 * 1.02, abs=3 * gain.deviation)
+    assert 100 * gain.deviation / gain.value < 0.6
+    for name in ("M", "Fv", "Fc"):
+        assert values[name].value == pytest.approx(TRUTH[name], abs=3 * values[name].deviation)
+    # The mass is known no better than the gain that it is in.
+    relative = [values[n].deviation / values[n].value for n in ("M", "drive_gain")]
+    assert relative[0] == pytest.approx(relative[1], rel=0.3)
+    assert {c.name: c.status for c in loaded.verdict}["drive gain"] == "note"
+
+
+def test_the_declared_gain_can_be_believed_in_its_place() -> None:
+    records = [stage_record(1), stage_record(2, m_add=20.0)]
+    told = {"known": {"m_add": [0.0, 20.0]}, "local": (), "methods": METHOD}
+    believed = identify(generated(), records, gain="declared", **told)  # type: ignore[arg-type]
+    assert "drive_gain" not in believed["idm-iv"].parameters
+    mass = believed["idm-iv"].parameters["M"]
+    assert mass.value == pytest.approx(TRUTH["M"], abs=4 * mass.deviation)
+    assert mass.deviation < 0.001 * mass.value
+    with pytest.raises(UsageError, match="identified or declared"):
+        identify(generated(), records, gain="mine")
+
+
+def test_a_local_parameter_has_a_value_in_each_record(loaded: Identification) -> None:
+    assert list(loaded.local) == ["tau0"]
+    for value, truth in zip(loaded.local["tau0"], (3.0, -5.0, 7.0), strict=True):
+        assert value.value == pytest.approx(truth, abs=4 * value.deviation)
+        assert 0 < value.deviation < 0.1
+
+
+def test_a_deviation_of_what_is_known_is_in_those_of_the_parameters() -> None:
+    records = [stage_record(1), stage_record(2, m_add=20.0)]
+    exact, vague = (
+        identify(generated(), records, methods=METHOD, known={"m_add": [0.0, (20.0, sd)]})
+        for sd in (0.0, 0.4)
+    )
+    first, second = (r["idm-iv"].parameters["drive_gain"] for r in (exact, vague))
+    # 2 % of the payload are 2 % of the gain.
+    added = np.sqrt(second.deviation**2 - first.deviation**2)
+    assert added / second.value == pytest.approx(0.02, rel=0.05)
+    assert first.value == second.value
+
+
+def test_the_loops_are_simulated_with_the_gain_that_was_identified(loaded: Identification) -> None:
+    """Two percent of the gain would be two percent of the force."""
+    error = loaded["idm-iv"].simulation_error_percent
+    alone = identify(generated(), stage_record(1), methods=METHOD)["idm-iv"]
+    assert error == pytest.approx(alone.simulation_error_percent, rel=0.3)
+
+
+def test_each_record_has_a_part_that_is_judged_and_drawn_by_itself(loaded: Identification) -> None:
+    assert len(loaded.parts) == 3
+    for i, part in enumerate(loaded.parts):
+        assert part.record is loaded.records[i]
+        estimate = part["idm-iv"]
+        assert len(estimate.y) == loaded.of_records[i].rows
+        left = estimate.y - estimate.X @ estimate.physical
+        np.testing.assert_allclose(left, estimate.residuals, atol=1e-9)
+        assert part.plot("force") is not None
+    assert loaded.plot("record", record=3) is not None
+    with pytest.raises(UsageError, match="from 1 to 3"):
+        loaded.plot("record", record=4)
+
+
+def test_the_gains_of_the_law_may_differ() -> None:
+    slow = replace(stage(), control=replace(stage().control, gains={"kp": 120.0, "kv": 243.45}))  # type: ignore[type-var]
+    other = build(leave_out(slow, "tau0", "m_add"))
+    axis = build(leave_out(stage(), "tau0", "m_add"))
+    from axisid import twin_record
+
+    records = [twin_record(axis), twin_record(other)]
+    right = identify(axis, records, methods=METHOD, known={"kp": [160.18, 120.0]})
+    wrong = identify(axis, records, methods=METHOD)
+    statuses = [{c.name: c for c in r.verdict}["control law"] for r in (right, wrong)]
+    assert [c.status for c in statuses] == ["pass", "fail"]
+    assert record_labels(records)[1] in statuses[1].meaning
+    assert right["idm-iv"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
+
+
+def test_records_may_differ_in_period_and_length(plain) -> None:  # type: ignore[no-untyped-def]
+    whole = stage_record(1)
+    thin = {
+        role: None if values is None else values[: len(whole) // 4 * 2 : 2]
+        for role, values in whole.channels().items()
+    }
+    half = Record(**thin, provenance=replace(whole.provenance, source="half"))
+    result = identify(plain, [whole, half], methods=["idm-ls"])
+    assert [d.prefilter.decimate for d in result.problem.data] == [10, 5]
+    assert result.preferred.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
+
+
+def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(plain) -> None:  # type: ignore[no-untyped-def]
+    good = [stage_record(1), stage_record(2)]
+    short = {role: values[:60] for role, values in good[0].channels().items()}
+    bad = Record(**short, provenance=replace(good[0].provenance, source="short"))
+    with pytest.raises(UsageError, match=r"1 of 3 records cannot be used: short.*skip_bad=True"):
+        identify(plain, [good[0], bad, good[1]], methods=METHOD)
+    result = identify(plain, [good[0], bad, good[1]], methods=METHOD, skip_bad=True)
+    assert list(result.set_aside) == ["short"]
+    assert _values(result) == _values(identify(plain, good, methods=METHOD))
+    assert "1 record: short" in result.summary()
+    with pytest.raises(UsageError, match="2 of 2"):
+        identify(plain, [bad, bad], methods=METHOD, skip_bad=True)
+
+
+def test_known_values_of_a_skipped_record_go_with_it() -> None:
+    good = [stage_record(1), stage_record(2, m_add=20.0)]
+    short = {role: values[:60] for role, values in good[0].channels().items()}
+    records = [good[0], Record(**short), good[1]]
+    result = identify(
+        generated(), records, methods=METHOD, known={"m_add": [0.0, 9.0, 20.0]}, skip_bad=True
+    )
+    assert [of_one.known["m_add"][0] for of_one in result.of_records] == [0.0, 20.0]
+
+
+def test_nothing_to_identify_from_is_refused(plain) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(UsageError, match="no record is given"):
+        identify(plain, [])
+    with pytest.raises(UsageError, match="read one with read_record"):
+        identify(plain, ["log.csv"])  # type: ignore[list-item]
+
+
+def test_what_rests_in_one_record_rests_in_all(plain) -> None:  # type: ignore[no-untyped-def]
+    fast = stage_record(1)
+    crawl = {
+        role: values if role in ("time", "control") else values * 1e-3
+        for role, values in fast.channels().items()
+    }
+    alone = identify(plain, Record(**crawl), Prefilter(reversals="leave-out"), ["idm-ls"])
+    beside = identify(plain, [fast, Record(**crawl)], Prefilter(reversals="leave-out"), ["idm-ls"])
+    assert beside.problem.data[1].fastest == beside.problem.data[0].fastest > 0
+    assert beside.problem.data[1].used.sum() < 0.2 * alone.data.used.sum()
+
+
+def test_a_result_of_several_is_copied_and_pickled(loaded: Identification) -> None:
+    read = pickle.loads(pickle.dumps(loaded))  # noqa: S301
+    for again in (copy.deepcopy(loaded), read):
+        assert again["idm-iv"].parameters["M"].value == loaded["idm-iv"].parameters["M"].value
+        assert len(again.parts) == 3

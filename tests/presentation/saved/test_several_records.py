@@ -1,0 +1,194 @@
+"""Results of several records: as text, as JSON, read again, on a page, on the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from axisid import Identification, Record, UsageError, export, identify, load_result, validate
+from axisid.commands.main import cli
+from axisid.presentation.report.page import report_html
+from tests.axes.stage import generated, stage, stage_record
+
+STAGE = """
+from tests.axes.stage import stage
+axis = stage()
+"""
+
+
+@pytest.fixture(scope="module")
+def loaded() -> Identification:
+    records = [stage_record(1, tau0=3.0), stage_record(2, m_add=20.0, tau0=-5.0)]
+    return identify(generated(), records, known={"m_add": [0.0, (20.0, 0.01)]}, local="tau0")
+
+
+@pytest.fixture(scope="module")
+def file(loaded: Identification, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("several") / "result.json"
+    path.write_text(json.dumps(loaded.to_dict(draws=20)))
+    return path
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("logs")
+    for i, payload in enumerate((0.0, 20.0)):
+        _write(folder / f"run{i + 1}.csv", stage_record(i + 1, m_add=payload))
+    (folder / "stage.py").write_text(STAGE)
+    (folder / "bad.csv").write_text("t,q,r,u\n0,1,2,3\n")
+    return [str(folder / name) for name in ("stage.py", "run1.csv", "run2.csv", "bad.csv")]
+
+
+def _write(path: Path, record: Record) -> None:
+    columns = [record.time, record.position, record.reference, record.control]
+    np.savetxt(path, np.column_stack(columns), "%.12g", ",", header="t,q,r,u", comments="")  # type: ignore[arg-type]
+
+
+def test_the_text_tells_each_record_and_what_is_known_of_it(loaded: Identification) -> None:
+    text = loaded.summary(full=True, draws=20)
+    for said in (
+        "records    2, one set of parameters",
+        "m_add = 20 +- 0.01 kg",
+        "tau0_1, tau0_2: tau0 of each record",
+        "35.15 N/V is declared",
+        "weights",
+        "By record",
+        "1  run 1",
+    ):
+        assert said in text
+
+
+def test_a_result_is_read_as_it_was_written(loaded: Identification, file: Path) -> None:
+    saved = load_result(file, stage())
+    assert saved.summary().splitlines() == loaded.summary().splitlines()
+    assert {n: v.value for n, v in saved["idm-iv"].parameters.items()} == {
+        n: v.value for n, v in loaded["idm-iv"].parameters.items()
+    }
+    assert saved.local_names == loaded.local_names
+    assert saved.to_dict() == loaded.to_dict(draws=20)
+    assert "run 1 and run 2" in repr(saved)
+
+
+def test_a_file_whose_records_contradict_it_is_refused(file: Path, tmp_path: Path) -> None:
+    whole = json.loads(file.read_text())
+    for path, value in ((("records", 0, "rows"), 1), (("local", "tau0"), ["tau0_1"])):
+        broken = json.loads(json.dumps(whole))
+        at = broken
+        for key in path[:-1]:
+            at = at[key]
+        at[path[-1]] = value
+        (tmp_path / "broken.json").write_text(json.dumps(broken))
+        with pytest.raises(Exception, match="contradicts itself"):
+            load_result(tmp_path / "broken.json", stage())
+
+
+def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
+    loaded: Identification, file: Path
+) -> None:
+    for result in (loaded, load_result(file, stage())):
+        with pytest.raises(UsageError, match=r"tau0, m_add of this result are each record's own"):
+            export(result, "c")
+    with pytest.raises(UsageError, match="nothing says what holds of another record"):
+        validate(loaded, stage_record(3))
+    assert "M_plus_m_add" in export(loaded.parts[1], "csv")
+
+
+def test_the_page_has_a_picker_for_the_figures(loaded: Identification) -> None:
+    page = report_html(loaded)
+    assert page.count("<option value=") == 2
+    assert page.count('data-record="1"') == page.count('data-record="2"') >= 5
+    assert 'id="plot-force-2"' in page
+    assert "The records" in page
+    alone = report_html(identify(generated(), stage_record(1), methods=["idm-iv"]))
+    assert "record-picker" not in alone
+    assert "data-record" not in alone
+
+
+def _run(*arguments: str) -> str:
+    done = CliRunner().invoke(cli, ["identify", *arguments])
+    return done.output if done.exit_code == 0 else f"failed: {done.output}{done.exception}"
+
+
+def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) -> None:
+    out = tmp_path / "r.json"
+    told = _run(*logs[:3], "--known", "m_add=0,20+-0.01", "--local", "tau0", "--json", str(out))
+    assert "drive_gain" in told
+    assert "tau0_2" in told
+    written = json.loads(out.read_text())
+    assert [m["record"]["source"] for m in written["records"]] == ["run1.csv", "run2.csv"]
+    assert written["records"][1]["known"]["m_add"] == {"value": 20.0, "sd": 0.01}
+    assert written["declared_gain"] == 35.15
+
+
+def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) -> None:
+    axis, first, second, bad = logs
+    refused = _run(axis, first, bad, second)
+    assert "1 of 3 records cannot be used" in refused
+    assert "go on without them" in refused
+    told = _run(axis, first, bad, second, "--skip-bad", "--known", "m_add=0,7,20")
+    assert "set aside  1 record" in told
+    assert "m_add = 20 kg" in told
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--known", "m_add=0"), "has 1 known values"),
+        (("--known", "m_add=0,x"), "number 2 is no value"),
+        (("--local", "nothing"), "no parameter 'nothing'"),
+        (("--columns-of", "3", "time=t"), "record 3 is none"),
+        (("--stream",), "reads one RECORD"),
+    ],
+)
+def test_options_of_several_have_errors_with_their_place(
+    logs: list[str], options: tuple[str, ...], said: str
+) -> None:
+    assert said in _run(*logs[:3], *options)
+
+
+def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> None:
+    text = Path(logs[2]).read_text().replace("t,q,r,u", "zeit,lage,soll,strom")
+    (tmp_path / "other.csv").write_text(text)
+    columns = "time=zeit,position=lage,reference=soll,control=strom"
+    told = _run(
+        *logs[:2], str(tmp_path / "other.csv"), "--columns-of", "2", columns, "--method", "idm-ls"
+    )
+    assert "columns 2  time = zeit" in told
+
+
+def test_sweep_and_compare_take_several_logs_without_the_bad_ones(logs: list[str]) -> None:
+    axis, first, second, bad = logs
+    options = ["--skip-bad", "--columns", "time=t,position=q,reference=r,control=u"]
+    swept = CliRunner().invoke(
+        cli,
+        ["sweep", axis, first, bad, second, "--points", "2", "--known", "m_add=0,1,20", *options],
+    )
+    assert swept.exit_code == 0, swept.output
+    assert "IDM-IV drive_gain [N/V]" in swept.output
+    assert "without" in swept.output
+    compared = CliRunner().invoke(
+        cli, ["compare", first, bad, first, "--ladder", "emps2015", *options]
+    )
+    assert compared.exit_code == 0, compared.output
+    assert "record 2   run1.csv" in compared.output
+
+
+def test_two_results_of_several_are_set_side_by_side(file: Path) -> None:
+    result = CliRunner().invoke(cli, ["compare-results", str(file), str(file)])
+    assert result.exit_code == 0, result.output
+    assert "run 1, run 2" in result.output
+
+
+def test_estimates_are_held_against_several_further_records(
+    logs: list[str], tmp_path: Path
+) -> None:
+    axis, first, second, _ = logs
+    out = tmp_path / "r.json"
+    told = _run(axis, first, first, "--validate", second, "--validate", first, "--json", str(out))
+    assert told.count("Frozen estimates on") == 2
+    written = json.loads(out.read_text())
+    assert [v["record"]["source"] for v in written["validations"]] == ["run2.csv", "run1.csv"]
+    assert "this is the record that the estimates were made from" in told
+    assert "M_plus_m_add" in export(load_result(out, stage()), "c")
