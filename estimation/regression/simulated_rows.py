@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record, is_sampled_by
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import (
@@ -74,7 +75,7 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
             physical,
             reference[first:last],
             record.period,
-            start=float(record.position[first]),
+            start=LoopStart(position=float(record.position[first])),
             injected=None if added is None else added[first:last],
         )
         for first, last in record.spans

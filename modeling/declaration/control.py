@@ -13,6 +13,7 @@ from types import MappingProxyType
 import sympy
 
 from axisid.modeling.quantities import (
+    BALANCED,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -42,7 +43,10 @@ class Memory:
     following : sympy.Expr
         Its value at the next sample.
     start : sympy.Expr
-        Its value at the first sample, from `MEASURED_POSITION` or numbers: the axis at rest.
+        Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE` or numbers: the axis
+        at rest. `BALANCED`, for an integral or whatever else holds a load, is the value with which
+        the law's output holds the axis there; of several, the least of them. The loop of a record
+        begins with what gives its first controls, whatever is declared here.
     """
 
     name: str
@@ -112,12 +116,23 @@ class ControlLaw:
         self._check(self.output, known, "output")
         for memory in self.memory:
             self._check(memory.following, known, f"memory {memory.name!r}")
-            self._check(memory.start, {MEASURED_POSITION}, f"start of memory {memory.name!r}")
+            at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
+            self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
+            if memory.start != BALANCED and memory.start.has(BALANCED):
+                raise ModelError(
+                    f"control law {self.name!r}: memory {memory.name!r} starts at {memory.start}; "
+                    "what balances stands alone there."
+                )
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the gains, of the memory and of the delay line."""
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
+
+    @property
+    def balanced(self) -> tuple[int, ...]:
+        """Which of the memories start in balance."""
+        return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)
 
     @property
     def delay_line(self) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from axisid.modeling.declaration import (
     newton,
 )
 from axisid.modeling.quantities import (
+    BALANCED,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -313,7 +314,7 @@ def _shipped_law(table: Table) -> ControlLaw | None:
 def _memory(table: Table, name: str, symbols: Symbols) -> Memory:
     table.only("following", "start")
     table.needs("following", "start")
-    at_rest = {str(MEASURED_POSITION): MEASURED_POSITION}
+    at_rest = {str(symbol): symbol for symbol in (MEASURED_POSITION, REFERENCE, BALANCED)}
     return Memory(
         name,
         following=table.expression("following", symbols),
