@@ -31,6 +31,7 @@ FLOORS = (
     ("estimation.records",),
     ("estimation.signals",),
     ("estimation.simulation",),
+    ("estimation.loops",),
     ("estimation.regression",),
     ("estimation.estimates",),
     ("estimation.lacking",),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
+from axisid.estimation.loops import loop_starts
 from axisid.estimation.records import Record, is_sampled_by
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import (
@@ -59,7 +59,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
 def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
-    Each begins at rest at the segment's first position.
+    Each begins as its segment does, see `loop_starts`.
 
     Raises
     ------
@@ -75,10 +75,10 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
             physical,
             reference[first:last],
             record.period,
-            start=LoopStart(position=float(record.position[first])),
+            start=start,
             injected=None if added is None else added[first:last],
         )
-        for first, last in record.spans
+        for (first, last), start in zip(record.spans, loop_starts(axis, record), strict=True)
     )
 
 

@@ -130,6 +130,12 @@ class ControlLaw:
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
 
     @property
+    def takes_velocity(self) -> bool:
+        """Whether it reads the velocity of an ideal sensor."""
+        values = (self.output, *(memory.following for memory in self.memory))
+        return any(value.has(MEASURED_VELOCITY) for value in values)
+
+    @property
     def balanced(self) -> tuple[int, ...]:
         """Which of the memories start in balance."""
         return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)

@@ -1,0 +1,68 @@
+"""A control law along recorded signals."""
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.runtime import by_sample
+from axisid.support.arrays import Array
+
+from .law_ticks import LawTicks, law_of
+
+
+def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+    """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
+    start = axis.functions["control_start"](ticks.reference[0], ticks.position[0])
+    return np.asarray(start.full().ravel())
+
+
+def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The control law's terms along recorded signals, when they are applied, (N, terms).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    ticks : LawTicks
+        What the law measured.
+    start : (m,) array
+        What it remembered at the first evaluation.
+    """
+    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
+    # What was computed before the first evaluation is taken for that of the first.
+    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+
+
+def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The control that the law gives within the drive's limit, (N,)."""
+    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    control = axis.functions["control_law"].call(arguments)[0].full().ravel()
+    return np.asarray(control[ticks.held])
+
+
+def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """How that control changes with what is remembered at the start, (N, m)."""
+    law = axis.functions["control_law"]
+    wanted = ["next_state", "jac:control:state", "jac:next_state:state"]
+    slopes = law.factory("slopes", law.name_in(), wanted)
+    change, state = np.eye(len(start)), start
+    rows = np.empty((len(ticks), len(start)))
+    each = zip(ticks.reference, ticks.position, ticks.velocity, strict=True)
+    for k, signals in enumerate(each):
+        following, by_state, onward = slopes(*signals, state)
+        rows[k] = by_state.full() @ change
+        state, change = following.full().ravel(), onward.full() @ change
+    return rows[ticks.held]
+
+
+def _signals(ticks: LawTicks) -> list[Array]:
+    return [values[None, :] for values in (ticks.reference, ticks.position, ticks.velocity)]
+
+
+def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """What the drive remembers at each evaluation, (m, M)."""
+    if not len(start):
+        return np.zeros((0, len(ticks)))
+    # The state comes first in and first out, so that the function can be run along the samples.
+    along = axis.functions["control_law"].slice("law", [3, 0, 1, 2], [1]).mapaccum(len(ticks))
+    return np.hstack([start[:, None], along(start, *_signals(ticks)).full()[:, :-1]])
