@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from axisid import Prefilter, build, load_axis, simulate
-from axisid.estimation.regression.covariance import Covariance, Hac, Published
+from axisid.estimation.regression.covariance import Covariance, Hac, PublishedCovariance
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.linear import factor, least_squares
 from axisid.estimation.signals import SampledFilter
@@ -32,7 +32,7 @@ PERIOD, NOISE, CORRELATION_TIME = 1e-3, 5.0, 0.05  # s, N, s
 REPEATED = 3  # times the motion of the twin: as long as the EMPS record
 TRUTH = np.array([100.2, 236.9, 24.8])
 FILTER = SampledFilter(Prefilter(cutoff=60.0, decimate=10, drop=(50, 50)), PERIOD)
-INTERVALS: dict[str, Covariance] = {"iid": Published(), "hac": Hac()}
+INTERVALS: dict[str, Covariance] = {"iid": PublishedCovariance(), "hac": Hac()}
 
 
 def noise(rng: np.random.Generator, samples: int, *, coloured: bool) -> Array:

@@ -92,7 +92,7 @@ def in_time(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGPROF, before)
 
 
-def drawn_axis(seed: int, number: int) -> GeneratedAxis:
+def draw_axis(seed: int, number: int) -> GeneratedAxis:
     """The axis of a number: of the library, or drawn."""
     rng = np.random.default_rng([seed, number])
     if rng.random() < _LIBRARY:
@@ -105,7 +105,7 @@ def drawn_axis(seed: int, number: int) -> GeneratedAxis:
 
 def runs_of(number: int, *, seed: int, each: int) -> list[Run]:
     """Control runs of one axis, and its runs with faults in the logs that raise no alarm."""
-    axis = drawn_axis(seed, number)
+    axis = draw_axis(seed, number)
     record = twin_record(axis)
     truth = record.provenance.truth
     columns = {role: np.array(values) for role, values in record.channels().items()}
@@ -154,7 +154,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
             axis = build(log.axis)
             record = read_record(log.columns, axis)
             result = identify(axis, record, prefilter_of(log.axis.name))
-            said = told(result)
+            said = doubts(result)
     except AxisidError as error:
         return "refused", str(error)
     except Hung:
@@ -168,7 +168,7 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
     return ("SILENT", wrong) if wrong else ("harmless", "")
 
 
-def told(result: Identification) -> str:
+def doubts(result: Identification) -> str:
     """The checks that fail, the methods that came to nothing, and the warnings of the reader."""
     said = [check.name for check in result.verdict if check.status == "fail"]
     said += [f"{method} failed" for method in result.failed]

@@ -23,7 +23,8 @@ from sympy.core.cache import clear_cache
 from axisid import Axis, derive, load_axis
 from axisid.codegen.artefacts import axis_artefacts
 from axisid.codegen.artefacts.texts import FUNCTIONS, NATIVE
-from axisid.codegen.runtime import Native, NativeUnavailableError, execute
+from axisid.codegen.native import Native, NativeUnavailableError
+from axisid.codegen.runtime import execute
 from axisid.modeling import LIBRARY
 
 Times = dict[str, float]

@@ -188,13 +188,13 @@ def by_hand(name: str, p: Row, sided: bool, reference: Array, resolution: float)
     return positions
 
 
-def drawn_parameters(rng: np.random.Generator) -> Row:
+def draw_parameters(rng: np.random.Generator) -> Row:
     """Each present in half of the axes, but for the mass and the friction."""
     values = {name: 10 ** rng.uniform(*decades) for name, (_, *decades) in PARAMETERS.items()}
     return {n: v if n in ALWAYS or rng.random() < 0.5 else 0.0 for n, v in values.items()}
 
 
-def drawn_reference(rng: np.random.Generator) -> Array:
+def draw_reference(rng: np.random.Generator) -> Array:
     """Moves of micrometres to centimetres, with rests of 1 to 3 s."""
     pieces = [np.zeros(1)]
     for _ in range(3):
@@ -227,7 +227,7 @@ def outcomes(count: int, seed: int) -> list[Outcome]:
     done = []
     for i in range(count):
         name, sided = kinds[i % len(kinds)]
-        p, reference = drawn_parameters(rng), drawn_reference(rng)
+        p, reference = draw_parameters(rng), draw_reference(rng)
         resolution = 10 ** rng.uniform(-7, -5) if rng.random() < 0.3 else 0.0
         resolution *= name != "continuous"
         axis = axes[name, sided]

@@ -64,7 +64,7 @@ def medians(*runs: Callable[[], Any], times: int) -> list[float]:
 
 def hand_written(folder: Path) -> ctypes.CDLL:
     """Compile the yardstick with the flags that generated code gets."""
-    from axisid.codegen.runtime.compiler import FLAGS, find_compiler
+    from axisid.codegen.native.compiler import FLAGS, find_compiler
 
     library = folder / "hand_written.so"
     flags = [flag for flag in FLAGS if flag != "-std=c11"]
@@ -180,7 +180,7 @@ def profile_shares(run: Callable[[], Any]) -> dict[str, float]:
     profile.disable()
     parts = {
         "filters": ("scipy/signal",),
-        "simulation_and_rows": ("codegen/runtime/native_library.py",),
+        "simulation_and_rows": ("codegen/native/library.py",),
         "linear_algebra": ("numpy/linalg", "estimation/regression/linear.py"),
     }
     spent = dict.fromkeys([*parts, "rest"], 0.0)

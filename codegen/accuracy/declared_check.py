@@ -55,7 +55,7 @@ def check_programs(model: AxisModel, programs: Sequence[Program]) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Declared:
+class _DeclaredForce:
     """The declared force at N points, over the drive's profile.
 
     Attributes
@@ -83,7 +83,7 @@ class _Check:
     """Programs of an axis, and what they should give."""
 
     axis: str
-    declared: _Declared
+    declared: _DeclaredForce
     programs: Mapping[str, Program]
 
     def inverse(self) -> None:
@@ -149,7 +149,7 @@ def _sum_of_sizes(parts: Array) -> Array:
     return np.where(np.isfinite(sizes), sizes, 0.0)
 
 
-def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
+def _declared(model: AxisModel, points: Sequence[Point]) -> _DeclaredForce | None:
     """The force where it has a value; None if it has one nowhere."""
     axis = model.base.declared
     q = axis.coordinate
@@ -171,7 +171,7 @@ def _declared(model: AxisModel, points: Sequence[Point]) -> _Declared | None:
     if not rows:
         return None
     position, velocity, acceleration, exact, slopes, errors, *values = np.array(rows).T
-    return _Declared(
+    return _DeclaredForce(
         elements={
             q.name: position,
             str(q.velocity): velocity,

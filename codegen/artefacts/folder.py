@@ -12,8 +12,8 @@ from pathlib import Path
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
+from axisid.support.files.regular_file import read_regular
 from axisid.support.progress import Progress, with_progress
-from axisid.support.regular_file import read_regular
 from axisid.support.remedy import Remedy, Setting
 
 from .texts import MANIFEST, axis_artefacts

@@ -12,14 +12,8 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.accuracy import evaluate
 from axisid.codegen.lowering import drive_force_by_gain
-from axisid.codegen.runtime import (
-    VECTORS,
-    Native,
-    by_sample,
-    checked_arguments,
-    execute,
-    slices,
-)
+from axisid.codegen.native import Native, slices
+from axisid.codegen.runtime import VECTORS, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
 from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY

@@ -13,7 +13,7 @@ import numpy as np
 from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings, LoopStart
 from axisid.support.arrays import Array
 
-from .virtual_plant import Buffered, Mode, Moved, VirtualPlant
+from .virtual_plant import BufferedFunction, Mode, StepResult, VirtualPlant
 
 _MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter (Zeno)
 _MOST_STEPS = 16384  # that a step may be divided into
@@ -42,7 +42,7 @@ class VirtualLoop:
         self._settings = settings
         self._plant = VirtualPlant(functions, parameters)
         self._law_start = functions["control_start"]
-        self._loop_step = Buffered(functions["closed_loop_step"])
+        self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
         self._loop_step.arguments["step"][0] = settings.period
 
@@ -117,7 +117,7 @@ class VirtualLoop:
 
     def _law(
         self, q: float, dq: float, mode: Mode, held: tuple[float, float, float, float]
-    ) -> tuple[Moved, tuple[float, float]]:
+    ) -> tuple[StepResult, tuple[float, float]]:
         """The law's next state; a step of the whole sample, and force and control."""
         step = self._loop_step
         if mode.sides:
@@ -132,7 +132,7 @@ class VirtualLoop:
         )
         step.arguments["state"][:] = out[2]
         q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
-        return Moved(q_next, dq_next, ddq, last), (force, control)
+        return StepResult(q_next, dq_next, ddq, last), (force, control)
 
     def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
         """Move for `whole` seconds through every change of the mode."""
@@ -171,7 +171,7 @@ class VirtualLoop:
 
     def _attempt(
         self, q: float, dq: float, mode: Mode, span: float, whole: float
-    ) -> tuple[float, Moved]:
+    ) -> tuple[float, StepResult]:
         """A step as long as the rates at its ends allow, at most `span`."""
         plant = self._plant
         if not plant.sides:
@@ -191,8 +191,8 @@ class VirtualLoop:
             span *= 0.5
 
     def _reversal(
-        self, q: float, dq: float, mode: Mode, span: float, end: Moved
-    ) -> tuple[bool, float, Moved]:
+        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
+    ) -> tuple[bool, float, StepResult]:
         """Whether the velocity reaches zero in a step, which then ends there."""
         if end.dq * mode.direction >= 0:
             lowest = self._lowest(q, dq, mode, span, end)
@@ -201,9 +201,11 @@ class VirtualLoop:
             span = lowest
         span = self._crossing(q, dq, mode, span)
         end = self._plant.move(q, dq, mode, span)
-        return True, span, Moved(end.q, 0.0, end.first, end.last)
+        return True, span, StepResult(end.q, 0.0, end.first, end.last)
 
-    def _lowest(self, q: float, dq: float, mode: Mode, span: float, end: Moved) -> float | None:
+    def _lowest(
+        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
+    ) -> float | None:
         """Time at which a velocity that ends in its direction dips below zero, if it does."""
         direction = mode.direction
         # From rest it leaves in its direction, whatever rounding says of the first slope.
@@ -233,8 +235,8 @@ class VirtualLoop:
         return t
 
     def _passing(
-        self, q: float, dq: float, mode: Mode, span: float, end: Moved
-    ) -> tuple[int | None, float, Moved]:
+        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
+    ) -> tuple[int | None, float, StepResult]:
         """The first side that changes in a step, which then ends there."""
         plant, passed = self._plant, None
         start, at_end = plant.switches(q, dq, mode), plant.switches(end.q, end.dq, mode)

@@ -40,7 +40,7 @@ class Mode:
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class StepResult:
     """A motion after a step, and its acceleration at both ends."""
 
     q: float
@@ -62,7 +62,7 @@ class Switches:
         return self.by_position[index] * dq + self.by_velocity[index] * acceleration
 
 
-class Buffered:
+class BufferedFunction:
     """A CasADi function on fixed memory: arguments and results without conversion."""
 
     def __init__(self, function: Any) -> None:
@@ -100,7 +100,9 @@ class VirtualPlant:
     def __init__(self, functions: Mapping[str, Any], parameters: Array) -> None:
         self._q, self._dq = functions["plant_step"].name_in()[:2]
         names = ("plant_step", "held_acceleration", "switching", "plant_rate")
-        self._functions = {name: Buffered(functions[name]) for name in names if name in functions}
+        self._functions = {
+            name: BufferedFunction(functions[name]) for name in names if name in functions
+        }
         for function in self._functions.values():
             function.arguments["parameters"][:] = parameters
         self.held = np.zeros(functions["held_acceleration"].size1_in("held"))
@@ -108,10 +110,10 @@ class VirtualPlant:
         switching = functions.get("switching")
         self.sides = 0 if switching is None else switching.size1_in("sides")
 
-    def move(self, q: float, dq: float, mode: Mode, span: float) -> Moved:
+    def move(self, q: float, dq: float, mode: Mode, span: float) -> StepResult:
         """Take one step in a mode."""
         end = self._call("plant_step", q, dq, mode, step=span)
-        return Moved(*(float(value[0]) for value in end))
+        return StepResult(*(float(value[0]) for value in end))
 
     def accelerate(self, q: float, dq: float, mode: Mode) -> float:
         """Acceleration in a mode."""

@@ -73,7 +73,7 @@ doubtful = newton(
     resistance=(elements.asymmetric_coulomb(left, right, z), elements.offset(w)),
     drive=elements.Drive(gain=120.0, unit="A", limit=10.0),
 )
-for sentence in axisid.modeling.describe_hidden(axisid.derive(doubtful).base):
+for sentence in axisid.modeling.describe_unidentifiable(axisid.derive(doubtful).base):
     print(fill(sentence, 88))
 
 # %% [markdown]
@@ -114,7 +114,7 @@ for base, expression in model.base.combined:
 
 # %%
 known = axisid.fix(rod, mass=(0.512, 0.001), J=0.021)
-print(axisid.modeling.describe_settled(axisid.derive(known).base))
+print(axisid.modeling.describe_determined(axisid.derive(known).base))
 
 # %% [markdown]
 # ## What enters nonlinearly

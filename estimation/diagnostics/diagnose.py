@@ -7,28 +7,42 @@ where its threshold comes from.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import (
+    conditioning,
+    delta_method_check,
+    filter_bias,
+    ls_against_iv,
+    precision,
+    self_test,
+    within_bounds,
+)
+from axisid.estimation.diagnostics.loop import (
+    alignment_check,
+    following,
+    force_check,
+    law_check,
+    limit_check,
+    rest_check,
+)
+from axisid.estimation.diagnostics.remainder import (
+    changes_check,
+    constant_check,
+    independence,
+    lack_of_fit_check,
+    near_reversals,
+    near_reversals_check,
+    normality,
+    residuals_against_motion,
+    ripple_check,
+    sign_runs,
+    terms_check,
+)
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord, rests_first
 from axisid.support.missing import Missing
 
-from .agreement import delta_method_check, ls_against_iv, self_test
-from .alignment import alignment_check
-from .check import Check
-from .control_law import law_check
 from .diagnosis import Case, Diagnosis, preferred_method
-from .filter_bias import filter_bias
-from .force import force_check, limit_check
-from .left_over import (
-    changes_check,
-    constant_check,
-    lack_of_fit_check,
-    ripple_check,
-    terms_check,
-)
-from .motion import conditioning, precision, within_bounds
-from .near_reversals import near_reversals, near_reversals_check
-from .residuals import independence, left_of_the_motion, normality, sign_runs
-from .simulation import following, rest_check
 
 _LAST = 100
 
@@ -104,8 +118,8 @@ def _sign_runs(case: Case) -> Check | Missing:
     return sign_runs(case.residuals, len(case.preferred.y), case.preferred.chosen)
 
 
-def _left_of_the_motion(case: Case) -> Check:
-    return left_of_the_motion(case.residuals, case.preferred)
+def _residuals_against_motion(case: Case) -> Check:
+    return residuals_against_motion(case.residuals, case.preferred)
 
 
 def _normality(case: Case) -> Check:
@@ -181,7 +195,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="simulation", check=_simulation, rank=2, grave=True),
         Diagnostic(name="independent residuals", check=_independence),
         Diagnostic(name="runs of one sign", check=_sign_runs),
-        Diagnostic(name="residuals against the motion", check=_left_of_the_motion, rank=14),
+        Diagnostic(name="residuals against the motion", check=_residuals_against_motion, rank=14),
         Diagnostic(name="near reversals", check=_near_reversals, rank=16),
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),

@@ -4,27 +4,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from axisid.estimation.estimates import Estimate, Reach, noise_free_record
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import (
+    Endogeneity,
+    Excitation,
+    InstrumentTests,
+    endogeneity_of,
+    excitation,
+    fixed_check,
+    instrument_tests,
+    strength_check,
+)
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck, alignment_of, check_law
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
+from axisid.estimation.problems import Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
-
-from .agreement import fixed_check
-from .alignment import Alignment, alignment_of
-from .check import Check
-from .control_law import LawCheck, check_law
-from .excitation import Excitation, excitation
-from .instruments import (
-    Endogeneity,
-    InstrumentTests,
-    endogeneity_of,
-    instrument_tests,
-    strength_check,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,
     Covariance,
-    Drawn,
+    DrawSummary,
     Form,
     ResidualTests,
     bend,
     correlation,
-    drawn_parameters,
+    draw_parameters,
     residual_tests,
     summarised,
 )
@@ -25,12 +26,11 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
-from axisid.support.shown import Shown
 
-from .filter_bias import NoiseFree
-from .value import Named, Value, derived_value, value_with_interval
+from .value import NamedValues, Value, derived_value, value_with_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ class Iterate(Exact):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Estimate(Shown, Exact):
+class Estimate(Presentable, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes
@@ -220,7 +220,7 @@ class Estimate(Shown, Exact):
         return correlation(self.covariances[self.chosen])
 
     @property
-    def parameters(self) -> Named:
+    def parameters(self) -> NamedValues:
         """Physical parameters by name."""
         return self._values(
             self.quantities,
@@ -232,7 +232,7 @@ class Estimate(Shown, Exact):
         )
 
     @property
-    def ddm_parameters(self) -> Named:
+    def ddm_parameters(self) -> NamedValues:
         """Parameters of the direct model by name; empty for an inverse model."""
         biases = None
         if self.ddm_quantities and self.filter_bias is not None:
@@ -298,7 +298,7 @@ class Estimate(Shown, Exact):
         draws: int = 10_000,
         seed: int = 0,
         covariance: str | None = None,
-    ) -> Drawn:
+    ) -> DrawSummary:
         """Any function of the physical parameters over draws from the estimate's distribution.
 
         The regression's own parameters are drawn from Student's multivariate distribution and
@@ -328,7 +328,7 @@ class Estimate(Shown, Exact):
             raise UsageError(f"the seed is {given(seed)}; give a whole number of 0 or more.")
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.ddm_freedom or self.freedom)[covariance]
-        drawn, lost = drawn_parameters(
+        drawn, lost = draw_parameters(
             self.form, self.theta, self._of_theta(covariance), freedom, draws, seed
         )
         drawn += self.corrected - self.physical
@@ -372,8 +372,8 @@ class Estimate(Shown, Exact):
         freedom: Mapping[str, Array],
         slopes: Array | None,
         biases: Array | None,
-    ) -> Named:
-        return Named(
+    ) -> NamedValues:
+        return NamedValues(
             (
                 q.name,
                 self.valued(

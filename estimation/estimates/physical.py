@@ -26,7 +26,7 @@ from axisid.support.arrays import Array, Exact
 
 from .base_distance import BaseMap, Distance
 from .estimate import Estimate
-from .value import Named
+from .value import NamedValues
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +38,7 @@ class Physical(Exact):
     method : str
         Of the estimate.
     base : BaseModel
-    parameters : Named
+    parameters : NamedValues
         The declared parameters that follow, by name.
     covariances : mapping of str to array
         Of these, in their order: ``iid``, ``robust`` and ``hac``.
@@ -53,7 +53,7 @@ class Physical(Exact):
 
     method: str
     base: BaseModel
-    parameters: Named
+    parameters: NamedValues
     covariances: Mapping[str, Array]
     undetermined: tuple[str, ...]
     statistic: float
@@ -104,7 +104,7 @@ def physical_parameters(estimate: Estimate) -> Physical | None:
     return Physical(
         method=estimate.method,
         base=base,
-        parameters=Named(
+        parameters=NamedValues(
             (
                 names[j],
                 estimate.valued(
@@ -139,7 +139,7 @@ def _none(estimate: Estimate, base: BaseModel, reasons: tuple[str, ...]) -> Phys
     return Physical(
         method=estimate.method,
         base=base,
-        parameters=Named(),
+        parameters=NamedValues(),
         covariances={name: np.zeros((0, 0)) for name in estimate.covariances},
         undetermined=reasons,
         statistic=0.0,

@@ -108,7 +108,7 @@ class Value:
         return 100.0 * self.deviation / abs(self.value) if self.value else float("inf")
 
 
-class Named(dict[str, Value]):
+class NamedValues(dict[str, Value]):
     """Values by name; a name that is not among them is told with those that are."""
 
     def __getitem__(self, name: str) -> Value:
@@ -122,7 +122,7 @@ class Named(dict[str, Value]):
         return ", ".join(values)
 
 
-class Estimated(Protocol):
+class EstimateLike(Protocol):
     """Parameters with their covariances: what values are made of, see `Estimate`."""
 
     @property
@@ -157,7 +157,7 @@ def student_interval(centre: float, deviation: float, freedom: float) -> tuple[f
 
 
 def value_with_interval(
-    estimate: Estimated,
+    estimate: EstimateLike,
     value: float,
     unit: str,
     variances: Mapping[str, float],
@@ -182,7 +182,7 @@ def value_with_interval(
 
 def derived_value(
     function: FunctionLike,
-    estimate: Estimated,
+    estimate: EstimateLike,
     *,
     curvature: Callable[[Array, Array], float],
     moved_by_gain: Array,
@@ -193,7 +193,7 @@ def derived_value(
     Parameters
     ----------
     function : str or SymPy expression
-    estimate : Estimated
+    estimate : EstimateLike
     curvature : callable
         Takes gradient (p,) and Hessian (p, p), gives the second-order part of the deviation against
         the first.
@@ -217,11 +217,11 @@ def derived_value(
             f"{function} is not a finite real number with finite derivatives at the estimate; "
             f"its value is {value:g}."
         )
-    bent = curvature(gradient, hessian)
-    if bent > MAX_CURVATURE.value:
+    second_order = curvature(gradient, hessian)
+    if second_order > MAX_CURVATURE.value:
         warnings.warn(
             f"{function} bends within the uncertainty: the second-order part of its standard "
-            f"deviation is about {bent:.2g} of the first; {advice}",
+            f"deviation is about {second_order:.2g} of the first; {advice}",
             RuntimeWarning,
             stacklevel=3,  # whoever called `derive`
         )

@@ -5,14 +5,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import (
-    COVARIANCES,
-    METHODS,
-    Estimate,
-    Problem,
-    bound_record,
-    estimate_by,
-)
+from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.methods import METHODS, bound_record, estimate_by
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -60,14 +55,14 @@ def identify(
     generated = as_generated(axis)
     _check_arguments(record, covariance)
     requested = _requested(methods)
-    asked = Prefilter.suited(record.period) if prefilter is None else prefilter
-    data = bound_record(generated, record, asked)
-    return identify_filtered(data, asked, requested, lags=lags, covariance=covariance)
+    as_given = Prefilter.suited(record.period) if prefilter is None else prefilter
+    data = bound_record(generated, record, as_given)
+    return identify_filtered(data, as_given, requested, lags=lags, covariance=covariance)
 
 
 def identify_filtered(
     data: FilteredRecord,
-    asked: Prefilter,
+    as_given: Prefilter,
     requested: Sequence[str] | None = None,
     *,
     lags: int | None = None,
@@ -96,7 +91,7 @@ def identify_filtered(
         estimates=estimates,
         skipped=skipped,
         failed=failed,
-        requested=asked,
+        requested=as_given,
     )
 
 

@@ -6,22 +6,23 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import Check, Diagnosis, diagnose, preferred_method
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
 from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given
+from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
-from axisid.support.shown import Shown, shown_by
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Identification(Shown, Exact):
+class Identification(Presentable, Exact):
     """The estimates of one axis from one record.
 
     Attributes
@@ -115,7 +116,7 @@ class Identification(Shown, Exact):
         full : bool
             Add intervals, correlations and every diagnostic with its figures.
         """
-        return str(shown_by("as_text", self, draws=draws, full=full))
+        return str(view_of("as_text", self, draws=draws, full=full))
 
     def plot_force(self, method: str | None = None) -> "Figure":
         """Draw measured and reconstructed force of a method, by default the judged one."""
@@ -161,4 +162,4 @@ class Identification(Shown, Exact):
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""
-        return dict(shown_by("as_document", self, draws=draws))
+        return dict(view_of("as_document", self, draws=draws))

@@ -4,11 +4,11 @@ In: an estimate and its record. Out: `Lack`, the strongest first, each with its 
 nothing of verdicts.
 """
 
-from .examined import Examined as Examined
-from .examined import examined as examined
+from .examined_rows import ExaminedRows as ExaminedRows
+from .examined_rows import examined as examined
 from .search import Lack as Lack
 from .search import found_on as found_on
 from .search import lacking as lacking
+from .sentences import change_sentence as change_sentence
 from .sentences import is_named as is_named
-from .sentences import said_of_change as said_of_change
-from .sentences import said_of_term as said_of_term
+from .sentences import term_sentence as term_sentence

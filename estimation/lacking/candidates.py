@@ -16,7 +16,7 @@ from scipy.special import ndtri_exp
 from axisid.estimation.thresholds.lacking import MIN_OWN_PART, NEARLY_AS_GOOD, TRIMMED_SHARE
 from axisid.support.arrays import Array, runs
 
-from .examined import Examined
+from .examined_rows import ExaminedRows
 
 Kind = Literal[
     "direction",
@@ -132,10 +132,10 @@ class Grid(Family):
         a, b, c = own[:, 0, 0], own[:, 1, 1], own[:, 0, 1]
         determinant = a * b - c**2
         whole = size[:, 0, 0] * size[:, 1, 1] - size[:, 0, 1] ** 2
-        told = determinant > MIN_OWN_PART.value**4 * whole
+        is_apart = determinant > MIN_OWN_PART.value**4 * whole
         u, v = product.T
-        found = (b * u**2 - 2 * c * u * v + a * v**2) / np.where(told, determinant, 1.0)
-        return np.where(told, found, 0.0)
+        found = (b * u**2 - 2 * c * u * v + a * v**2) / np.where(is_apart, determinant, 1.0)
+        return np.where(is_apart, found, 0.0)
 
     @cached_property
     def _products(self) -> Array:
@@ -242,12 +242,12 @@ def supremum_p(single: float, trimmed: float) -> float:
     return min(1.0, float(tail * ((1 - 1 / square) * times + 2 / square)))
 
 
-def families(x: Examined, names: tuple[str, ...], *, turns: bool) -> list[Family]:
+def families(x: ExaminedRows, names: tuple[str, ...], *, turns: bool) -> list[Family]:
     """Everything that is looked for.
 
     Parameters
     ----------
-    x : Examined
+    x : ExaminedRows
     names : tuple of str
         Of the regressor's columns.
     turns : bool
@@ -256,7 +256,7 @@ def families(x: Examined, names: tuple[str, ...], *, turns: bool) -> list[Family
     return [*_terms(x), *_of_places(x, turns=turns), *_of_time(x, names)]
 
 
-def _terms(x: Examined) -> Iterator[Family]:
+def _terms(x: ExaminedRows) -> Iterator[Family]:
     s, rows, ones = x.signals, x.samples, x.weights
     speed = np.abs(s.velocity)
     widths = _SPEEDS * float(speed.max())
@@ -278,7 +278,7 @@ def _terms(x: Examined) -> Iterator[Family]:
     yield Peaks(kind="stribeck", each=reduced[:, :, None], places=widths)
 
 
-def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
+def _of_places(x: ExaminedRows, *, turns: bool) -> Iterator[Family]:
     q, travel = x.place, float(np.ptp(x.place))
     if not travel > 0:
         return
@@ -302,7 +302,7 @@ def _of_places(x: Examined, *, turns: bool) -> Iterator[Family]:
         yield Grid(kind=kind, each=make(periods), places=periods, make=make)
 
 
-def _of_time(x: Examined, names: tuple[str, ...]) -> Iterator[Family]:
+def _of_time(x: ExaminedRows, names: tuple[str, ...]) -> Iterator[Family]:
     times = x.times
     along = (times - times[0]) / (times[-1] - times[0])
     for name, column in zip(names, x.regressor.T, strict=True):
@@ -319,8 +319,8 @@ def _waves(q: Array, factor: Array, periods: Array) -> Array:
 
 
 def _gain(product: Array, own: Array, size: Array) -> Array:
-    told = own > MIN_OWN_PART.value**2 * size
-    return np.where(told, product**2 / np.where(told, own, 1.0), 0.0)
+    is_apart = own > MIN_OWN_PART.value**2 * size
+    return np.where(is_apart, product**2 / np.where(is_apart, own, 1.0), 0.0)
 
 
 def _from(values: Array) -> Array:

@@ -26,7 +26,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .candidates import Family, Kind, families
-from .examined import Examined, examined
+from .examined_rows import ExaminedRows, examined
 
 _MOST = 3  # that are told
 
@@ -72,7 +72,7 @@ def lacking(data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...] | Mis
     return x if isinstance(x, Missing) else found_on(x, data, preferred)
 
 
-def found_on(x: Examined, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
+def found_on(x: ExaminedRows, data: FilteredRecord, preferred: Estimate) -> tuple[Lack, ...]:
     """`lacking` of rows."""
     names = tuple(q.name for q in preferred.quantities)
     turns = data.axis.axis.coordinate.unit == "rad"
@@ -93,7 +93,7 @@ def found_on(x: Examined, data: FilteredRecord, preferred: Estimate) -> tuple[La
 
 
 def _strongest(
-    x: Examined,
+    x: ExaminedRows,
     looked_for: Sequence[Family],
     basis: Array,
     residuals: Array,
@@ -123,7 +123,7 @@ def _ranked(
 
 
 def _tested(
-    x: Examined,
+    x: ExaminedRows,
     family: Family,
     number: int,
     basis: Array,
@@ -153,7 +153,7 @@ def _tested(
 
 
 def _before(
-    x: Examined, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
+    x: ExaminedRows, columns: Array, factor: Array, parameter: str, values: Mapping[str, float]
 ) -> float:
     """What a parameter is where its further column is zero: the estimate is in between."""
     if not parameter:

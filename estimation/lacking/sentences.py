@@ -10,13 +10,13 @@ from .candidates import Kind
 from .search import Lack
 
 
-def said_of_term(lack: Lack, coordinate: Coordinate) -> str:
+def term_sentence(lack: Lack, coordinate: Coordinate) -> str:
     """Which term is missing, how large it is, and the element that declares it."""
     what = _SAID[lack.kind](lack, coordinate)
     return f"{what} ({100 * lack.share:.2g} % of the force is this)"
 
 
-def said_of_change(lack: Lack, unit: str) -> str:
+def change_sentence(lack: Lack, unit: str) -> str:
     """Which parameter changes, by how much and when."""
     by = f"{lack.values[0]:+.3g} +- {lack.deviations[0]:.1g} {unit}"
     share = f" ({100 * lack.values[0] / lack.before:+.2g} %)" if lack.before else ""

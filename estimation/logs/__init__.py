@@ -7,5 +7,5 @@ from .file_kinds import check_kind as check_kind
 from .file_kinds import check_regular as check_regular
 from .formats import format_of as format_of
 from .formats import log_endings as log_endings
-from .formats import streamed_told as streamed_told
+from .formats import streamed_formats as streamed_formats
 from .reading import read_table as read_table

@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, one_line, split_labels
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 _ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")

@@ -9,7 +9,7 @@ import zlib
 from pathlib import Path
 
 from axisid.support.errors import DataError
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 from .formats import GZIP, ZIP, format_by_content, format_of
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from axisid.estimation.logs.text import text_blocks
 from axisid.estimation.tables import Table
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 from .columnar import parquet_blocks, read_npz, read_parquet
 from .matlab import read_matlab
@@ -163,12 +163,12 @@ def log_endings() -> tuple[str, ...]:
     return (*(ending for known in FORMATS for ending in known.endings), GZIP)
 
 
-def formats_told() -> str:
+def format_endings() -> str:
     """Return the endings of what is no text, one of each format, for a sentence."""
     return ", ".join(known.endings[0] for known in FORMATS if not known.is_text)
 
 
-def streamed_told() -> str:
+def streamed_formats() -> str:
     """Return what can be read in blocks, for a sentence."""
     *first, last = (
         f"{known.name} ({', '.join(known.endings)})" if known.is_text else known.name

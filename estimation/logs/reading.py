@@ -8,13 +8,13 @@ from pathlib import Path
 from axisid.estimation.logs.text import NoTextError, read_text
 from axisid.estimation.tables import Repair, Table
 from axisid.support.errors import DataError
-from axisid.support.memory import IN_BLOCKS, Room, room_for
+from axisid.support.files.memory import IN_BLOCKS, Room, room_for
+from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 from axisid.support.remedy import Remedy
-from axisid.support.unchanged import changed, digest_of, read_whole, stamps
 
 from .columnar import read_frame
 from .file_kinds import check_kind, check_regular, unpacked
-from .formats import GZIP, format_of, formats_told
+from .formats import GZIP, format_endings, format_of
 from .rosbag import bag_of, is_bag, read_bag
 
 _NO_TAIL = Repair(
@@ -98,5 +98,5 @@ def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
     except NoTextError as error:
         raise DataError(
             f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
-            f"({formats_told()})."
+            f"({format_endings()})."
         ) from error

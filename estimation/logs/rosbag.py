@@ -12,7 +12,7 @@ import numpy as np
 from axisid.estimation.tables import Table, TableBuilder, library, one_line
 from axisid.estimation.thresholds.logs import MAX_FIRST_STAMP
 from axisid.support.errors import AxisidError, DataError
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _KINDS = ("position", "velocity", "effort")

@@ -170,11 +170,11 @@ def _scatter(estimate: Estimate, labels: Index, by: str) -> _Scatter | None:
     moved = np.einsum("gij,gj->gi", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
     physical = (moved / scale) @ estimate.jacobian.T
     shrunk = (len(names) - 1) / len(names)
-    told = np.maximum(inflation - 1, 0.0)  # of a parameter by each group
+    excess = np.maximum(inflation - 1, 0.0)  # of a parameter by each group
     return _Scatter(
         deviations=np.sqrt(shrunk * np.sum(physical**2, axis=0)),
-        by_noise=np.maximum(shrunk * np.sum(told, axis=0), 1.0),
-        freedom=np.maximum(np.sum(told, axis=0) ** 2 / np.sum(told**2, axis=0) - 1, 1.0),
+        by_noise=np.maximum(shrunk * np.sum(excess, axis=0), 1.0),
+        freedom=np.maximum(np.sum(excess, axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0),
         groups=len(names),
         by=by,
     )
@@ -204,8 +204,8 @@ def _band(estimate: Estimate, i: int, widest: _Scatter, *, noisy: bool) -> Band:
     expected = noise * float(widest.by_noise[i])
     scatter = float(widest.freedom[i])
     chance = float(fdtrc(scatter, freedom, deviation**2 / expected)) if noise > 0 else 0.0
-    told = not noisy or chance < MAX_BAND_CHANCE.value
-    exceeds = reach > MIN_BAND_EXCESS.value * own and told
+    is_sure = not noisy or chance < MAX_BAND_CHANCE.value
+    exceeds = reach > MIN_BAND_EXCESS.value * own and is_sure
     return Band(
         deviation=deviation,
         interval=(centre - reach, centre + reach),

@@ -10,22 +10,22 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
-from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_told
-from axisid.estimation.logs.text import cut_end_told, encoding_of
+from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_formats
+from axisid.estimation.logs.text import cut_end_notes, encoding_of
+from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.faults import Jumps, jump_note
+from axisid.estimation.records.times import UNEVEN, Drift, step_notes
 from axisid.estimation.tables import LogClock, Provenance, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.files.unchanged import WatchedFile
 from axisid.support.real_numbers import real_array
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.unchanged import Watched
 
 from .clocks import NO_TIME, no_time
-from .jumps import Jumps, jumps_told
 from .record import check_even, check_sample_period, check_varies
-from .roles import Chosen
-from .time_steps import UNEVEN, Drift, steps_told
 
 ROWS = 100_000
 _PIECE = 1 << 20  # bytes
@@ -71,19 +71,19 @@ class LogBlocks:
         for chosen in self._chosen():
             yield {role: samples.values for role, samples in chosen.samples.items()}
 
-    def _chosen(self) -> Iterator[Chosen]:
+    def _chosen(self) -> Iterator[RoleColumns]:
         known = format_of(self.file)
         if known.blocks is None or self.file.suffix.lower() not in known.endings:
             raise UsageError(
                 f"{self.file} cannot be read in blocks; ",
-                Remedy.of(f"give {streamed_told()}, or ", _AT_ONCE, "."),
+                Remedy.of(f"give {streamed_formats()}, or ", _AT_ONCE, "."),
                 code="not-in-blocks",
             )
         check_regular(self.file, folder=False)
         try:
             check_kind(self.file)
             for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
-                yield Chosen(
+                yield RoleColumns(
                     table,
                     as_declared(self.axis),
                     dict(self.columns),
@@ -110,14 +110,14 @@ class LogBlocks:
         )
 
     def _cut_end(self) -> tuple[Note, ...]:
-        return cut_end_told(self.file) if format_of(self.file).is_text else ()
+        return cut_end_notes(self.file) if format_of(self.file).is_text else ()
 
 
 class _Passes:
     """The passes over a file, each held against those before it once it comes to its end."""
 
     def __init__(self, file: Path) -> None:
-        self.watched = Watched(file)
+        self.watched = WatchedFile(file)
         self._encoding = ""
 
     def tables(
@@ -284,14 +284,14 @@ class _Even:
             raise DataError(f"{self.source}: a record needs 3 rows or more, not {self.samples}.")
         if period is None and not self.timed:
             raise DataError(f"{self.source}: there is no time column; ", no_time(), code=NO_TIME)
-        jumps = jumps_told(self.source, self.jumps, self.axis)
+        jumps = jump_note(self.source, self.jumps, self.axis)
         mean = (self.last - self.first) / (self.samples - 1)
         if self.timed:
             self._check_times(mean, period)
         for role, (least, most) in self.reached.items():
             if role not in self._still():
                 check_varies(self.source, role, least, most)
-        notes = steps_told(self.least, self.most, mean, self.drift) if self.timed else ()
+        notes = step_notes(self.least, self.most, mean, self.drift) if self.timed else ()
         spread = (self.most - self.least) / (self.last - self.first) if period is None else 0.0
         return Extent(
             samples=self.samples,

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.records.faults import Mask
+from axisid.estimation.records.times import drift_of, step_notes
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .clipping import Mask
 from .repairs import Span
-from .time_steps import drift_of, steps_told
 
 _RESAMPLE = Setting("resample", "auto")
 #: Code of an error about a log without times.
@@ -31,13 +31,13 @@ def together(
     return clock, {role: s.values for role, s in samples.items()}, masked
 
 
-def jitter_told(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
+def jitter_notes(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are."""
     pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     if not steps.size:
         return ()
-    return steps_told(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
+    return step_notes(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
 def timed(

@@ -8,6 +8,16 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
+from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.faults import (
+    Mask,
+    clipped,
+    clipping_notes,
+    remaining_jumps_note,
+    spike_notes,
+    unwrapped,
+)
+from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis
@@ -16,16 +26,10 @@ from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.remedy import Note
 
-from .clipping import Mask, clipped, clipping_told
-from .clocks import jitter_told, timed, together
-from .jumps import left_jumps
+from .clocks import jitter_notes, timed, together
 from .record import Record, check_sample_period
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
-from .roles import Chosen
-from .spikes import spikes_told
-from .time_steps import counted_by, counted_on, open_end
-from .wrapping import unwrapped
 
 
 def read_record(
@@ -91,7 +95,7 @@ def read_record(
         )
     repairs = repairs or Repairs()
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    found = Chosen(
+    found = RoleColumns(
         table,
         declared,
         dict(columns or {}),
@@ -103,7 +107,7 @@ def read_record(
 
 def _record(
     table: Table,
-    found: Chosen,
+    found: RoleColumns,
     axis: Axis | None,
     sample_period: float | None,
     repairs: Repairs,
@@ -114,8 +118,8 @@ def _record(
     samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
     empty = _dropped_rows(read, samples)
     samples, masks, made, jumps = _repaired(table.source, samples, axis, repairs)
-    spiky = spikes_told(samples, axis, numbered=not empty)
-    cut = [] if repairs.mask is not None else clipping_told(*_by_role(samples, axis))
+    spiky = spike_notes(samples, axis, numbered=not empty)
+    cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
     laid = (
         _as_sampled(samples, masks, sample_period, repairs)
         if repairs.resample is None
@@ -144,7 +148,7 @@ def _record(
             path=table.path,
             columns=found.names,
             assumed=found.notes,
-            doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_told(laid.time, laid.segments)),
+            doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_notes(laid.time, laid.segments)),
             repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
@@ -188,10 +192,10 @@ def _retimed(
         return samples, []
     clock, made = own, []
     if period is not None:
-        clock, text = counted_by(own, period)
+        clock, text = count_by_period(own, period)
         made += [Repair(kind="clock", count=len(clock), text=text)] if text else []
     if repairs.gaps is not None:
-        clock, count, text = counted_on(clock, uneven=repairs.resample is not None)
+        clock, count, text = count_past_restarts(clock, uneven=repairs.resample is not None)
         made += [Repair(kind="clock", count=count, text=text)] if text else []
     moved = {
         role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
@@ -238,7 +242,7 @@ def _repaired(
     if modulus is not None:
         samples, repair = unwrapped(source, samples, modulus, gap)
         made.append(repair)
-    jumps = left_jumps(source, samples["position"], axis, gap, modulus)
+    jumps = remaining_jumps_note(source, samples["position"], axis, gap, modulus)
     if repairs.mask is not None:
         masks, repair = clipped(*_by_role(samples, axis))
         made.append(repair)

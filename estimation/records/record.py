@@ -9,6 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from axisid.estimation.records.times import (
+    BACKWARD,
+    RESAMPLE_EVENLY,
+    UNEVEN,
+    advice_on_backward,
+    advice_on_uneven,
+    drift_of,
+    odd_steps,
+    open_end,
+)
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds.records import (
     MAX_MEAN_STEP_DEVIATION,
@@ -19,24 +29,13 @@ from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError, UsageError
 from axisid.support.given import given
+from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.remedy import Remedy, Setting
-from axisid.support.shown import Shown
-
-from .time_steps import (
-    BACKWARD,
-    RESAMPLE_EVENLY,
-    UNEVEN,
-    advice_on_backward,
-    advice_on_uneven,
-    drift_of,
-    odd_steps,
-    open_end,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Record(Shown, Exact):
+class Record(Presentable, Exact):
     """A closed-loop record at one sampling period, in SI units.
 
     Attributes

@@ -6,15 +6,13 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.records.columns import modulus_si
+from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-
-from .clipping import Mask
-from .role_units import modulus_si
-from .wrapping import Modulus
 
 Span = tuple[int, int]
 

@@ -7,17 +7,16 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.records.faults import Mask
+from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
 from axisid.estimation.thresholds.records import MAX_UNEVEN_STEP, MIN_RESAMPLING_RATE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .clipping import Mask
-from .own_period import own_period
 from .record import check_stated
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import BACKWARD, advice_on_backward
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline

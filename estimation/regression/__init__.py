@@ -8,7 +8,7 @@ from .covariance import Classical as Classical
 from .covariance import Covariance as Covariance
 from .covariance import Hac as Hac
 from .covariance import LongRun as LongRun
-from .covariance import Published as Published
+from .covariance import PublishedCovariance as PublishedCovariance
 from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
@@ -17,7 +17,7 @@ from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
 from .forms import InverseForm as InverseForm
-from .linear import Factored as Factored
+from .linear import QrFactors as QrFactors
 from .linear import Solution as Solution
 from .linear import checked_columns as checked_columns
 from .linear import condition_number as condition_number
@@ -26,9 +26,9 @@ from .linear import instrumental_variables as instrumental_variables
 from .linear import least_squares as least_squares
 from .linear import weighted_least_squares as weighted_least_squares
 from .propagation import Bend as Bend
-from .propagation import Drawn as Drawn
+from .propagation import DrawSummary as DrawSummary
 from .propagation import bend as bend
-from .propagation import drawn_parameters as drawn_parameters
+from .propagation import draw_parameters as draw_parameters
 from .propagation import summarised as summarised
 from .residual_tests import ResidualTests as ResidualTests
 from .residual_tests import residual_tests as residual_tests

@@ -38,7 +38,7 @@ class Covariance(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Published(Covariance):
+class PublishedCovariance(Covariance):
     """``sigma^2 (W'W)^-1`` as in the published tables: independent residuals of equal variance.
 
     W is the regressor of least squares; with instruments it is Z, as [Young2011]_ has it for

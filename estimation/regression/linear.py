@@ -43,7 +43,7 @@ class Columns:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Factored(Columns):
+class QrFactors(Columns):
     """Full-rank columns as ``Q R``, scaled to unit norm before.
 
     Attributes
@@ -143,7 +143,7 @@ def factor(
     names: Sequence[str],
     what: str = "the record",
     neighbours: Neighbours | None = None,
-) -> Factored:
+) -> QrFactors:
     """Factor a regressor or instruments; parameters as of `checked_columns`.
 
     Raises
@@ -154,7 +154,7 @@ def factor(
     given = checked_columns(columns, names, what, neighbours)
     q, r = _orthonormal(columns.astype(np.longdouble) / given.scale)
     _check_rank(r.astype(float), len(columns), given.scale, names, what)
-    return Factored(
+    return QrFactors(
         columns=columns,
         scale=given.scale,
         basis=q,
@@ -187,7 +187,7 @@ def _inverse(r: Wide) -> Wide:
     return inverse
 
 
-def least_squares(y: Array, X: Factored) -> Solution:
+def least_squares(y: Array, X: QrFactors) -> Solution:
     """``argmin ||y - X theta||``, y of shape (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
     return Solution(
@@ -199,7 +199,7 @@ def least_squares(y: Array, X: Factored) -> Solution:
     )
 
 
-def instrumental_variables(y: Array, X: Columns, Z: Factored) -> Solution:
+def instrumental_variables(y: Array, X: Columns, Z: QrFactors) -> Solution:
     """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
 
     Raises
@@ -224,7 +224,7 @@ def instrumental_variables(y: Array, X: Columns, Z: Factored) -> Solution:
     )
 
 
-def weighted_least_squares(y: Array, X: Factored, weights: Array) -> Solution:
+def weighted_least_squares(y: Array, X: QrFactors, weights: Array) -> Solution:
     """``(X'WX)^-1 X'Wy`` for weights on the diagonal of W, y and weights of shape (n,).
 
     The weights are chosen, not known of the residuals: deviations for independent residuals of

@@ -22,7 +22,7 @@ _MOST_DRAWS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drawn:
+class DrawSummary:
     """A function of the parameters over draws from the estimate's distribution.
 
     Attributes
@@ -122,7 +122,7 @@ def root(covariance: Array) -> Array:
     return np.asarray(safe[:, None] * vectors * np.sqrt(np.maximum(sizes, 0.0)), dtype=float)
 
 
-def drawn_parameters(
+def draw_parameters(
     form: Form, theta: Array, covariance: Array, freedom: Array, draws: int, seed: int
 ) -> tuple[Array, int]:
     """Physical parameters of draws from a multivariate Student distribution, and how many are lost.
@@ -168,13 +168,13 @@ def summarised(
     physical: Array,
     lost: int,
     seed: int,
-) -> Drawn:
+) -> DrawSummary:
     """A function over drawn physical parameters, (d, p); it is NaN where it has no value."""
     values = np.array([function(each) for each in physical.tolist()])
     finite = values[np.isfinite(values)]
     nothing = not len(finite)
     low, median, high = (np.nan,) * 3 if nothing else np.quantile(finite, [0.025, 0.5, 0.975])
-    return Drawn(
+    return DrawSummary(
         value=function(at.tolist()),
         unit=unit,
         median=float(median),

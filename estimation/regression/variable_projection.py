@@ -19,7 +19,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
 from .forms import Equations, InverseForm
-from .linear import Factored, factor, least_squares
+from .linear import QrFactors, factor, least_squares
 
 _SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # times the nominal value
 _MOST_STARTS = 125
@@ -44,7 +44,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     """
     from scipy.optimize import least_squares as minimise
 
-    search = _Projected(form, rows)
+    search = _Projection(form, rows)
     starts = sorted(search.starts(), key=search.error)
     if not np.isfinite(search.error(starts[0])):
         said = Note.of(
@@ -81,7 +81,7 @@ def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
 def damped_step(
     form: InverseForm,
     rows: Callable[[InverseForm], Equations],
-    instruments: Factored,
+    instruments: QrFactors,
     start: Array,
     goal: Array,
 ) -> Array:
@@ -97,15 +97,15 @@ def damped_step(
     """
     low, high = search_bounds(form.axis)
 
-    def seen(physical: Array) -> float:
+    def projected(physical: Array) -> float:
         equations = rows(form.at(physical))
         residuals = equations.left - equations.known - equations.regressor @ physical
         return float(np.linalg.norm(instruments.basis.T @ residuals))
 
-    before = seen(start)
+    before = projected(start)
     for halving in range(_MOST_HALVINGS):
         there = start + (goal - start) / 2**halving
-        if np.all((there >= low) & (there <= high)) and seen(there) < before:
+        if np.all((there >= low) & (there <= high)) and projected(there) < before:
             return np.asarray(there, dtype=float)
     if np.any((goal < low) | (goal > high)):
         raise _led_out(form.axis, goal)
@@ -126,13 +126,13 @@ def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
     )
 
 
-class _Projected:
+class _Projection:
     """The residuals as a function of the nonlinear parameters alone."""
 
     def __init__(self, form: InverseForm, rows: Callable[[InverseForm], Equations]) -> None:
         self._form, self._rows = form, rows
         axis = form.axis
-        self._bent = np.array(axis.nonlinear)
+        self._nonlinear = np.array(axis.nonlinear)
         declared = [
             p
             for p, nonlinear in zip(axis.axis.parameters, axis.nonlinear, strict=True)
@@ -143,7 +143,7 @@ class _Projected:
             n for n, nonlinear in zip(axis.names, axis.nonlinear, strict=True) if not nonlinear
         ]
         low, high = search_bounds(axis)
-        self.bounds = (low[self._bent], high[self._bent])
+        self.bounds = (low[self._nonlinear], high[self._nonlinear])
         self._nominal = np.array([p.nominal for p in declared])
         if missing := [p.name for p in declared if p.nominal == 0]:
             raise EstimationError(
@@ -171,13 +171,13 @@ class _Projected:
             The columns are not of full rank, or the model has no value there.
         """
         physical = self._form.axis.nominal.copy()
-        physical[self._bent] = nonlinear
+        physical[self._nonlinear] = nonlinear
         equations = self._rows(self._form.at(physical))
         # The columns of the linear parameters, and what they leave, do not depend on their values.
-        known = equations.known + equations.regressor[:, self._bent] @ nonlinear
-        columns = factor(equations.regressor[:, ~self._bent], self._linear)
+        known = equations.known + equations.regressor[:, self._nonlinear] @ nonlinear
+        columns = factor(equations.regressor[:, ~self._nonlinear], self._linear)
         solution = least_squares(equations.left - known, columns)
-        physical[~self._bent] = solution.theta
+        physical[~self._nonlinear] = solution.theta
         if not np.all(np.isfinite(solution.residuals)):
             values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, nonlinear, strict=True))
             raise EstimationError(f"the model has no finite value with {values}.")

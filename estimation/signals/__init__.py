@@ -23,8 +23,8 @@ from .sampling import Sampling as Sampling
 from .signals import Motion as Motion
 from .signals import Signals as Signals
 from .signals import about_samples as about_samples
-from .signals import beside_force as beside_force
 from .signals import drive_force as drive_force
 from .signals import force_of as force_of
+from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence

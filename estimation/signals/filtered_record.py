@@ -20,7 +20,7 @@ from .neighbours import Neighbours
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
-from .signals import Motion, Signals, beside_force, force_of
+from .signals import Motion, Signals, force_of, paired_with_force
 from .without_turns import Information
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
@@ -198,7 +198,7 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return beside_force(self.motion, force, starts, hold=self.prefilter.hold)
+        return paired_with_force(self.motion, force, starts, hold=self.prefilter.hold)
 
 
 def check_filter(

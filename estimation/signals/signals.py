@@ -63,7 +63,7 @@ def about_samples(held: Array, starts: Sequence[int]) -> Array:
     return np.asarray((held + before) / 2, dtype=float)
 
 
-def beside_force(
+def paired_with_force(
     motion: Motion, force: Array, starts: Sequence[int], *, hold: str | None
 ) -> Signals:
     """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""

@@ -25,8 +25,8 @@ from .steps import (
     check_loop,
     check_period,
     failure,
+    has_constant_substeps,
     has_inertia,
-    has_settled_steps,
     holds,
     no_inertia,
     pushes,
@@ -134,7 +134,7 @@ def simulate_batch(
         raise UsageError(
             f"the threads are {given(threads)}; give a whole number from 1 to {_MOST_THREADS}."
         )
-    looked_at = () if has_settled_steps(axis) or substeps is not None else VISITED
+    looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
     batch = _Batch(
@@ -227,7 +227,7 @@ class _Batch:
         out: dict[str, Array] = {}
         stiff = sound & (counts > MOST_SUBSTEPS)
         counts = np.minimum(counts, MOST_SUBSTEPS)
-        if has_settled_steps(self.axis):
+        if has_constant_substeps(self.axis):
             self._refuse(out, np.flatnonzero(stiff), failures)
             sound &= ~stiff
         pending = np.flatnonzero(sound)
@@ -236,7 +236,7 @@ class _Batch:
             groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
             for group in groups:
                 self._run_into(out, group, int(counts[group[0]]), failures)
-            if substeps is not None or has_settled_steps(self.axis):
+            if substeps is not None or has_constant_substeps(self.axis):
                 break
             needed = np.array([self._needed(out, int(lane)) for lane in pending])
             more = needed > counts[pending]

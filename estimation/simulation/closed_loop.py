@@ -29,8 +29,8 @@ from .steps import (
     check_loop,
     check_period,
     failure,
+    has_constant_substeps,
     has_inertia,
-    has_settled_steps,
     holds,
     no_inertia,
     pushes,
@@ -247,7 +247,7 @@ class _Loop:
     def _steps_at_start(self) -> int:
         start = np.array([self.start.position])
         (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
-        if steps > MOST_SUBSTEPS and has_settled_steps(self.axis):
+        if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
             raise EstimationError(too_stiff(self.axis, self.parameters))
         return min(int(steps), MOST_SUBSTEPS)
 
@@ -257,7 +257,7 @@ class _Loop:
         """Run until the steps are enough for wherever it went, unless they are fixed."""
         while True:
             status, stopped, out = self._run(settings)
-            if fixed or has_settled_steps(self.axis):
+            if fixed or has_constant_substeps(self.axis):
                 break
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
             needed = substeps_along(self.axis, self.parameters, visited, self.period)
@@ -296,8 +296,8 @@ def _loop(
     """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    noise = beside(position_noise, ref, "the noise")
-    added = beside(injected, ref, "the injected signal")
+    noise = checked_signal(position_noise, ref, "the noise")
+    added = checked_signal(injected, ref, "the injected signal")
     off = 0.0 if noise is None else float(noise[0])
     first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory)
     if not has_inertia(axis, theta[None, :], np.array([first.position])).all():
@@ -341,7 +341,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     )
 
 
-def beside(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
+def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
     """A signal at the samples of a reference, if there is one."""
     if values is None:
         return None

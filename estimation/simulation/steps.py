@@ -159,7 +159,7 @@ def no_inertia(axis: GeneratedAxis, parameters: Array, position: float) -> str:
     )
 
 
-def has_settled_steps(axis: GeneratedAxis) -> bool:
+def has_constant_substeps(axis: GeneratedAxis) -> bool:
     """Whether no motion asks for more steps than the start does.
 
     The rates are the same everywhere; or the axis has kinks or jumps over the position, and the

@@ -15,7 +15,7 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
 
-from .closed_loop import beside, simulate
+from .closed_loop import checked_signal, simulate
 
 _MOST_SAMPLES = 2e6
 
@@ -103,7 +103,7 @@ def twin_record(
         raise UsageError(f"the seed is {given(chosen)}; give a whole number of 0 or more.")
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
-    added = None if injected is None else beside(injected, reference, "the injected signal")
+    added = None if injected is None else checked_signal(injected, reference, "the injected signal")
     loop = simulate(
         generated,
         np.array(truth),

@@ -50,20 +50,20 @@ class Anew:
     share_percent: float
 
     @property
-    def moved(self) -> tuple[str, ...]:
+    def changed(self) -> tuple[str, ...]:
         """Parameters that are others on the second record; none where it makes no difference."""
         if not self.share_percent > MAX_ANEW_SHARE.value:
             return ()
         far = np.abs(self.distances) > MIN_ANEW_DISTANCE.value
         return tuple(name for name, is_far in zip(self.names, far, strict=True) if is_far)
 
-    def told(self) -> str:
+    def text(self) -> str:
         """The parameters that are others, in words."""
         rows = zip(self.names, self.units, self.frozen, self.physical, strict=True)
         return ", ".join(
             f"{name} {there:.4g} {unit} in place of {own:.4g}"
             for name, unit, own, there in rows
-            if name in self.moved
+            if name in self.changed
         )
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import comparing
-from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.estimates import bound_record
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.identification import Identification, identify_filtered
+from axisid.estimation.methods import bound_record
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds.estimates import NO_RELATION
@@ -25,9 +25,9 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.shown import Shown
 
 from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
@@ -35,7 +35,7 @@ from .nesting import NestedTest, nested_tests
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(Shown, Exact):
+class Comparison(Presentable, Exact):
     """Candidates on the same rows of one record, with a recommendation.
 
     Attributes

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import (
-    Factored,
     InverseForm,
+    QrFactors,
     Solution,
     factor,
     instrumental_variables,
@@ -91,7 +91,7 @@ class Rows:
         instruments = factor(self.instruments, self.names, "the simulated loop")
         return instrumental_variables(self.left, self._factored(), instruments)
 
-    def _factored(self) -> Factored:
+    def _factored(self) -> QrFactors:
         return factor(self.regressor, self.names, neighbours=self.neighbours)
 
 

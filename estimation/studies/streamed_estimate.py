@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import bounds_note
-from axisid.estimation.estimates import Named, Value, student_interval
+from axisid.estimation.diagnostics.estimates import bounds_note
+from axisid.estimation.estimates import NamedValues, Value, student_interval
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, Exact
+from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
-from axisid.support.shown import Shown
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class StreamedEstimate(Shown, Exact):
+class StreamedEstimate(Presentable, Exact):
     """IDM-LS of a log of any length.
 
     Attributes
@@ -61,7 +61,7 @@ class StreamedEstimate(Shown, Exact):
     time_base: Note | None = None
 
     @property
-    def parameters(self) -> Named:
+    def parameters(self) -> NamedValues:
         """Parameters by name; intervals are HAC."""
         sds = {name: np.sqrt(np.diag(c)) for name, c in self.covariances.items()}
         values = (
@@ -75,7 +75,7 @@ class StreamedEstimate(Shown, Exact):
             )
             for i, q in enumerate(self.axis.parameters)
         )
-        return Named(zip(self.axis.names, values, strict=True))
+        return NamedValues(zip(self.axis.names, values, strict=True))
 
     @property
     def beyond_bounds(self) -> Note | None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import Reach, check_identifiable, check_shown
+from axisid.estimation.problems import Reach, check_identifiable, check_visible
 from axisid.estimation.records import Extent, extent, other_period
 from axisid.estimation.regression import (
     Equations,
@@ -35,11 +35,11 @@ from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
     Signals,
-    beside_force,
     check_filter,
     chosen_hold,
     force_of,
     near_turns,
+    paired_with_force,
     rest_below,
 )
 from axisid.estimation.tables import Provenance
@@ -107,7 +107,7 @@ def identify_stream(
             f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
             "record longer, or decimate less."
         )
-    check_shown(
+    check_visible(
         generated,
         rows.reach,
         triangle[:, :-1],
@@ -254,7 +254,7 @@ class _LogRows:
         filtered = f.motion(columns["position"])
         recorded = {role: columns.get(role) for role in ("force", "control")}
         force = force_of(self.axis, self.source, filtered, **recorded)
-        signals = beside_force(filtered, force, [0], hold=settings.hold)
+        signals = paired_with_force(filtered, force, [0], hold=settings.hold)
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))

@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.checks import Check
 from axisid.estimation.choices.methods import same_estimates
-from axisid.estimation.diagnostics import (
-    Check,
-    LawCheck,
+from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
-    check_law,
     endogeneity_of,
     filter_bias,
     instrument_tests,
 )
-from axisid.estimation.estimates import METHODS, Estimate
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify
+from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds.diagnostics import MIN_FIRST_STAGE_F
@@ -33,10 +33,10 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
-from axisid.support.shown import Shown
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
@@ -44,7 +44,7 @@ _LEAST_PERCENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sweep(Shown, Exact):
+class Sweep(Presentable, Exact):
     """Results by cut-off, ascending.
 
     Attributes

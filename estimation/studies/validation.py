@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics import LawCheck, check_law
-from axisid.estimation.estimates import METHODS, Instruments, bound_record
+from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.identification import Identification
+from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     loop_reference,
@@ -31,8 +31,8 @@ from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.shown import Shown
 
 from .anew import Anew, estimated_anew, least_mean_square
 
@@ -85,7 +85,7 @@ class MethodValidation:
 
         The errors are compared with those on the estimate's own record.
         """
-        return self.fits and self.follows and not (self.anew and self.anew.moved)
+        return self.fits and self.follows and not (self.anew and self.anew.changed)
 
     @property
     def fits(self) -> bool:
@@ -117,7 +117,7 @@ class MethodValidation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Validation(Shown, Exact):
+class Validation(Presentable, Exact):
     """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
 
     Attributes
@@ -235,10 +235,10 @@ class Validation(Shown, Exact):
         )
 
     def _moved(self) -> Iterator[Note]:
-        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.moved}
-        said = {method: anew.told() for method, anew in found.items()}
-        for words in dict.fromkeys(said.values()):
-            methods = [method for method in said if said[method] == words]
+        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.changed}
+        texts = {method: anew.text() for method, anew in found.items()}
+        for words in dict.fromkeys(texts.values()):
+            methods = [method for method in texts if texts[method] == words]
             share = max(found[method].share_percent for method in methods)
             yield Note(
                 f"{', '.join(methods)}: does not hold on this record: estimated anew it has "

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from axisid.support.arrays import Array
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 
 from .table import Column, Table, loaded_column
 

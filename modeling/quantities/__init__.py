@@ -7,7 +7,7 @@ Knows nothing of axes.
 from .constants import Constant as Constant
 from .constants import G as G
 from .constants import KnownSymbol as KnownSymbol
-from .constants import known as known
+from .constants import known_value as known_value
 from .constants import named_constants as named_constants
 from .constants import positive as positive
 from .constants import with_numbers as with_numbers

@@ -73,7 +73,7 @@ class Constant(Symbolic):
 G = Constant(9.80665, "m/s^2", "G")
 
 
-def known(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
+def known_value(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
     """What an element is told: a plain number takes the unit of its place; others have theirs."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
@@ -88,7 +88,7 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
     ModelError
         It is a number, and is not.
     """
-    symbol = known(value, unit, what)
+    symbol = known_value(value, unit, what)
     if isinstance(symbol, KnownSymbol) and not symbol.value > 0:
         raise ModelError(f"{what} is {value!r}; give a positive number.")
     return symbol

@@ -44,7 +44,7 @@ class UnitsError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class _Read:
+class _ExpressionUnit:
     """A unit, and whether a plain number in the expression may carry a further one."""
 
     unit: Unit
@@ -104,23 +104,23 @@ class UnitReader:
             Units do not fit within it.
         """
         alone = expression.is_number  # it may have any unit, whatever number it is
-        read = _Read(NUMBER, self._loose_numbers) if alone else self._read(expression)
+        read = _ExpressionUnit(NUMBER, self._loose_numbers) if alone else self._read(expression)
         return self._is(read, wanted)
 
-    def _is(self, read: _Read, wanted: Unit) -> bool:
+    def _is(self, read: _ExpressionUnit, wanted: Unit) -> bool:
         if read.unit.same_dimension(wanted):
             return True
         if read.loose:
             self.excused.append(wanted / read.unit)
         return read.loose
 
-    def _read(self, node: sympy.Basic) -> _Read:
+    def _read(self, node: sympy.Basic) -> _ExpressionUnit:
         if isinstance(node, KnownSymbol):
-            return _Read(node.known_unit)
+            return _ExpressionUnit(node.known_unit)
         if node.is_Symbol:
-            return _Read(self._units[node])
+            return _ExpressionUnit(self._units[node])
         if node.is_number:
-            return _Read(NUMBER, self._loose_numbers and not self._pure(node))
+            return _ExpressionUnit(NUMBER, self._loose_numbers and not self._pure(node))
         if node.is_Mul:
             return self._product([self._read(factor) for factor in node.args])
         if node.is_Pow:
@@ -129,18 +129,20 @@ class UnitReader:
             return self._common(node, node.args, "adds" if node.is_Add else "compares")
         return self._applied(node)
 
-    def _product(self, parts: list[_Read]) -> _Read:
+    def _product(self, parts: list[_ExpressionUnit]) -> _ExpressionUnit:
         """The one unit there is as it was written; of several, the canonical product."""
         units = [p.unit for p in parts if not p.unit.same_dimension(NUMBER)]
         first, *others = units or [NUMBER]
         for other in others:
             first = first * other
-        return _Read(first, any(p.loose for p in parts))
+        return _ExpressionUnit(first, any(p.loose for p in parts))
 
-    def _common(self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str) -> _Read:
+    def _common(
+        self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str
+    ) -> _ExpressionUnit:
         """The unit that all parts have; a number among them, as a rest length, may have any."""
         reads = [
-            _Read(NUMBER, self._loose_numbers) if part.is_Number else self._read(part)
+            _ExpressionUnit(NUMBER, self._loose_numbers) if part.is_Number else self._read(part)
             for part in parts
             if part != 0
         ]
@@ -151,7 +153,7 @@ class UnitReader:
                 raise UnitsError(f"{node} {does} {first.unit} and {read.unit}; units must agree.")
         return first
 
-    def _power(self, node: sympy.Pow) -> _Read:
+    def _power(self, node: sympy.Pow) -> _ExpressionUnit:
         base, power = self._read(node.base), self._read(node.exp)
         if not self._is(power, NUMBER):
             raise UnitsError(f"the power in {node} is in {power.unit}; give a number.")
@@ -160,33 +162,35 @@ class UnitReader:
         exponent = float(node.exp) if node.exp.is_Number else math.nan
         fraction = Fraction(exponent if math.isfinite(exponent) else 0).limit_denominator(_ROOT)
         if abs(float(fraction) - exponent) <= _NEAR:
-            return _Read(base.unit**fraction, base.loose)
+            return _ExpressionUnit(base.unit**fraction, base.loose)
         if self._is(base, NUMBER):
-            return _Read(NUMBER, loose=True)
+            return _ExpressionUnit(NUMBER, loose=True)
         raise UnitsError(
             f"{node} has no unit: {base.unit} to a power that is no fraction with a denominator up "
             f"to {_ROOT}."
         )
 
-    def _applied(self, node: sympy.Basic) -> _Read:
+    def _applied(self, node: sympy.Basic) -> _ExpressionUnit:
         if isinstance(node, self._absolute):
             return self._read(node.args[0])
         if isinstance(node, _JUMPS):
             self._read(node.args[0])
-            return _Read(NUMBER)
+            return _ExpressionUnit(NUMBER)
         if isinstance(node, sympy.atan2):
             self._common(node, node.args, "compares")
-            return _Read(NUMBER)
+            return _ExpressionUnit(NUMBER)
         if isinstance(node, (sympy.Piecewise, sympy.ITE)):
             return self._chosen(node)
         if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
-            return _Read(NUMBER, loose=True)  # a function of the user's, refused elsewhere
+            return _ExpressionUnit(
+                NUMBER, loose=True
+            )  # a function of the user's, refused elsewhere
         argument = self._read(node.args[0])
         if not self._is(argument, NUMBER):
             raise UnitsError(f"{node} takes a number, not {argument.unit}.")
-        return _Read(NUMBER)
+        return _ExpressionUnit(NUMBER)
 
-    def _chosen(self, node: sympy.Basic) -> _Read:
+    def _chosen(self, node: sympy.Basic) -> _ExpressionUnit:
         for relation in node.atoms(Relational):
             self._common(relation, relation.args, "compares")
         if isinstance(node, sympy.ITE):

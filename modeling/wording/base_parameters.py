@@ -19,7 +19,7 @@ def undetermined_names(base: BaseModel) -> tuple[str, ...]:
     return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
 
 
-def describe_hidden(base: BaseModel) -> tuple[str, ...]:
+def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
     """What no motion tells apart, whatever is known of it; one sentence for each group."""
     return tuple(
         f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: no "
@@ -37,7 +37,7 @@ def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
     )
 
 
-def describe_settled(base: BaseModel) -> str:
+def describe_determined(base: BaseModel) -> str:
     """Which declared parameters follow, and from what; empty if none is declared otherwise."""
     lost = undetermined_names(base)
     found = [p.name for p in base.declared.parameters if p.name not in lost]

@@ -8,7 +8,7 @@ from axisid.modeling.derivation import AxisModel, BaseModel, DirectRegressor, Pa
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
 from axisid.support.missing import Missing
 
-from .base_parameters import describe_hidden
+from .base_parameters import describe_unidentifiable
 from .identifiability import describe_direction
 
 
@@ -53,7 +53,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         Section(
             title="Identifiability",
             lines=(
-                *describe_hidden(model.base),
+                *describe_unidentifiable(model.base),
                 *(
                     f"no motion shows a change of {describe_direction(h)}"
                     for h in model.unidentifiable

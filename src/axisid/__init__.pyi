@@ -29,10 +29,10 @@ from .modeling.quantities import Constant as Constant
 from .modeling.quantities import Coordinate as Coordinate
 from .modeling.quantities import Parameter as Parameter
 from .modeling.text import load_axis as load_axis
-from .presentation.documents import SavedEstimate as SavedEstimate
-from .presentation.documents import SavedIdentification as SavedIdentification
-from .presentation.documents import compare_results as compare_results
-from .presentation.documents import load_result as load_result
+from .presentation.saved import SavedEstimate as SavedEstimate
+from .presentation.saved import SavedIdentification as SavedIdentification
+from .presentation.saved import compare_results as compare_results
+from .presentation.saved import load_result as load_result
 from .support.errors import AxisidError as AxisidError
 from .support.errors import DataError as DataError
 from .support.errors import EstimationError as EstimationError

@@ -12,7 +12,7 @@ BRAKE = 40.0  # N/(m/s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Braked(Drive):
+class BrakedDrive(Drive):
     """A voltage-driven motor: its own motion takes from the force."""
 
     velocity: sympy.Symbol
@@ -32,7 +32,7 @@ def braked(
     axis: Axis, *, scale: float = 1.0, relative_sd: float = 0.0, brake: float = BRAKE
 ) -> Axis:
     """The axis with a braked drive of `scale` times its gain."""
-    drive = Braked(
+    drive = BrakedDrive(
         gain=scale * axis.drive.gain,
         unit=axis.drive.unit,
         limit=axis.drive.limit,

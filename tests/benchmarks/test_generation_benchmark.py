@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from axisid.codegen.runtime.compiler import find_compiler
-from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
 
 pytestmark = pytest.mark.slow
 

@@ -30,7 +30,7 @@ from axisid.estimation.estimates.value import Value
 from axisid.estimation.studies import identify_stream
 from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
-from tests.estimation.estimates.test_partially_linear import stribeck_axis
+from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.estimation.studies.test_streaming import in_blocks
 
 Run = Callable[..., tuple[int, str, str]]

@@ -27,9 +27,9 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.runtime.compiler import find_compiler
-from axisid.codegen.runtime.library_cache import _name
-from axisid.codegen.runtime.native_errors import NativeUnavailableError
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.library_cache import _name
 from axisid.estimation import LogBlocks, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.studies.streaming import identify_stream

@@ -185,10 +185,12 @@ def smaller_texts(text: str) -> Iterator[str]:
     for node in nodes:
         for child in ast.iter_child_nodes(node):
             if isinstance(child, (ast.BinOp, ast.Call, ast.UnaryOp, ast.Name)):
-                yield ast.unparse(_Replaced(node, child).visit(ast.parse(text, mode="eval").body))
+                yield ast.unparse(
+                    _NodeReplacement(node, child).visit(ast.parse(text, mode="eval").body)
+                )
 
 
-class _Replaced(ast.NodeTransformer):
+class _NodeReplacement(ast.NodeTransformer):
     """A tree with one of its nodes replaced, found by its place in the text."""
 
     def __init__(self, node: ast.expr, by: ast.AST) -> None:

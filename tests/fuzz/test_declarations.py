@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from axisid import build, derive, load_axis
-from axisid.presentation.formulas.axis_page import FORMATS, shown
+from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from tests.fuzz.cases import Fuzz, WrongError
 from tests.fuzz.declarations import changed_declaration, declared, smaller_declarations
 
@@ -14,7 +14,7 @@ def _use(text: str, file: Path) -> None:
     axis = load_axis(file)
     model = derive(axis)
     for form in FORMATS:
-        page = shown(model, form)
+        page = axis_page(model, form)
         if "Traceback" in page or "object at 0x" in page:
             raise WrongError(f"page: {page}")
     build(axis, native=False)

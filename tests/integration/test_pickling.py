@@ -44,14 +44,14 @@ from axisid.estimation import (
     Classical,
     Hac,
     LogBlocks,
-    Published,
+    PublishedCovariance,
     Repair,
     Repairs,
     Robust,
     SampledFilter,
     simulate_batch,
 )
-from axisid.estimation.diagnostics.control_law import check_law
+from axisid.estimation.diagnostics.loop.control_law import check_law
 from axisid.estimation.studies.streaming import identify_stream
 from axisid.modeling import LIBRARY
 from tests.faces import FACES, public_names
@@ -125,7 +125,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "verdict": found.verdict,
         "residual tests": found["idm-iv"].residual_tests,
         "draws": found["idm-iv"].propagate("Fv/M", draws=50),
-        "covariances": (Published(), Classical(), Robust(), Hac()),
+        "covariances": (PublishedCovariance(), Classical(), Robust(), Hac()),
         "saved identification": saved,
         "saved estimate": saved["idm-iv"],
         "validation": validate(found, record),

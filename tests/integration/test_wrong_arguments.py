@@ -30,13 +30,13 @@ _HUGE: Any = 10**400  # beyond floating point
 
 
 @dataclass(frozen=True)
-class Given:
+class Context:
     axis: Any
     record: Any
     result: Any
 
 
-CASES: dict[str, tuple[Callable[[Given], object], str]] = {
+CASES: dict[str, tuple[Callable[[Context], object], str]] = {
     "a result as dictionary": (
         lambda g: axisid.load_result(g.result.to_dict()),
         "the result is a dict; give the file",
@@ -303,13 +303,13 @@ def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", [-1, None, "x", 1.5, True, []], ids=str)
-def test_a_seed_is_a_whole_number(given: Given, seed: Any) -> None:
+def test_a_seed_is_a_whole_number(given: Context, seed: Any) -> None:
     with pytest.raises(UsageError, match=r"the seed is .*; give a whole number of 0 or more"):
         given.result["idm-ls"].propagate("M", draws=10, seed=seed)
 
 
 @pytest.mark.parametrize("name", ["\0", "a\0b", "\ud800"], ids=repr)
-def test_what_names_no_file_is_told(given: Given, name: str) -> None:
+def test_what_names_no_file_is_told(given: Context, name: str) -> None:
     for call in (
         lambda: axisid.load_result(name),
         lambda: axisid.export(name),
@@ -320,20 +320,20 @@ def test_what_names_no_file_is_told(given: Given, name: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def given(emps2015: GeneratedAxis, twin: Record) -> Given:
+def given(emps2015: GeneratedAxis, twin: Record) -> Context:
     result: Identification = axisid.identify(emps2015, twin, methods="idm-ls")
-    return Given(emps2015, twin, result)
+    return Context(emps2015, twin, result)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_is_of_another_kind_is_told(given: Given, name: str) -> None:
+def test_what_is_of_another_kind_is_told(given: Context, name: str) -> None:
     call, said = CASES[name]
     with pytest.raises(UsageError, match=said) as refused:
         call(given)
     assert len(str(refused.value)) < 200, "a value of many lines is not shown"
 
 
-def test_a_saved_result_has_the_methods_of_its_file(given: Given, tmp_path: Path) -> None:
+def test_a_saved_result_has_the_methods_of_its_file(given: Context, tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps(given.result.to_dict()))
     with pytest.raises(UsageError, match="the result has no 3; choose from idm-ls"):

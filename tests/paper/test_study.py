@@ -5,7 +5,7 @@ import pytest
 
 from axisid import Identification, Prefilter, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.estimates import METHODS
+from axisid.estimation.methods import METHODS
 from axisid.estimation.records.record import Record
 from axisid.paper.study import (
     APPROPRIATE,

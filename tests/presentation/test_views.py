@@ -19,7 +19,7 @@ from axisid.estimation.records import Record
 from axisid.presentation import views
 from axisid.presentation.blocks import plain_text
 from axisid.presentation.html import blocks_html
-from axisid.support.shown import Shown
+from axisid.support.presentable import Presentable
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_every_result_has_text_plain_data_and_a_page(
     emps2015: GeneratedAxis, record: Record
 ) -> None:
     result = identify(emps2015, record, methods=["idm-ls"])
-    results: list[Shown] = [
+    results: list[Presentable] = [
         record,
         result,
         validate(result, record),
@@ -45,7 +45,7 @@ def test_every_result_has_text_plain_data_and_a_page(
 
 
 def test_every_kind_of_result_has_its_row() -> None:
-    kinds = {kind.__name__ for kind in Shown.__subclasses__()}
+    kinds = {kind.__name__ for kind in Presentable.__subclasses__()}
     assert len(kinds) == 10
     for view in (views.as_blocks, views.as_document):
         assert kinds <= {kind.__name__ for kind in view.registry}

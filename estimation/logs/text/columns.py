@@ -15,10 +15,10 @@ from axisid.support.remedy import Remedy
 
 from .dialect import Dialect, Line, is_comment, is_number
 from .tail import DROP_TAIL, complete_rows
-from .time_stamps import NoStampsError, Seen, is_stamp, stamp_seconds
+from .time_stamps import NoStampsError, StampHistory, is_stamp, stamp_seconds
 
 #: What the time stamps of each column have shown so far.
-Origins = defaultdict[int, Seen]
+Origins = defaultdict[int, StampHistory]
 
 
 def without_comments(rows: Iterable[Line]) -> list[Line]:
@@ -41,7 +41,7 @@ def text_columns(
     rows : list of (int, str)
         Line numbers and texts, without the header and without comments.
     dialect : Dialect
-    origins : defaultdict of int to Seen, optional
+    origins : defaultdict of int to StampHistory, optional
         What the time stamps of each column have shown, from one block of rows to the next.
 
     Raises
@@ -53,7 +53,7 @@ def text_columns(
     values = _parse([line for _, line in rows], dialect, numeric)
     if values is None:
         return _parse_slowly(source, rows, dialect, origins)
-    origins = defaultdict(Seen) if origins is None else origins
+    origins = defaultdict(StampHistory) if origins is None else origins
     numbers = [number for number, _ in rows]
     columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
@@ -119,7 +119,7 @@ def _parse_slowly(
     source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
 ) -> dict[str, Column]:
     """Cell by cell."""
-    whole, origins = origins is None, defaultdict(Seen) if origins is None else origins
+    whole, origins = origins is None, defaultdict(StampHistory) if origins is None else origins
     width = len(dialect.names)
     values = np.full((len(rows), width), np.nan)
     stumbles: dict[int, int] = {}

@@ -18,7 +18,7 @@ _NUMBER = re.compile(r"[+-]?(?=\.?\d)(?P<whole>\d*)(?P<decimals>\.\d*)?(?P<power
 
 
 @dataclass(frozen=True, slots=True)
-class _Written:
+class _WrittenNumber:
     """How a number is written: the characters of its parts, with the mark that begins them."""
 
     value: float
@@ -61,7 +61,7 @@ def cut_number(cells: Sequence[str], ends: Sequence[str], *, ended: bool) -> str
     return "" if ended else _by_value(last, known)
 
 
-def _by_value(last: _Written, known: Sequence[_Written]) -> str:
+def _by_value(last: _WrittenNumber, known: Sequence[_WrittenNumber]) -> str:
     """Why a number is none that goes on from those above it, where missing digits explain it."""
     powers = [n.power for n in known if n.power]
     values = np.array([n.value for n in known])
@@ -80,13 +80,13 @@ def _by_value(last: _Written, known: Sequence[_Written]) -> str:
     return ""
 
 
-def _written(cell: str) -> _Written | None:
+def _written(cell: str) -> _WrittenNumber | None:
     found = _NUMBER.fullmatch(cell)
     if found is None:
         return None
     whole, decimals, power = (len(found[name] or "") for name in ("whole", "decimals", "power"))
     mantissa = cell[: len(cell) - power]
-    return _Written(
+    return _WrittenNumber(
         value=float(cell),
         whole=whole,
         decimals=decimals,
@@ -96,7 +96,9 @@ def _written(cell: str) -> _Written | None:
     )
 
 
-def _explained(last: _Written, expected: float, reach: float, known: Sequence[_Written]) -> bool:
+def _explained(
+    last: _WrittenNumber, expected: float, reach: float, known: Sequence[_WrittenNumber]
+) -> bool:
     """Whether digits that are missing would bring a number to within reach of what is expected."""
     along = abs(expected) if not last.mantissa else float(np.sign(last.mantissa)) * expected
     size, unit = abs(last.mantissa), 10.0 ** -max(last.decimals - 1, 0)

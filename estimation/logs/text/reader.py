@@ -18,8 +18,8 @@ from axisid.support.remedy import Note, Remedy, Setting
 from .columns import Origins, text_columns, without_comments
 from .dialect import Line, sniff
 from .labview import is_labview, plain_lines
-from .tail import complete_rows, cut_told, without_tail
-from .time_stamps import Seen
+from .tail import complete_rows, cut_notes, without_tail
+from .time_stamps import StampHistory
 from .twincat import is_twincat, read_twincat
 
 _LOOKED = 2000  # bytes in which zeros tell UTF-16
@@ -65,7 +65,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         body, repair = without_tail(body, dialect, ended=ended)
         repairs = (repair,)
     else:
-        doubts = cut_told(body, dialect, ended=ended)
+        doubts = cut_notes(body, dialect, ended=ended)
     return Table(
         source=source,
         columns=text_columns(source, body, dialect),
@@ -110,7 +110,7 @@ def text_blocks(source: str, raw: io.RawIOBase, rows: int, encoding: str) -> Ite
         dialect = sniff(source, head)
         notes = dialect.notes + _encoding_note(encoding)
         lines = chain(head[dialect.first :], numbered)
-        origins: Origins = defaultdict(partial(Seen, goes_on=True))
+        origins: Origins = defaultdict(partial(StampHistory, goes_on=True))
         while block := list(islice(lines, rows)):
             if body := without_comments(block):
                 columns = text_columns(source, body, dialect, origins)
@@ -133,7 +133,7 @@ def _lines(source: str, stream: io.TextIOWrapper) -> Iterator[str]:
         yield line
 
 
-def cut_end_told(file: Path) -> tuple[Note, ...]:
+def cut_end_notes(file: Path) -> tuple[Note, ...]:
     """What is said of a text file whose last row looks cut off inside its last number.
 
     For a file that is read in blocks: its beginning and its end alone are looked at.
@@ -157,7 +157,7 @@ def cut_end_told(file: Path) -> tuple[Note, ...]:
         return ()  # its beginning is too short for it
     body = without_comments(last[1:] if start else first[dialect.first :])
     ended = end.rstrip(b"\0").endswith((b"\n", b"\r"))
-    return cut_told(body, dialect, ended=ended, numbered=False) if body else ()
+    return cut_notes(body, dialect, ended=ended, numbered=False) if body else ()
 
 
 def _numbered(text: str) -> list[Line]:

@@ -60,7 +60,7 @@ def cut_in_number(rows: list[Line], dialect: Dialect, *, ended: bool) -> str:
     return cut_number(cells, [end for _, end in alike], ended=ended)
 
 
-def cut_told(
+def cut_notes(
     rows: list[Line], dialect: Dialect, *, ended: bool, numbered: bool = True
 ) -> tuple[Note, ...]:
     """What is said of a last row that looks cut off inside its last number; empty for none."""

@@ -40,7 +40,7 @@ class NoStampsError(ValueError):
 
 
 @dataclass(slots=True)
-class Seen:
+class StampHistory:
     """What the stamps of a column have shown, from one block of rows to the next.
 
     Attributes
@@ -78,7 +78,7 @@ def _groups(cell: str) -> tuple[str, ...] | None:
     return parts if parts[0] or parts[3] or parts[5] else None
 
 
-def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
+def stamp_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, str]:
     """Seconds from the first stamp, nan where a cell is empty, and what was assumed.
 
     Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and ``02/01/2026`` where
@@ -99,7 +99,7 @@ def stamp_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
     return seconds, f"time stamps counted from the first{note}"
 
 
-def _filled_seconds(cells: Sequence[str], seen: Seen) -> tuple[Array, str]:
+def _filled_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, str]:
     """Seconds from the first stamp, of cells none of which is empty."""
     found = [_groups(cell) for cell in cells]
     if None in found:

@@ -154,7 +154,7 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     targets = [Target("--json", json_file, "compare-results")]
     check_targets(targets, (first, second), force=force)
 
-    from axisid.presentation.documents import compare_results as run
+    from axisid.presentation.saved import compare_results as run
 
     result = run(first, second)
     put_result(result, json_file)

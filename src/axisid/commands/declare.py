@@ -47,11 +47,11 @@ def show(axis: str, form: str) -> None:
     """
     from axisid.modeling.derivation import derive
     from axisid.modeling.text import load_axis
-    from axisid.presentation.formulas import axis_document, shown
+    from axisid.presentation.formulas import axis_document, axis_page
 
     with ProgressLine(f"deriving {axis}"):
         model = derive(load_axis(axis))
-        page = axis_document(model) if form == "text" else shown(model, form)
+        page = axis_document(model) if form == "text" else axis_page(model, form)
     if isinstance(page, str):
         click.echo(page, nl=False)
     else:

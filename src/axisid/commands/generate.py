@@ -97,11 +97,11 @@ def _generated(declared: "list[Axis]", *, verbose: bool) -> dict[Path, str]:
     begun: list[tuple[str, float]] = []
     with ProgressLine("generating") as line:
 
-        def told(done: int, total: int, name: str) -> None:
+        def begin_axis(done: int, total: int, name: str) -> None:
             begun.append((name, perf_counter()))
             line(done, total, name)
 
-        files = expected_files(declared, told)
+        files = expected_files(declared, begin_axis)
         begun.append(("", perf_counter()))
     if verbose:
         for (name, begin), (_, end) in pairwise(begun):

@@ -7,7 +7,7 @@ from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.documents import FittedAxis, SavedIdentification, fitted_axis
+from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.real_numbers import is_real

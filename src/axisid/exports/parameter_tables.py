@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.documents import FittedAxis
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
-from axisid.support.json_text import json_text
+from axisid.presentation.saved import FittedAxis
+from axisid.support.files.json_text import json_text
 
 _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "

@@ -30,7 +30,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.json_text import json_text
+from axisid.support.files.json_text import json_text
 from axisid.support.progress import Progress, with_progress
 
 #: The paper's two filters.

@@ -10,18 +10,10 @@ from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
-    ResultComparison,
-    SavedEstimate,
-    SavedIdentification,
     comparison_dict,
     estimate_dict,
     identification_dict,
     record_dict,
-    result_comparison_document,
-    saved_document,
-    saved_estimate_document,
-    saved_plot,
-    saved_repeats_plot,
     stream_dict,
     sweep_dict,
     validation_dict,
@@ -40,6 +32,16 @@ from axisid.presentation.plots import (
     sweep_plot,
     tracking_plot,
 )
+from axisid.presentation.saved import (
+    ResultComparison,
+    SavedEstimate,
+    SavedIdentification,
+    result_comparison_document,
+    saved_document,
+    saved_estimate_document,
+    saved_plot,
+    saved_repeats_plot,
+)
 from axisid.presentation.schema import plain
 from axisid.presentation.text import (
     comparison_document,
@@ -52,8 +54,8 @@ from axisid.presentation.text import (
 )
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
+from axisid.support.presentable import Presentable
 from axisid.support.remedy import Wording, as_arguments
-from axisid.support.shown import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,12 +70,12 @@ _OF_METHOD = {"friction": friction_plot, "tracking": tracking_plot, "repeats": r
 
 
 @singledispatch
-def as_blocks(result: Shown, *, wording: Wording = as_arguments, **how: Any) -> Document:
+def as_blocks(result: Presentable, *, wording: Wording = as_arguments, **how: Any) -> Document:
     """A result as a document of blocks, which text, terminals and HTML are rendered from.
 
     Parameters
     ----------
-    result : Shown
+    result : Presentable
     wording : callable
         `as_arguments`, or `as_options` for the command line: how settings are told.
     **how
@@ -86,7 +88,7 @@ def as_blocks(result: Shown, *, wording: Wording = as_arguments, **how: Any) -> 
 def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
     """A document that tells no settings, or tells them as its file does."""
 
-    def blocks(result: Shown, *, wording: Wording = as_arguments, **how: Any) -> Document:
+    def blocks(result: Presentable, *, wording: Wording = as_arguments, **how: Any) -> Document:
         del wording
         return document(result, **how)
 
@@ -106,7 +108,7 @@ as_blocks.register(SavedEstimate, _settled(saved_estimate_document))
 
 
 @singledispatch
-def as_text(result: Shown, **how: Any) -> str:
+def as_text(result: Presentable, **how: Any) -> str:
     """A result as plain text; of an estimate by itself one line."""
     return plain_text(as_blocks(result, **how))
 
@@ -115,13 +117,13 @@ as_text.register(Estimate, repr)
 as_text.register(SavedEstimate, repr)
 
 
-def as_html(result: Shown) -> str:
+def as_html(result: Presentable) -> str:
     """A result for notebooks."""
     return blocks_html(as_blocks(result))
 
 
 @singledispatch
-def as_document(result: Shown) -> dict[str, Any]:
+def as_document(result: Presentable) -> dict[str, Any]:
     """A result as plain numbers, texts and lists."""
     raise UsageError(f"a {type(result).__name__} has no plain data of its own.")
 
@@ -139,7 +141,7 @@ as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
 
 @singledispatch
-def figure_of(result: Shown, what: str, method: str | None = None) -> "Figure":
+def figure_of(result: Presentable, what: str, method: str | None = None) -> "Figure":
     """One of a result's figures, by its name."""
     del method
     raise _no_figure(result, what, ())
@@ -189,7 +191,7 @@ figure_of.register(Identification, _of_identification)
 figure_of.register(Sweep, _of_sweep)
 
 
-def _check_method(result: Shown, method: str | None, own: Sequence[str]) -> None:
+def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
             f"a figure of {type(result).__name__} has no method to choose; leave it out."
@@ -197,12 +199,12 @@ def _check_method(result: Shown, method: str | None, own: Sequence[str]) -> None
 
 
 def _drawn(plot: Plot) -> "Figure":
-    from axisid.presentation.drawing import drawn
+    from axisid.presentation.drawing import draw
 
-    return drawn(plot)
+    return draw(plot)
 
 
-def _no_figure(result: Shown, what: str, there: Iterable[str]) -> UsageError:
+def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
     return UsageError(f"{type(result).__name__} has no figure {given(what)}{choose}.")

@@ -18,7 +18,7 @@ CUBE = sympy.Symbol("cube", real=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cubed(Drive):
+class CubedDrive(Drive):
     """A force that grows with the cube of the control."""
 
     factor: float = 1.0
@@ -67,7 +67,7 @@ def driven(drive: Drive) -> Axis:
 
 
 def test_an_inverse_that_undoes_the_force_is_taken() -> None:
-    axis = build(driven(Cubed(gain=1.0, limit=10.0)), native=False)
+    axis = build(driven(CubedDrive(gain=1.0, limit=10.0)), native=False)
     (control,) = axis.rows("drive_control", 16.0, 0.0, 0.0)
     assert control[0, 0] == pytest.approx(2.0, rel=1e-12)
 
@@ -76,13 +76,13 @@ def test_an_inverse_that_undoes_the_force_is_taken() -> None:
 @pytest.mark.parametrize("factor", [1.001, -1.0, 0.0])
 def test_another_inverse_is_refused_with_a_control(factor: float, limit: float) -> None:
     with pytest.raises(ModelError, match=r"the drive Cubed makes a force of .* its inverse gives"):
-        build(driven(Cubed(gain=1.0, limit=limit, factor=factor)), native=False)
+        build(driven(CubedDrive(gain=1.0, limit=limit, factor=factor)), native=False)
 
 
 @pytest.mark.parametrize("cube", [math.nan, math.inf, "2", None])
 def test_a_constant_that_is_no_number_is_refused_by_name(cube: object) -> None:
     with pytest.raises(ModelError, match=r"the constant cube of the drive Cubed is .* give a "):
-        build(driven(Cubed(gain=1.0, cube=cube)), native=False)
+        build(driven(CubedDrive(gain=1.0, cube=cube)), native=False)
 
 
 @pytest.mark.parametrize("gain", [1e-320, 1e-150, 35.15, -1e150, 1e308])

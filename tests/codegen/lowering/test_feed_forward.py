@@ -26,12 +26,12 @@ from axisid import (
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.printers.c99 import print_c99
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
-from axisid.codegen.runtime.compiler import find_compiler
-from axisid.codegen.runtime.native_errors import NativeUnavailableError
 from axisid.elements import Drive, coulomb, viscous
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import FORCE
@@ -40,7 +40,7 @@ from tests.axes.drives import braked, varying
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.structured_text import StructuredText, StructuredTextError
-from tests.estimation.estimates.test_partially_linear import stribeck_axis
+from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.strategies.expressions import expressions, operations
 
 Functions = dict[str, Callable[..., float]]

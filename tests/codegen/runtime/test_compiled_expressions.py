@@ -17,13 +17,13 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.codegen.accuracy.oracle import Oracle, UndecidedError
 from axisid.codegen.lowering.program import Program
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.workshop import Workshop
 from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.printers.python import print_python
-from axisid.codegen.runtime.compiler import find_compiler
 from axisid.codegen.runtime.execute import execute
-from axisid.codegen.runtime.native_errors import NativeUnavailableError
-from axisid.codegen.runtime.workshop import Workshop
 from tests.codegen.lowering.test_feed_forward import as_export, in_python
 from tests.codegen.lowering.test_lower import X, Y, program_of
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations

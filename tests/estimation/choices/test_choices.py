@@ -15,7 +15,8 @@ from axisid.estimation.choices.methods import (
     method_names,
     same_estimates,
 )
-from axisid.estimation.estimates import COVARIANCES, METHODS
+from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.methods import METHODS
 from axisid.estimation.regression import InverseForm
 
 

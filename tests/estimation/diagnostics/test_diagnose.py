@@ -9,7 +9,7 @@ import pytest
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.thresholds.threshold import Threshold
-from axisid.estimation.diagnostics.check import Check, Status, passed
+from axisid.estimation.checks.check import Check, Status, passed
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
     Diagnostic,

@@ -19,8 +19,8 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.check import Check
-from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+from axisid.estimation.checks.check import Check
+from axisid.estimation.diagnostics.loop.control_law import LawCheck, check_law
 
 
 def failing(checks: tuple[Check, ...]) -> set[str]:

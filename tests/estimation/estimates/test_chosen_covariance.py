@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from axisid import Record, UsageError, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.instruments import Endogeneity, endogeneity_of
+from axisid.estimation.diagnostics.estimates.instruments import Endogeneity, endogeneity_of
 
 
 @pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])

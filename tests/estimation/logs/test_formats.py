@@ -17,7 +17,7 @@ from axisid.codegen import GeneratedAxis
 from axisid.estimation.logs import formats
 from axisid.estimation.logs.formats import FORMATS, GZIP, Format
 from axisid.estimation.tables import Table, TableBuilder
-from axisid.support.memory import Room
+from axisid.support.files.memory import Room
 from tests.recipes import recipe_blocks
 
 #: Puts the recipe's file beside the other readers, its row below theirs, and runs command lines.

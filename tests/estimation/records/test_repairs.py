@@ -8,7 +8,7 @@ import pytest
 from axisid import DataError, Record, UsageError, identify, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.records.clipping import clipped
+from axisid.estimation.records.faults.clipping import clipped
 
 N = 400
 PERIOD = 1e-3

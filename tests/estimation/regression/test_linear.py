@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from axisid import EstimationError, Prefilter
 from axisid.estimation import delta_method
-from axisid.estimation.regression.covariance import Classical, Published, Robust
+from axisid.estimation.regression.covariance import Classical, PublishedCovariance, Robust
 from axisid.estimation.regression.linear import (
     condition_number,
     factor,
@@ -40,7 +40,7 @@ def test_covariance_is_the_textbook_formula(rng: np.random.Generator) -> None:
     solution = least_squares(y, factor(X, NAMES))
     rss = float(np.sum((y - X @ solution.theta) ** 2))
     inverse = np.linalg.inv(X.T @ X)
-    assert Published().matrix(solution) == pytest.approx(rss / 59 * inverse, rel=1e-9)
+    assert PublishedCovariance().matrix(solution) == pytest.approx(rss / 59 * inverse, rel=1e-9)
     assert Classical().matrix(solution) == pytest.approx(rss / 57 * inverse, rel=1e-9)
 
 
@@ -51,7 +51,7 @@ def test_instrumental_variables_are_the_textbook_formula(rng: np.random.Generato
     assert solution.theta == pytest.approx(np.linalg.solve(Z.T @ X, Z.T @ y), rel=1e-8)
     assert Z.T @ solution.residuals == pytest.approx(np.zeros(3), abs=1e-6 * np.abs(Z).max())
     variance = solution.residuals @ solution.residuals / 59
-    assert Published().matrix(solution) == pytest.approx(
+    assert PublishedCovariance().matrix(solution) == pytest.approx(
         variance * np.linalg.inv(Z.T @ Z), rel=1e-8
     )
 
@@ -86,11 +86,11 @@ def test_weights_are_those_of_statsmodels_and_their_unit_does_not_matter(
     robust = expected.get_robustcov_results("HC0").cov_params()
     assert Robust(corrected=False).matrix(found) == pytest.approx(robust, rel=1e-10)
     sandwich = found.influence.T @ found.influence * np.sum(found.residuals**2) / 199
-    assert Published().matrix(found) == pytest.approx(sandwich, rel=1e-11)
+    assert PublishedCovariance().matrix(found) == pytest.approx(sandwich, rel=1e-11)
     scaled = weighted_least_squares(y, columns, 1e6 * weights)
     alike = weighted_least_squares(y, columns, np.full(200, 7.0))
     plain = least_squares(y, columns)
-    for covariance in (Published(), Classical(), Robust()):
+    for covariance in (PublishedCovariance(), Classical(), Robust()):
         assert covariance.matrix(scaled) == pytest.approx(covariance.matrix(found), rel=1e-10)
         assert covariance.matrix(alike) == pytest.approx(covariance.matrix(plain), rel=1e-10)
 

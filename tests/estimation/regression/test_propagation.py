@@ -8,7 +8,7 @@ import pytest
 from axisid import Identification, Record, UsageError, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.regression.propagation import Drawn, root
+from axisid.estimation.regression.propagation import DrawSummary, root
 from axisid.support.remedy import Setting
 
 
@@ -148,5 +148,7 @@ def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification)
 
 
 def test_draws_print_with_their_interval() -> None:
-    drawn = Drawn(value=1.0, unit="s", median=1.1, interval=(0.9, 1.3), draws=100, lost=2, seed=0)
+    drawn = DrawSummary(
+        value=1.0, unit="s", median=1.1, interval=(0.9, 1.3), draws=100, lost=2, seed=0
+    )
     assert str(drawn) == "1 s, median 1.1, 95 %: 0.9 to 1.3 s (100 draws, 2 lost)"

@@ -10,7 +10,7 @@ import pytest
 from axisid import DataError, Prefilter, UsageError, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, SampledFilter, beside_force
+from axisid.estimation.signals import FilteredRecord, SampledFilter, paired_with_force
 from axisid.support.arrays import Array
 
 
@@ -27,7 +27,7 @@ def test_signals_are_those_of_the_filter_itself(
     data = FilteredRecord.bind(emps2015, record, Prefilter(reversals=reversals, hold=hold))  # type: ignore[arg-type]
     force = emps2015.axis.drive.gain * record.control
     motion = data.sampling.filter.motion(record.position)
-    anew = beside_force(motion, force, [0], hold=data.prefilter.hold)
+    anew = paired_with_force(motion, force, [0], hold=data.prefilter.hold)
     for name in ("position", "velocity", "acceleration", "force", "direction"):
         np.testing.assert_array_equal(getattr(data.signals, name), getattr(anew, name))
     np.testing.assert_array_equal(

@@ -17,9 +17,9 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.estimates import bound_record
+from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from tests.estimation.estimates.test_partially_linear import TRUTH, stribeck_axis
+from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import LoopSettings, LoopStart
-from axisid.codegen.runtime.native import Native
+from axisid.codegen.native.native import Native
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
 from axisid.elements import Drive, coulomb
@@ -400,7 +400,7 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     again, where, _ = loop.run(reference, None, None, at_rest)
     assert (status, stopped) == (again, where) == (3, stopped)
     monkeypatch.setattr(
-        "axisid.codegen.runtime.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
+        "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, {})
     )
     with pytest.raises(EstimationError, match="changes the friction direction without end at sa"):
         simulate(axis, theta, reference, PERIOD)

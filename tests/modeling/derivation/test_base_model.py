@@ -26,9 +26,9 @@ from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.base_terms import reduced_rows
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.wording.base_parameters import (
-    describe_hidden,
-    describe_settled,
+    describe_determined,
     describe_undetermined,
+    describe_unidentifiable,
 )
 from tests.axes.bodies import ROD, body, energetic, geared, rod, rotor, x
 from tests.axes.bodies import turn as q
@@ -92,17 +92,17 @@ def test_null_space_of_the_pendulum_leaves_the_base_parameters() -> None:
 
 def test_words_about_the_pendulum() -> None:
     base = base_model(PENDULUM)
-    assert describe_hidden(base) == (
+    assert describe_unidentifiable(base) == (
         "m, l and J cannot be told apart, a record shows only l*m and J + l**2*m: no motion shows "
         "a change of m +m, l -l, J +l**2*m",
     )
     (undetermined,) = describe_undetermined(base)
     assert undetermined.endswith("the rest follows if one of m, l, J is known")
-    assert describe_settled(base) == "fc follows from a record"
+    assert describe_determined(base) == "fc follows from a record"
     known = base_model(fix(PENDULUM, m=(2.0, 0.02)))
     assert known.unidentifiable == base.unidentifiable
     assert describe_undetermined(known) == ()
-    assert describe_settled(known).endswith("follow from a record, with m = 2 +- 0.02 kg known")
+    assert describe_determined(known).endswith("follow from a record, with m = 2 +- 0.02 kg known")
 
 
 def test_what_must_be_known_of_a_chain_of_masses_is_said_at_once() -> None:
@@ -122,7 +122,7 @@ def test_several_must_be_known_where_several_are_hidden() -> None:
     base = base_model(body(inertia=a + b + c, parameters=(a, b, c)))
     (words,) = describe_undetermined(base)
     assert words.endswith("if 2 of them, such as a and b, are known")
-    assert describe_settled(base) == ""
+    assert describe_determined(base) == ""
     assert describe_undetermined(base_model(fix(base.declared, a=1.0, b=2.0))) == ()
     (left,) = describe_undetermined(base_model(fix(base.declared, a=1.0)))
     assert left.startswith("b and c cannot be told apart")

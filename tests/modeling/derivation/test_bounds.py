@@ -13,7 +13,7 @@ from axisid import (
     Parameter,
     derive,
 )
-from axisid.presentation.formulas.axis_page import shown
+from axisid.presentation.formulas.axis_page import axis_page
 from tests.axes.bodies import energetic, rotor, turn
 from tests.bounded import within
 
@@ -101,7 +101,7 @@ def test_what_is_admitted_is_derived_and_shown_in_time(name: str) -> None:
     declared = ADMITTED[name]()
     with within(_CALLS):
         try:
-            page = shown(derive(declared))
+            page = axis_page(derive(declared))
         except ModelError as refusal:
             assert "jumps with" in str(refusal)  # an energy with a bend in a parameter
         else:

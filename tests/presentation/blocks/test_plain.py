@@ -5,15 +5,15 @@ import pytest
 from axisid.presentation.blocks import (
     PAGE_WIDTH,
     Block,
+    CheckGroup,
     Checks,
     Column,
     Document,
     Heading,
     Interval,
     Intervals,
-    Judged,
     Listing,
-    Noted,
+    NotedText,
     Notes,
     Quantity,
     Sentence,
@@ -80,7 +80,7 @@ def test_what_is_drawn_and_what_reaches_down_is_left_out() -> None:
     drawn = Intervals((Interval(1.0, 2.0, 3.0, "ls"),))
     table = Table(
         columns=(Column("", align="left"), Column("how"), Column("interval")),
-        rows=((Noted("M", "kg", "mass"), "LS", drawn), (None, "IV", None)),
+        rows=((NotedText("M", "kg", "mass"), "LS", drawn), (None, "IV", None)),
     )
     assert lines(table)[2:] == ["M [kg] (mass)   LS", "                IV"]
 
@@ -92,10 +92,10 @@ def test_letters_of_other_scripts_are_counted_as_letters() -> None:
 
 def test_checks_have_heads_and_a_conclusion_if_there_is_one() -> None:
     judged = (
-        Judged("fail", ("one",), LONG),
-        Judged("note", ("two",), "said"),
-        Judged("not evaluated", ("three", "four"), "since"),
-        Judged("pass", ("five", "six")),
+        CheckGroup("fail", ("one",), LONG),
+        CheckGroup("note", ("two",), "said"),
+        CheckGroup("not evaluated", ("three", "four"), "since"),
+        CheckGroup("pass", ("five", "six")),
     )
     found = lines(Checks(judged=judged, conclusion="Believe it."))
     assert found[:2] == ["verdict    Believe it.", ""]

@@ -10,11 +10,11 @@ from axisid import Identification, Record, derive, identify, load_axis, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.blocks import (
     Block,
+    CheckGroup,
     Checks,
     Column,
     Document,
     Heading,
-    Judged,
     Listing,
     Notes,
     Quantity,
@@ -69,8 +69,8 @@ def methods(*heads: str) -> Table:
         Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title"),
         methods("ONE", "TWO"),
         Table(columns=text_columns(["a", "b"]), rows=(("c", "d"),), title="T", said=("Said.",)),
-        Checks(judged=(Judged("fail", ("one", "two"), LONG), Judged("pass", ("three",)))),
-        Checks(judged=(Judged("not evaluated", ("one",), "since"),), conclusion=LONG),
+        Checks(judged=(CheckGroup("fail", ("one", "two"), LONG), CheckGroup("pass", ("three",)))),
+        Checks(judged=(CheckGroup("not evaluated", ("one",), "since"),), conclusion=LONG),
         Notes(("one", LONG)),
         paragraph(LONG, Sentence(lead="so: ", text=LONG, hang=4), title="Title"),
         paragraph("one", "two", filled=False),
@@ -108,10 +108,10 @@ def test_a_narrow_terminal_gets_every_word_within_its_width(
 def test_headers_are_bold_and_checks_in_colours() -> None:
     checks = Checks(
         judged=(
-            Judged("fail", ("one",), "two"),
-            Judged("note", ("three",), "four"),
-            Judged("not evaluated", ("five",), "since\n six"),
-            Judged("pass", ("seven",)),
+            CheckGroup("fail", ("one",), "two"),
+            CheckGroup("note", ("three",), "four"),
+            CheckGroup("not evaluated", ("five",), "since\n six"),
+            CheckGroup("pass", ("seven",)),
         )
     )
     drawn = dressed((checks, methods("ONE")), 80)

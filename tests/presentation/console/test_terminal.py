@@ -17,7 +17,7 @@ import pytest
 
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.blocks import Checks, Judged
+from axisid.presentation.blocks import CheckGroup, Checks
 from axisid.presentation.console.progress import ProgressLine
 from axisid.presentation.console.terminal import print_document
 from axisid.support.progress import with_progress
@@ -93,7 +93,7 @@ def test_colours_can_be_refused(
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "stdout", terminal)
-    print_document((Checks(judged=(Judged("fail", ("one",), "two"),)),))
+    print_document((Checks(judged=(CheckGroup("fail", ("one",), "two"),)),))
     assert ("\x1b" in terminal.getvalue()) == coloured
     assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
 

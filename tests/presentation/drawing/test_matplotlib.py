@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib import font_manager
 
-from axisid.presentation.drawing.matplotlib import drawn, rendered
+from axisid.presentation.drawing.matplotlib import draw, rendered
 from axisid.presentation.plots.plot import Panel, Plot, Series
 
 
@@ -42,7 +42,7 @@ def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
     plot = Plot(name="all", title="", caption="", x_label="s⁻¹", panels=(panel,), log=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # a glyph that is missing is one
-        figure = drawn(plot, "τ and θ̈")
+        figure = draw(plot, "τ and θ̈")
         assert rendered(figure, form)
     used = figure.axes[0].yaxis.label.get_fontfamily()
     assert used == ["Liberation Sans", "DejaVu Sans"]
@@ -52,5 +52,5 @@ def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFix
     x = np.arange(5.0)
     panel = Panel(label="a [mm]", series=(Series(label="a", x=x, y=x),))
     plot = Plot(name="all", title="", caption="", x_label="t", panels=(panel,))
-    assert rendered(drawn(plot), "png")
+    assert rendered(draw(plot), "png")
     assert "not found" not in caplog.text

@@ -10,7 +10,7 @@ from matplotlib.mathtext import MathTextParser
 
 from axisid import Axis, Parameter, derive, fix, load_axis, newton
 from axisid.elements import Drive
-from axisid.presentation.formulas.axis_page import FORMATS, shown
+from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from axisid.presentation.formulas.latex import symbol_latex, unit_latex
 from tests.axes.bodies import J, body, energetic, m, rod, turn, x
 from tests.axes.drives import braked
@@ -49,7 +49,7 @@ def name(axis: Axis) -> str:
 
 @pytest.mark.parametrize("axis", AXES, ids=name)
 def test_text_is_at_most_96_columns_wide_and_plain(axis: Axis) -> None:
-    text = shown(derive(axis))
+    text = axis_page(derive(axis))
     assert max(map(len, text.splitlines())) <= 96
     assert not re.search(r"[\t\x1b]| $", text, re.MULTILINE)
 
@@ -76,25 +76,27 @@ def test_page_of_the_library_axis_says_everything(run: Run) -> None:
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_drive_that_is_no_gain_alone_shows_its_own_force(form: str) -> None:
-    page = " ".join(shown(derive(braked(load_axis("emps2015"))), form).replace("\\", "").split())
+    page = " ".join(
+        axis_page(derive(braked(load_axis("emps2015"))), form).replace("\\", "").split()
+    )
     told = "tau = drive_gain*control - 40*dq in N, the control in V, drive_gain = 35.15"
     assert told in page
     assert "times the control" not in page
 
 
 def test_what_cannot_be_told_apart_and_why_there_is_no_direct_model_are_said() -> None:
-    page = shown(derive(MERGED))
+    page = axis_page(derive(MERGED))
     assert "m_plus_K = 4*K + m  [kg]" in page
     words = " ".join(page.split())
     assert "a change of m -4, K +1" in words
     assert "if one of m, K is known" in words
-    text = " ".join(shown(derive(CRANK)).split())
+    text = " ".join(axis_page(derive(CRANK)).split())
     assert "'crank' has no direct regressor" in text
     assert "none: least squares only" in text
 
 
 def test_base_parameters_and_what_follows_from_known_values_are_said() -> None:
-    page = shown(derive(fix(ROD, m=(1.0, 0.02))))
+    page = axis_page(derive(fix(ROD, m=(1.0, 0.02))))
     for line in (
         "  tau = ddq*(J + l**2*m) + 9.81*l*m*sin(q)  [N m]",
         "  inertia = J + l**2*m",
@@ -106,7 +108,7 @@ def test_base_parameters_and_what_follows_from_known_values_are_said() -> None:
     ):
         assert line in page.splitlines(), line
     assert "a change of m +m, l -l, J +l**2*m" in " ".join(page.split())
-    plain = " ".join(shown(derive(ROD)).split())
+    plain = " ".join(axis_page(derive(ROD)).split())
     assert "if one of m, l, J is known" in plain
 
 
@@ -129,7 +131,7 @@ def environments(text: str) -> list[str]:
 @pytest.mark.parametrize("form", ["latex", "markdown"])
 @pytest.mark.parametrize("axis", AXES, ids=name)
 def test_every_formula_typesets(axis: Axis, form: str) -> None:
-    formulas = environments(shown(derive(axis), form))
+    formulas = environments(axis_page(derive(axis), form))
     assert len(formulas) > 4
     parser = MathTextParser("path")
     for formula in formulas:
@@ -138,7 +140,7 @@ def test_every_formula_typesets(axis: Axis, form: str) -> None:
 
 
 def test_the_latex_document_escapes_what_latex_reads() -> None:
-    text = shown(derive(WIDE), "latex")
+    text = axis_page(derive(WIDE), "latex")
     assert (
         r"\section*{wide: many terms \& signs: 100 \% \{of\} \textless{}it\textgreater{}}" in text
     )
@@ -150,7 +152,7 @@ def test_the_latex_document_escapes_what_latex_reads() -> None:
 
 
 def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
-    text = shown(derive(load_axis("emps2015")), "markdown")
+    text = axis_page(derive(load_axis("emps2015")), "markdown")
     assert r"M\, \ddot{q} + F_{\mathrm{v}}\, \dot{q}" in text
     assert symbol_latex("Fvm") == r"F_{\mathrm{vm}}"
     assert symbol_latex("Xi") == r"\Xi"

@@ -6,14 +6,14 @@ import pytest
 
 from axisid.presentation.blocks import (
     Block,
+    CheckGroup,
     Checks,
     Column,
     Heading,
     Interval,
     Intervals,
-    Judged,
     Listing,
-    Noted,
+    NotedText,
     Notes,
     Quantity,
     Sentence,
@@ -65,9 +65,9 @@ class Elements(HTMLParser):
         ),
         Table(
             columns=(Column("a"), Column("b", kind="method")),
-            rows=((Noted(HOSTILE, HOSTILE, HOSTILE), HOSTILE),),
+            rows=((NotedText(HOSTILE, HOSTILE, HOSTILE), HOSTILE),),
         ),
-        Checks(judged=(Judged("fail", (HOSTILE,), HOSTILE),), conclusion=HOSTILE),
+        Checks(judged=(CheckGroup("fail", (HOSTILE,), HOSTILE),), conclusion=HOSTILE),
         Notes((HOSTILE,)),
         paragraph(Sentence(lead=HOSTILE, text=HOSTILE), title=HOSTILE),
         Listing(title=HOSTILE, lines=(HOSTILE,)),
@@ -107,7 +107,11 @@ def test_rows_that_share_a_cell_are_a_body_of_their_own() -> None:
     drawn = Intervals(intervals, truth=2.5)
     table = Table(
         columns=(Column(""), Column("", kind="method"), Column("drawn", kind="intervals")),
-        rows=((Noted("M", "kg", "mass"), "idm-ls", drawn), (None, "idm-iv", None), ("N", "a", "")),
+        rows=(
+            (NotedText("M", "kg", "mass"), "idm-ls", drawn),
+            (None, "idm-iv", None),
+            ("N", "a", ""),
+        ),
     )
     html = blocks_html((table,))
     assert html.count("<tbody>") == 2
@@ -137,9 +141,9 @@ def test_intervals_without_a_width_are_not_drawn() -> None:
 
 def test_checks_have_signs_and_notes_their_numbers() -> None:
     judged = (
-        Judged("fail", ("one",), "two"),
-        Judged("not evaluated", ("three",), "four"),
-        Judged("pass", ("five", "six")),
+        CheckGroup("fail", ("one",), "two"),
+        CheckGroup("not evaluated", ("three",), "four"),
+        CheckGroup("pass", ("five", "six")),
     )
     html = blocks_html((Checks(judged=judged, conclusion="Believe it"), Notes(("said",))))
     assert html.startswith("<p>Believe it.</p><ul")

@@ -22,7 +22,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.studies.friction_curve import Friction, friction
-from axisid.presentation.drawing.matplotlib import drawn, rendered
+from axisid.presentation.drawing.matplotlib import draw, rendered
 from axisid.presentation.formulas.numbers import readable_unit
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
@@ -247,7 +247,7 @@ def test_least_squares_does_not_set_the_scale_of_a_sweep(swept: Sweep) -> None:
     plot = sweep_plot(swept)
     assert plot.panels[0].span == pytest.approx((first - (last - first), last))
     assert "instruments" in plot.caption
-    assert drawn(plot).get_axes()[0].get_ylim() == plot.panels[0].span
+    assert draw(plot).get_axes()[0].get_ylim() == plot.panels[0].span
 
 
 def test_figures_are_listed_by_the_names_of_their_files(
@@ -258,7 +258,7 @@ def test_figures_are_listed_by_the_names_of_their_files(
 
 def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
     for plot in result_plots(result, swept).values():
-        figure = drawn(there(plot))
+        figure = draw(there(plot))
         figure.canvas.draw()
         for axes in figure.get_axes():
             for axis in (axes.yaxis, *([] if there(plot).whole else [axes.xaxis])):
@@ -271,7 +271,7 @@ def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
     result: Identification, swept: Sweep
 ) -> None:
     for plot in result_plots(result, swept).values():
-        figure = drawn(there(plot), width=88.0)
+        figure = draw(there(plot), width=88.0)
         assert figure.get_figwidth() == pytest.approx(88 / 25.4)
         figure.canvas.draw()
         edge = figure.bbox.x1
@@ -284,13 +284,13 @@ def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
 
 def test_shading_is_named_where_it_is_shown(result: Identification) -> None:
     for plot in (record_plot(result), there(tracking_plot(result, result.preferred))):
-        legend = drawn(plot).get_axes()[0].get_legend()
+        legend = draw(plot).get_axes()[0].get_legend()
         assert legend is not None
         assert [t.get_text() for t in legend.get_texts()][-1] == "left out"
 
 
 def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
-    figure = drawn(sweep_plot(swept, 60.0))
+    figure = draw(sweep_plot(swept, 60.0))
     figure.canvas.draw()
     axes = figure.get_axes()[0]
     top = axes.get_window_extent().y1
@@ -342,7 +342,7 @@ def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Reco
 def test_matplotlib_draws_the_same_bytes_twice(result: Identification) -> None:
     plot = autocorrelation_plot(result.preferred)
     for form, magic in (("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")):
-        first, second = (rendered(drawn(plot), form) for _ in range(2))
+        first, second = (rendered(draw(plot), form) for _ in range(2))
         assert first == second
         assert first.startswith(magic)
 

@@ -31,8 +31,8 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
+from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics import conclusion
-from axisid.estimation.diagnostics.check import Check
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities.formula import Formula
 from axisid.presentation.formulas.mathml import formula_mathml

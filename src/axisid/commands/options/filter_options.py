@@ -55,13 +55,13 @@ def filter_options(
     def add(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def collected(**values: Any) -> None:
-            asked = {name: values.pop(name) for name in names}
-            if asked.get("decimate") == 1 and asked.get("decimation") is not None:
+            options = {name: values.pop(name) for name in names}
+            if options.get("decimate") == 1 and options.get("decimation") is not None:
                 raise click.UsageError(
                     "--decimation aligns rows of which some are left out, and --decimate 1 keeps "
                     "all; leave one of them out."
                 )
-            given = {name: value for name, value in asked.items() if value is not None}
+            given = {name: value for name, value in options.items() if value is not None}
             command(filtering=Filtering(given), **values)
 
         for name in reversed(names):

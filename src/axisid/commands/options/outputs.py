@@ -11,8 +11,8 @@ from typing import Any, NoReturn
 import click
 
 from axisid.presentation.console import print_document
-from axisid.support.json_text import json_text
-from axisid.support.shown import Shown
+from axisid.support.files.json_text import json_text
+from axisid.support.presentable import Presentable
 
 from .earlier_output import is_earlier
 from .inputs import file_of
@@ -222,7 +222,7 @@ def _write(path: Path, text: str) -> None:
         raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
 
 
-def put_result(result: Shown, json_file: str | None) -> None:
+def put_result(result: Presentable, json_file: str | None) -> None:
     """Write a result where ``--json`` says, and print it unless that is standard output."""
     if json_file is not None:
         put_json(json_file, result.to_dict())
@@ -230,12 +230,12 @@ def put_result(result: Shown, json_file: str | None) -> None:
         print_result(result)
 
 
-def print_result(result: Shown, **how: Any) -> None:
+def print_result(result: Presentable, **how: Any) -> None:
     """Print a result as its summary, dressed on a terminal.
 
     Parameters
     ----------
-    result : Shown
+    result : Presentable
     **how
         As its `summary` takes it.
     """

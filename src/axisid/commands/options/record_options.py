@@ -62,10 +62,10 @@ class Reading:
         """The same in blocks, for a log larger than memory; nothing can be repaired then."""
         from axisid.estimation.records import LogBlocks
 
-        asked = {*self.given} - {"--columns", "--injected-at", "--sample-period"}
-        if asked:
+        repairs = {*self.given} - {"--columns", "--injected-at", "--sample-period"}
+        if repairs:
             raise click.UsageError(
-                f"{' and '.join(sorted(asked))} cannot be done in blocks; leave --stream out."
+                f"{' and '.join(sorted(repairs))} cannot be done in blocks; leave --stream out."
             )
         return LogBlocks(
             file=Path(file), axis=axis, columns=self.columns, injected_at=self.injected_at

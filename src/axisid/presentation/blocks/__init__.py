@@ -5,16 +5,16 @@ In: blocks. Out: plain text. Knows nothing of results.
 
 from .document import Block as Block
 from .document import Cell as Cell
+from .document import CheckGroup as CheckGroup
 from .document import Checks as Checks
 from .document import Column as Column
 from .document import Document as Document
 from .document import Heading as Heading
 from .document import Interval as Interval
 from .document import Intervals as Intervals
-from .document import Judged as Judged
 from .document import Kind as Kind
 from .document import Listing as Listing
-from .document import Noted as Noted
+from .document import NotedText as NotedText
 from .document import Notes as Notes
 from .document import Paragraph as Paragraph
 from .document import Quantity as Quantity

@@ -27,7 +27,7 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class Noted:
+class NotedText:
     """A text with its unit and a note that stands back behind it."""
 
     text: str
@@ -68,7 +68,7 @@ class Intervals:
 
 
 #: None: the cell above reaches down to this row.
-Cell = str | Quantity | Noted | Intervals | None
+Cell = str | Quantity | NotedText | Intervals | None
 #: What is in a column, for pages that show it their own way.
 Kind = Literal[
     "",
@@ -150,7 +150,7 @@ class Heading:
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class CheckGroup:
     """Checks with one outcome.
 
     Attributes
@@ -179,12 +179,12 @@ class Checks:
 
     Attributes
     ----------
-    judged : tuple of Judged
+    judged : tuple of CheckGroup
     conclusion : str
         Whether to believe it; empty where that is not concluded.
     """
 
-    judged: tuple[Judged, ...]
+    judged: tuple[CheckGroup, ...]
     conclusion: str = ""
 
 
@@ -247,7 +247,7 @@ def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
 
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:
     """A paragraph of sentences; plain texts among them are filled or stay on one line."""
-    told = (
+    parts = (
         Sentence(text=each, filled=filled) if isinstance(each, str) else each for each in sentences
     )
-    return Paragraph(sentences=tuple(told), title=title)
+    return Paragraph(sentences=tuple(parts), title=title)

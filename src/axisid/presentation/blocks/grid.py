@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from .document import Align, Cell, Column, Noted, Quantity, Table
+from .document import Align, Cell, Column, NotedText, Quantity, Table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,11 +75,11 @@ def _heads(column: Column) -> Iterator[str]:
 
 def _texts(cell: Cell, column: Column) -> Iterator[str]:
     """One text for the value and one for each part; what is not told stays empty."""
-    told: tuple[str, ...] = (joined(cell),)
+    texts: tuple[str, ...] = (joined(cell),)
     if isinstance(cell, Quantity) and column.parts:
-        told = (cell.value, cell.deviation, *cell.more)
-    yield from told
-    yield from ("",) * (1 + len(column.parts) - len(told))
+        texts = (cell.value, cell.deviation, *cell.more)
+    yield from texts
+    yield from ("",) * (1 + len(column.parts) - len(texts))
 
 
 def joined(cell: Cell) -> str:
@@ -89,8 +89,8 @@ def joined(cell: Cell) -> str:
             return cell
         case Quantity():
             return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
-        case Noted():
-            told = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
-            return f"{told} ({cell.note})" if cell.note else told
+        case NotedText():
+            text = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
+            return f"{text} ({cell.note})" if cell.note else text
         case _:
             return ""

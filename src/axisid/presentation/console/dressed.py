@@ -14,11 +14,11 @@ from axisid.presentation.blocks import (
     PAGE_WIDTH,
     STATUS_HEADS,
     Block,
+    CheckGroup,
     Checks,
     Document,
     Grid,
     Heading,
-    Judged,
     Listing,
     Notes,
     Paragraph,
@@ -91,7 +91,7 @@ def _(block: Checks, console: Console) -> Iterator[Text]:
         yield from _hanging(_judged(judged), len(STATUS_HEADS[judged.status]), console)
 
 
-def _judged(judged: Judged) -> Text:
+def _judged(judged: CheckGroup) -> Text:
     """What failed stands out by name, what passed by its head alone; the rest steps back."""
     head = STATUS_HEADS[judged.status]
     text = _text(f"{head}{judged.text}")

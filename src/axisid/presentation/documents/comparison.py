@@ -17,7 +17,13 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import finite_tree
 from axisid.support.remedy import as_options
 
-from .identification import estimate_document, left_out, prefilter_document, record_document, said
+from .identification import (
+    estimate_document,
+    left_out,
+    note_text,
+    prefilter_document,
+    record_document,
+)
 
 
 def comparison_dict(comparison: Comparison) -> dict[str, Any]:
@@ -55,7 +61,7 @@ def _candidate(candidate: Candidate) -> WrittenCandidate:
         criteria=WrittenCriteria(**asdict(candidate.criteria)),
         held_out_equation=_held_out(candidate.equation),
         held_out_simulation=None if simulation is None else _held_out(simulation),
-        no_simulation=said(candidate.reason),
+        no_simulation=note_text(candidate.reason),
         parameter_checks=tuple(WrittenParameterCheck(**asdict(c)) for c in candidate.checks),
     )
 

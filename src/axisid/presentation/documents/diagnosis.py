@@ -5,15 +5,10 @@ from typing import Any
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.diagnostics import (
-    Alignment,
-    Check,
-    Diagnosis,
-    Endogeneity,
-    Excitation,
-    InstrumentTests,
-    LawCheck,
-)
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics.estimates import Endogeneity, Excitation, InstrumentTests
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (

@@ -10,7 +10,7 @@ from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Drawn
+from axisid.estimation.regression import DrawSummary
 from axisid.estimation.signals import Prefilter, Sampling
 from axisid.estimation.tables import Provenance, Repair
 from axisid.presentation.schema import (
@@ -80,7 +80,7 @@ def record_document(record: Record) -> WrittenRecord:
     return WrittenRecord(
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
-        assumed=assumed(record.provenance),
+        assumed=assumptions(record.provenance),
         repairs=tuple(map(_repair, record.provenance.repairs)),
         segments=record.segments,
         masked=record.masked,
@@ -91,12 +91,12 @@ def record_document(record: Record) -> WrittenRecord:
     )
 
 
-def said(note: Note | None) -> str | None:
+def note_text(note: Note | None) -> str | None:
     """A note as the command line words it; None where there is none."""
     return None if note is None else note.worded(as_options)
 
 
-def assumed(provenance: Provenance) -> tuple[str, ...]:
+def assumptions(provenance: Provenance) -> tuple[str, ...]:
     """What was taken of a log, and what is doubtful of it, as the command line says it."""
     return (*provenance.assumed, *(doubt.worded(as_options) for doubt in provenance.doubts))
 
@@ -208,7 +208,7 @@ def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
     }
 
 
-def _drawn_document(drawn: Drawn) -> WrittenDrawn:
+def _drawn_document(drawn: DrawSummary) -> WrittenDrawn:
     low, high = map(finite, drawn.interval)
     return WrittenDrawn(
         median=finite(drawn.median),

@@ -8,11 +8,11 @@ from axisid.presentation.schema import WrittenStream, WrittenStreamRecord, plain
 from axisid.support.arrays import finite
 
 from .identification import (
-    assumed,
+    assumptions,
     left_out,
+    note_text,
     origin_members,
     prefilter_document,
-    said,
     value_document,
 )
 
@@ -30,7 +30,7 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
         left_out=left_out(estimate.axis),
         record=WrittenStreamRecord(
             **origin_members(estimate.provenance),
-            assumed=assumed(estimate.provenance),
+            assumed=assumptions(estimate.provenance),
             samples=estimate.samples,
             sample_period=estimate.period,
         ),
@@ -38,8 +38,8 @@ def stream_document(estimate: StreamedEstimate) -> WrittenStream:
             Sampling(prefilter=estimate.prefilter, samples=estimate.samples, period=estimate.period)
         ),
         parameters={name: value_document(v) for name, v in estimate.parameters.items()},
-        beyond_bounds=said(estimate.beyond_bounds),
-        time_base=said(estimate.time_base),
+        beyond_bounds=note_text(estimate.beyond_bounds),
+        time_base=note_text(estimate.time_base),
         rows=estimate.rows,
         lags=estimate.lags,
         equation_error_percent=estimate.equation_error_percent,

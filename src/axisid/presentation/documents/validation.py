@@ -7,7 +7,7 @@ from axisid.presentation.schema import WrittenMethodValidation, WrittenValidatio
 from axisid.support.arrays import finite_tree
 
 from .diagnosis import law_document
-from .identification import record_document, said
+from .identification import note_text, record_document
 
 
 def validation_dict(validation: Validation) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def validation_document(validation: Validation) -> WrittenValidation:
     return WrittenValidation(
         record=record_document(validation.record),
         methods=tuple(map(_method, validation)),
-        time_base=said(validation.time_base),
+        time_base=note_text(validation.time_base),
         law_check=law_document(validation.law),
         holds=validation.has_declared_law and all(v.holds for v in validation),
     )
@@ -35,7 +35,7 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
         simulation_error_percent=finite_tree(v.simulation_error_percent),
         position_error_rms=finite_tree(v.position_error_rms),
         tracking_error_percent=finite_tree(v.tracking_error_percent),
-        reason=said(v.reason) or "",
+        reason=note_text(v.reason) or "",
         holds=v.holds,
         own_simulation_error_percent=finite_tree(v.own_simulation_error_percent),
         own_tracking_error_percent=finite_tree(v.own_tracking_error_percent),

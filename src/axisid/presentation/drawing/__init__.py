@@ -7,4 +7,4 @@ from .files import NAMES as NAMES
 from .files import force_figure as force_figure
 from .files import sweep_figure as sweep_figure
 from .files import write_figures as write_figures
-from .matplotlib import drawn as drawn
+from .matplotlib import draw as draw

@@ -9,7 +9,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.studies import Sweep
 from axisid.presentation.plots import Panel, Plot, Series, force_plot, row_times, sweep_plot
 
-from .matplotlib import WIDTH, Drawing, drawn, rendered
+from .matplotlib import WIDTH, Drawing, draw, rendered
 
 FORMATS = ("pdf", "svg", "png")
 #: Every figure that a result can have.
@@ -35,7 +35,7 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
     """
     plot = _until(force_plot(estimate), float(row_times(estimate)[0]) + seconds)
     error = estimate.equation_error_percent
-    _save(drawn(plot, f"{title}: equation error {error:.1f} %"), path)
+    _save(draw(plot, f"{title}: equation error {error:.1f} %"), path)
 
 
 def sweep_figure(result: Sweep, path: Path) -> None:
@@ -48,7 +48,7 @@ def sweep_figure(result: Sweep, path: Path) -> None:
         Written whole or not at all; the suffix chooses the format.
     """
     title = f"recommended cut-off {result.recommended:g} Hz (dashed)"
-    _save(drawn(sweep_plot(result), title), path)
+    _save(draw(sweep_plot(result), title), path)
 
 
 def write_figures(
@@ -74,7 +74,7 @@ def write_figures(
     written = []
     for plot in plots:
         path = folder / f"{plot.name}.{form}"
-        _save(drawn(plot, width=width), path)
+        _save(draw(plot, width=width), path)
         written.append(path)
     return written
 

@@ -73,7 +73,7 @@ class Drawing(Figure):
         return rendered(self, "png")
 
 
-def drawn(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
+def draw(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     """Draw a plot.
 
     Parameters

@@ -4,7 +4,7 @@ In: expressions, values. Out: LaTeX, MathML, typeset text. Knows nothing of esti
 """
 
 from .axis_page import axis_document as axis_document
-from .axis_page import shown as shown
+from .axis_page import axis_page as axis_page
 from .latex import symbol_latex as symbol_latex
 from .latex import unit_latex as unit_latex
 from .mathml import formula_mathml as formula_mathml

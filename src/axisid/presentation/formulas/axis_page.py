@@ -10,7 +10,7 @@ from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, writ
 from axisid.modeling.wording import (
     Section,
     derived_sections,
-    describe_settled,
+    describe_determined,
     describe_undetermined,
 )
 from axisid.presentation.blocks import Document, Listing, paragraph, plain_text
@@ -22,7 +22,7 @@ FORMATS = ("text", "latex", "markdown")
 _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 
 
-def shown(model: AxisModel, form: str = "text") -> str:
+def axis_page(model: AxisModel, form: str = "text") -> str:
     """Return the page of an axis in one of `FORMATS`."""
     if form == "text":
         return plain_text(axis_document(model))
@@ -73,7 +73,7 @@ def _physical(model: AxisModel) -> list[Section]:
     base = model.base
     if not (base.changed or base.known):
         return []
-    settled = describe_settled(base)
+    settled = describe_determined(base)
     lines = (*((settled,) if settled else ()), *describe_undetermined(base))
     return [Section(title="Physical parameters", lines=lines)]
 

@@ -8,14 +8,14 @@ from types import MappingProxyType
 from axisid.presentation.blocks import (
     Block,
     Cell,
+    CheckGroup,
     Checks,
     Column,
     Document,
     Heading,
     Intervals,
-    Judged,
     Listing,
-    Noted,
+    NotedText,
     Notes,
     Paragraph,
     Quantity,
@@ -126,7 +126,7 @@ def _content(cell: Cell, column: Column, *, is_label: bool) -> str:
 
     if isinstance(cell, Intervals):
         return intervals_html(cell)
-    if isinstance(cell, Noted):
+    if isinstance(cell, NotedText):
         unit = f' <span class="unit">{escape(readable_unit(cell.unit))}</span>'
         note = f' <span class="note">{shown(cell.note)}</span>'
         return shown(cell.text) + (unit if cell.unit else "") + (note if cell.note else "")
@@ -161,12 +161,12 @@ def _(block: Checks) -> str:
     return concluded + checks_html(block.judged)
 
 
-def checks_html(judged: tuple[Judged, ...]) -> str:
+def checks_html(judged: tuple[CheckGroup, ...]) -> str:
     """A list of checks."""
     return f'<ul class="checks">{"".join(map(_judged, judged))}</ul>'
 
 
-def _judged(judged: Judged) -> str:
+def _judged(judged: CheckGroup) -> str:
     names = escape(", ".join(judged.names))
     if judged.meaning:
         lead = "not evaluated: " if judged.status == "not evaluated" else ""

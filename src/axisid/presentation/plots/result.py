@@ -180,7 +180,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
 
 
 @dataclass(frozen=True, slots=True)
-class _Drawn:
+class _MethodStyle:
     """How a method is drawn."""
 
     method: str
@@ -188,7 +188,7 @@ class _Drawn:
     dashed: bool
 
 
-def _drawn(sweep: Sweep) -> list[_Drawn]:
+def _drawn(sweep: Sweep) -> list[_MethodStyle]:
     """The methods of a sweep from the lowest layer: least squares, dashed, below instruments.
 
     The first of a kind has the kind's colour, whatever its name; further ones have those left.
@@ -200,12 +200,12 @@ def _drawn(sweep: Sweep) -> list[_Drawn]:
         kinds[method] = with_instruments, not with_instruments and not estimate.is_direct
     further, free = cycle(_FURTHER), dict(_TONES)
     return [
-        _Drawn(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
+        _MethodStyle(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
         for method, kind in sorted(kinds.items(), key=lambda item: item[1])
     ]
 
 
-def _curve(sweep: Sweep, name: str, drawn: _Drawn) -> Series:
+def _curve(sweep: Sweep, name: str, drawn: _MethodStyle) -> Series:
     """A parameter by one method over the cut-offs."""
     found = [
         (cutoff, estimate.parameters[name])
@@ -245,15 +245,15 @@ def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
     """What to see in a figure of a sweep."""
-    told = [
+    sentences = [
         "Less the filter's own bias, with 95 % intervals.",
         "Least squares drifts where noise begins to bias it, instruments stay.",
     ]
     if cut:
-        told.append("The scale is the instruments', so that least squares may leave a panel.")
+        sentences.append("The scale is the instruments', so that least squares may leave a panel.")
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
-    told += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*told, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
+    sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
+    return " ".join([*sentences, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
 
 
 def _times(record: Record) -> Array:

@@ -8,11 +8,11 @@ from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
 from axisid.estimation.studies import Validation
-from axisid.presentation.blocks import Cell, Column, Interval, Intervals, Noted, Table
+from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
 from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
-    drawn_table,
+    draws_table,
     left_out_notes,
     moves_notes,
     physical_notes,
@@ -60,7 +60,7 @@ def parameters_html(
         for form in shown[1:]
     ]
     if draws:
-        drawn = _scrolled(drawn_table(result.estimates, draws))
+        drawn = _scrolled(draws_table(result.estimates, draws))
         parts.append(f"<details><summary>Intervals from draws</summary>{drawn}</details>")
     parts += [] if validation is None else [_validation(validation, wording)]
     return "".join(parts)
@@ -125,7 +125,7 @@ def parameters_table(
     rows: list[tuple[Cell, ...]] = []
     for quantity, values in groups:
         about = described.get(quantity.name) or quantity.expression
-        name = Noted(quantity.name, quantity.unit, about)
+        name = NotedText(quantity.name, quantity.unit, about)
         drawn = _intervals(result, values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
@@ -144,16 +144,16 @@ def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
     centre, fitted = _number(value.corrected, digits), _number(value.value, digits)
     relative = value.relative_deviation_percent
     return (
-        Noted(centre, note="" if centre == fitted else f"{fitted} as fitted"),
+        NotedText(centre, note="" if centre == fitted else f"{fitted} as fitted"),
         f"{low} … {high}",
         significant(value.deviation) if band is None or not band.exceeds else _both(value, band),
         f"{significant(relative)} %" if relative < _VAGUE else "-",
     )
 
 
-def _both(value: Value, band: Band) -> Noted:
+def _both(value: Value, band: Band) -> NotedText:
     """The deviation, and that of the model's error behind it."""
-    return Noted(significant(value.deviation), note=f"{significant(band.deviation)} over moves")
+    return NotedText(significant(value.deviation), note=f"{significant(band.deviation)} over moves")
 
 
 def _intervals(
@@ -212,9 +212,12 @@ def _notes(result: Identification, wording: Wording) -> str:
 
 
 def _validation(validation: Validation, wording: Wording) -> str:
-    told = record_facts(validation.record, wording)
+    heading = record_facts(validation.record, wording)
     # Names that a file brings stay as they are.
-    facts = [f"On {told['record']}.", *(f"{told[k]}." for k in ("assumed", "repaired") if told[k])]
+    facts = [
+        f"On {heading['record']}.",
+        *(f"{heading[k]}." for k in ("assumed", "repaired") if heading[k]),
+    ]
     about = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
     table = _scrolled(validation_table(validation, wording))
     return f"<h2>The estimates, frozen, on a second record</h2>{about}{table}"

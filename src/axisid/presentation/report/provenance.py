@@ -49,7 +49,7 @@ def provenance_html(
 def _facts(result: Identification, made: datetime | None, wording: Wording) -> dict[str, str]:
     source, f = result.record.provenance, result.prefilter
     start, end = result.data.sampling.filter.dropped
-    told = record_facts(result.record, wording)
+    facts = record_facts(result.record, wording)
     versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{package} {version(package)}" for package in _PACKAGES]
     record = result.record
@@ -62,7 +62,7 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
         "file as named": source.given,
         "file": source.path,
         "sha256 of the file": source.sha256,
-        **{name: told[name] for name in ("columns", "assumed", "repaired")},
+        **{name: facts[name] for name in ("columns", "assumed", "repaired")},
         "samples": f"{len(record)} of {1e3 * record.period:.6g} ms, "
         f"{len(record) * record.period:.4g} s",
         "position filter": f"Butterworth {f.cutoff:g} Hz, order {f.order}, forward and backward",

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 
-from axisid.estimation.diagnostics import Check, by_weight, conclusion
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.presentation.html import (
     STATUS_CLASSES,
     checks_html,
@@ -35,9 +36,9 @@ def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arg
         f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
         for c in reversed(ordered)
     )
-    judged_checks = verdict_block(checks, wording).judged
-    items = checks_html(tuple(each for each in judged_checks if each.status == "fail"))
-    others = tuple(each for each in judged_checks if each.status in ("note", "not evaluated"))
+    groups = verdict_block(checks, wording).judged
+    items = checks_html(tuple(each for each in groups if each.status == "fail"))
+    others = tuple(each for each in groups if each.status in ("note", "not evaluated"))
     folded = (
         f"<details><summary>{_counted(checks)}</summary>{checks_html(others)}</details>"
         if others
@@ -60,6 +61,6 @@ def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arg
 def _counted(checks: Sequence[Check]) -> str:
     """How many checks are told apart because what is printed allows for them, or were not made."""
     counts = {status: sum(c.status == status for c in checks) for status in _ORDER}
-    told = [f"{counts['note']} allowed for in these numbers"] if counts["note"] else []
-    told += [f"{counts['not evaluated']} not evaluated"] if counts["not evaluated"] else []
-    return f"Further checks: {', '.join(told)}"
+    counted = [f"{counts['note']} allowed for in these numbers"] if counts["note"] else []
+    counted += [f"{counts['not evaluated']} not evaluated"] if counts["not evaluated"] else []
+    return f"Further checks: {', '.join(counted)}"

@@ -4,8 +4,8 @@ In: a file. Out: its document, typed; the JSON schema.
 Knows nothing of results and how they are made.
 """
 
+from .base import JsonObject as JsonObject
 from .base import Matrix as Matrix
-from .base import Written as Written
 from .comparison import WrittenCandidate as WrittenCandidate
 from .comparison import WrittenComparison as WrittenComparison
 from .comparison import WrittenCriteria as WrittenCriteria

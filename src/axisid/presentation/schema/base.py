@@ -7,7 +7,7 @@ from msgspec import Meta, Struct
 Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
 
-class Written(Struct, frozen=True, kw_only=True):
+class JsonObject(Struct, frozen=True, kw_only=True):
     """One object of a document; its members are written in the order of the fields."""
 
 

@@ -3,19 +3,19 @@
 from collections.abc import Mapping
 from typing import Annotated
 
-from .base import Written, about
+from .base import JsonObject, about
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
 
 
-class WrittenHeldOut(Written, frozen=True, kw_only=True):
+class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
     """Errors on rows that the estimate was not made from."""
 
     error_percent: float | None
     squares_by_block: tuple[float | None, ...]
 
 
-class WrittenCriteria(Written, frozen=True, kw_only=True):
+class WrittenCriteria(JsonObject, frozen=True, kw_only=True):
     """Information criteria."""
 
     log_likelihood: float | None
@@ -24,7 +24,7 @@ class WrittenCriteria(Written, frozen=True, kw_only=True):
     tic: Annotated[float | None, about("Takeuchi's, for autocorrelated rows.")]
 
 
-class WrittenParameterCheck(Written, frozen=True, kw_only=True):
+class WrittenParameterCheck(JsonObject, frozen=True, kw_only=True):
     """What one parameter adds."""
 
     name: str
@@ -34,7 +34,7 @@ class WrittenParameterCheck(Written, frozen=True, kw_only=True):
     not_tested: Annotated[str | None, about("Why there is no p-value.")]
 
 
-class WrittenCandidate(Written, frozen=True, kw_only=True):
+class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
     """One model of a comparison."""
 
     name: str
@@ -52,14 +52,14 @@ class WrittenCandidate(Written, frozen=True, kw_only=True):
     parameter_checks: tuple[WrittenParameterCheck, ...]
 
 
-class WrittenHeldOutBlocks(Written, frozen=True, kw_only=True):
+class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
     """How rows were held out."""
 
     blocks: int
     gap_rows: int
 
 
-class WrittenNestedTest(Written, frozen=True, kw_only=True):
+class WrittenNestedTest(JsonObject, frozen=True, kw_only=True):
     """One candidate against a larger one that contains it."""
 
     smaller: str
@@ -74,7 +74,7 @@ class WrittenNestedTest(Written, frozen=True, kw_only=True):
 
 
 class WrittenComparison(
-    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
 ):
     """What `axisid compare --json` writes."""
 

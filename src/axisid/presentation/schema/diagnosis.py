@@ -5,10 +5,10 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 
 
-class WrittenLawCheck(Written, frozen=True, kw_only=True):
+class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
     """The declared control law against the record."""
 
     passed: Annotated[bool | None, about("null where it could not be made.")]
@@ -25,7 +25,7 @@ class WrittenLawCheck(Written, frozen=True, kw_only=True):
     meaning: str
 
 
-class WrittenStrength(Written, frozen=True, kw_only=True):
+class WrittenStrength(JsonObject, frozen=True, kw_only=True):
     """How strongly the instruments move one column."""
 
     r_squared: float | None
@@ -39,14 +39,14 @@ class WrittenStrength(Written, frozen=True, kw_only=True):
     ]
 
 
-class WrittenInstruments(Written, frozen=True, kw_only=True):
+class WrittenInstruments(JsonObject, frozen=True, kw_only=True):
     """First stage, by regressor column."""
 
     columns: tuple[WrittenStrength, ...]
     condition_number: Annotated[float | None, about("Of Z'X, unit columns.")]
 
 
-class WrittenEndogeneity(Written, frozen=True, kw_only=True):
+class WrittenEndogeneity(JsonObject, frozen=True, kw_only=True):
     """Durbin-Wu-Hausman in regression form, HAC."""
 
     statistic: float | None
@@ -54,7 +54,7 @@ class WrittenEndogeneity(Written, frozen=True, kw_only=True):
     p_values: Annotated[Mapping[str, float | None], about("By parameter.")]
 
 
-class WrittenExcitation(Written, frozen=True, kw_only=True):
+class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
     """What the motion shows of one parameter."""
 
     share: Annotated[float, about("Of the force's norm.")]
@@ -75,7 +75,7 @@ class WrittenExcitation(Written, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenAlignment(Written, frozen=True, kw_only=True):
+class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
     """The delay of the force."""
 
     best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
@@ -94,7 +94,7 @@ class WrittenAlignment(Written, frozen=True, kw_only=True):
     reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
 
 
-class WrittenSetting(Written, frozen=True, kw_only=True):
+class WrittenSetting(JsonObject, frozen=True, kw_only=True):
     """Something that can be set for a run."""
 
     name: Annotated[str, about("Of the option, without its dashes.")]
@@ -102,7 +102,7 @@ class WrittenSetting(Written, frozen=True, kw_only=True):
     given: Annotated[bool, about("False where it is to be left out.")]
 
 
-class WrittenLackOfFit(Written, frozen=True, kw_only=True):
+class WrittenLackOfFit(JsonObject, frozen=True, kw_only=True):
     """What is left at phases of the reference that repeat, of the judged estimate."""
 
     period: Annotated[float | None, about("s; null where moves repeat in another order.")]
@@ -128,7 +128,7 @@ class WrittenLackOfFit(Written, frozen=True, kw_only=True):
     count: Annotated[tuple[float, ...], about("Repeats by phase.")]
 
 
-class WrittenBand(Written, frozen=True, kw_only=True):
+class WrittenBand(JsonObject, frozen=True, kw_only=True):
     """How far the model's error may move a parameter."""
 
     deviation: Annotated[float, about("Delete-one-group jackknife.")]
@@ -138,7 +138,7 @@ class WrittenBand(Written, frozen=True, kw_only=True):
     exceeds: Annotated[bool, about("Whether it is noticeably wider than the interval for noise.")]
 
 
-class WrittenCheck(Written, frozen=True, kw_only=True):
+class WrittenCheck(JsonObject, frozen=True, kw_only=True):
     """One check of the verdict."""
 
     name: str

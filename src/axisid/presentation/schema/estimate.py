@@ -5,12 +5,12 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Matrix, Written, about
+from .base import JsonObject, Matrix, about
 from .residuals import WrittenResidualTests
 from .values import WrittenDirectValue, WrittenDrawn, WrittenPhysical, WrittenValue
 
 
-class WrittenEstimate(Written, frozen=True, kw_only=True):
+class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     """One method's estimate."""
 
     method: Annotated[str, about("As identify takes it.")]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 from .diagnosis import (
     WrittenAlignment,
     WrittenBand,
@@ -20,7 +20,7 @@ from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
 
 
-class WrittenMethodValidation(Written, frozen=True, kw_only=True):
+class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
     """One frozen estimate on the second record."""
 
     method: str
@@ -58,7 +58,7 @@ class WrittenMethodValidation(Written, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenValidation(Written, frozen=True, kw_only=True):
+class WrittenValidation(JsonObject, frozen=True, kw_only=True):
     """The frozen estimates on a second record."""
 
     record: WrittenRecord
@@ -77,7 +77,7 @@ class WrittenValidation(Written, frozen=True, kw_only=True):
 
 
 class WrittenIdentification(
-    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
 ):
     """What `axisid identify --json` writes."""
 
@@ -115,7 +115,7 @@ class WrittenIdentification(
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
 
 
-class WrittenSweep(Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
+class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
     """What `axisid sweep --json` writes."""
 
     recommended_cutoff: Annotated[float, about("Hz")]

@@ -8,17 +8,17 @@ from typing import Any, TypeVar, overload
 import msgspec
 
 from axisid.support.errors import DataError
+from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 from axisid.support.remedy import Note
-from axisid.support.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 
-from .base import Written
+from .base import JsonObject
 
-First = TypeVar("First", bound=Written)
-Second = TypeVar("Second", bound=Written)
+First = TypeVar("First", bound=JsonObject)
+Second = TypeVar("Second", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
-def plain(document: Written) -> dict[str, Any]:
+def plain(document: JsonObject) -> dict[str, Any]:
     """A document as dictionaries, lists, numbers and texts."""
     return dict(_listed(msgspec.to_builtins(document, enc_hook=_number)))
 
@@ -37,7 +37,7 @@ def _listed(value: Any) -> Any:
     return value
 
 
-def schema_of(document: type[Written]) -> str:
+def schema_of(document: type[JsonObject]) -> str:
     """The member ``schema`` of a document, its name and version."""
     return str(document.__struct_config__.tag)
 
@@ -56,17 +56,17 @@ def read_document(
 
 def read_document(
     file: Path,
-    expected: type[Written],
-    other: type[Written] | None = None,
+    expected: type[JsonObject],
+    other: type[JsonObject] | None = None,
     *,
     refused: Mapping[str, Note] = MappingProxyType({}),
-) -> Written:
+) -> JsonObject:
     """Read a result that was written as JSON.
 
     Parameters
     ----------
     file : Path
-    expected, other : type of Written
+    expected, other : type of JsonObject
         Which documents will do.
     refused : mapping of str to Note
         What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
@@ -101,7 +101,7 @@ def _schema(file: Path, content: bytes) -> str:
     return schema if isinstance(schema, str) else ""
 
 
-def _decoded(file: Path, content: bytes, document: type[Written]) -> Written:
+def _decoded(file: Path, content: bytes, document: type[JsonObject]) -> JsonObject:
     try:
         return msgspec.json.decode(content, type=document)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:

@@ -5,10 +5,10 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 
 
-class WrittenRepair(Written, frozen=True, kw_only=True):
+class WrittenRepair(JsonObject, frozen=True, kw_only=True):
     """What was done to the data, once."""
 
     kind: Literal["tail", "wrap", "clipped", "empty", "clock", "resample", "gaps"]
@@ -16,7 +16,7 @@ class WrittenRepair(Written, frozen=True, kw_only=True):
     text: str
 
 
-class WrittenOrigin(Written, frozen=True, kw_only=True):
+class WrittenOrigin(JsonObject, frozen=True, kw_only=True):
     """Which file the data come from, if from one."""
 
     source: Annotated[str, about("File name, or how the record was made.")]
@@ -80,7 +80,7 @@ class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
     sample_period: Annotated[float, about("s")]
 
 
-class WrittenRequest(Written, frozen=True, kw_only=True):
+class WrittenRequest(JsonObject, frozen=True, kw_only=True):
     """A prefilter as it was asked for; null is what was left open, to be chosen for the record."""
 
     cutoff: Annotated[float, about("Hz")]
@@ -92,7 +92,7 @@ class WrittenRequest(Written, frozen=True, kw_only=True):
     reversals: Literal["keep", "leave-out"] | None
 
 
-class WrittenPrefilter(Written, frozen=True, kw_only=True):
+class WrittenPrefilter(JsonObject, frozen=True, kw_only=True):
     """How the record became rows."""
 
     cutoff: Annotated[float, about("Hz")]

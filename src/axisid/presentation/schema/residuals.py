@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from .base import Written, about
+from .base import JsonObject, about
 
 
-class WrittenLjungBox(Written, frozen=True, kw_only=True):
+class WrittenLjungBox(JsonObject, frozen=True, kw_only=True):
     """Independence over so many lags."""
 
     statistic: float | None
@@ -13,14 +13,14 @@ class WrittenLjungBox(Written, frozen=True, kw_only=True):
     lags: int
 
 
-class WrittenAutocorrelation(Written, frozen=True, kw_only=True):
+class WrittenAutocorrelation(JsonObject, frozen=True, kw_only=True):
     """Of the residuals, by lag."""
 
     values: Annotated[tuple[float | None, ...], about("From lag 0.")]
     bound_95: float | None
 
 
-class WrittenNormality(Written, frozen=True, kw_only=True):
+class WrittenNormality(JsonObject, frozen=True, kw_only=True):
     """Shape of the residuals against a normal distribution."""
 
     jarque_bera: float | None
@@ -31,7 +31,7 @@ class WrittenNormality(Written, frozen=True, kw_only=True):
     residual_quantiles: Annotated[tuple[float | None, ...], about("Standardised.")]
 
 
-class WrittenCrossCorrelation(Written, frozen=True, kw_only=True):
+class WrittenCrossCorrelation(JsonObject, frozen=True, kw_only=True):
     """Of the residuals with each instrument or regressor column."""
 
     largest: Annotated[float | None, about("In deviations.")]
@@ -45,7 +45,7 @@ class WrittenCrossCorrelation(Written, frozen=True, kw_only=True):
     deviations: Annotated[tuple[float | None, ...], about("Of each, by Bartlett's formula.")]
 
 
-class WrittenRuns(Written, frozen=True, kw_only=True):
+class WrittenRuns(JsonObject, frozen=True, kw_only=True):
     """Runs of one sign."""
 
     z: Annotated[float | None, about("Deviations from chance; null for one run.")]
@@ -53,7 +53,7 @@ class WrittenRuns(Written, frozen=True, kw_only=True):
     lengths: Annotated[tuple[int, ...], about("How many runs have 1, 2, ... rows.")]
 
 
-class WrittenResidualTests(Written, frozen=True, kw_only=True):
+class WrittenResidualTests(JsonObject, frozen=True, kw_only=True):
     """Tests of the residuals with the data of their plots."""
 
     durbin_watson: Annotated[float | None, about("2 for independent neighbours.")]

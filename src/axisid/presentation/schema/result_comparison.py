@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from .base import Written, about
+from .base import JsonObject, about
 from .diagnosis import WrittenCheck
 
 
-class WrittenDifference(Written, frozen=True, kw_only=True):
+class WrittenDifference(JsonObject, frozen=True, kw_only=True):
     """One parameter of one method in both results."""
 
     method: str
@@ -24,7 +24,7 @@ class WrittenDifference(Written, frozen=True, kw_only=True):
     difference: Annotated[float, about("The second less the first.")]
 
 
-class WrittenAlone(Written, frozen=True, kw_only=True):
+class WrittenAlone(JsonObject, frozen=True, kw_only=True):
     """Methods and parameters that only one has."""
 
     first: tuple[str, ...]
@@ -32,7 +32,7 @@ class WrittenAlone(Written, frozen=True, kw_only=True):
 
 
 class WrittenResultComparison(
-    Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.result_comparison/1"
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.result_comparison/1"
 ):
     """What `axisid compare-results --json` writes; a pair is of the first and the second result."""
 

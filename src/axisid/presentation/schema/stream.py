@@ -5,12 +5,14 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Written, about
+from .base import JsonObject, about
 from .record import WrittenPrefilter, WrittenStreamRecord
 from .values import WrittenValue
 
 
-class WrittenStream(Written, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"):
+class WrittenStream(
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.stream/1"
+):
     """Least squares on a log that was read in blocks."""
 
     axis: str

@@ -5,10 +5,10 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import Matrix, Written, about
+from .base import JsonObject, Matrix, about
 
 
-class WrittenValue(Written, frozen=True, kw_only=True):
+class WrittenValue(JsonObject, frozen=True, kw_only=True):
     """A number with unit, deviations and interval."""
 
     value: Annotated[float, about("In `unit`.")]
@@ -50,7 +50,7 @@ class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     expression: Annotated[str, about("In physical parameters.")]
 
 
-class WrittenDrawn(Written, frozen=True, kw_only=True):
+class WrittenDrawn(JsonObject, frozen=True, kw_only=True):
     """One parameter over draws, mapped exactly."""
 
     median: float | None
@@ -60,14 +60,14 @@ class WrittenDrawn(Written, frozen=True, kw_only=True):
     seed: Annotated[int, about("Of numpy.random.default_rng, which gives the same draws again.")]
 
 
-class WrittenKnown(Written, frozen=True, kw_only=True):
+class WrittenKnown(JsonObject, frozen=True, kw_only=True):
     """A parameter that is declared as known."""
 
     value: float
     sd: Annotated[float, about("0 for an exact value.")]
 
 
-class WrittenPhysical(Written, frozen=True, kw_only=True):
+class WrittenPhysical(JsonObject, frozen=True, kw_only=True):
     """Declared parameters from the base parameters and from what is declared as known.
 
     Absent where the estimate is of the declared parameters and none is known.

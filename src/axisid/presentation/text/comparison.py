@@ -4,7 +4,8 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from axisid.estimation.diagnostics import Check, within_bounds
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import within_bounds
 from axisid.estimation.estimates import Value
 from axisid.estimation.studies import Candidate, Comparison, NestedTest, ParameterCheck
 from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
@@ -49,7 +50,7 @@ _OF_NONLINEAR = MappingProxyType(
 def comparison_document(comparison: Comparison, *, wording: Wording = as_arguments) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
     c = comparison
-    told = f"{c.recommended or 'none'}; {c.reason}."
+    text = f"{c.recommended or 'none'}; {c.reason}."
     return (
         _heading(c, wording),
         *(
@@ -66,7 +67,7 @@ def comparison_document(comparison: Comparison, *, wording: Wording = as_argumen
                 *_remarks(c, wording),
             )
         ),
-        paragraph(Sentence(lead="recommended: ", text=told, hang=4)),
+        paragraph(Sentence(lead="recommended: ", text=text, hang=4)),
         Notes(tuple(_notes(c))),
     )
 
@@ -105,8 +106,8 @@ def _short(value: Value | None) -> Cell:
     """The digits that two digits of the deviation warrant."""
     if value is None:
         return "-"
-    told = quantity(value)
-    number, spread = float(told.value), float(told.deviation)
+    number_text = quantity(value)
+    number, spread = float(number_text.value), float(number_text.deviation)
     places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
     return Quantity(f"{number:.{places}f}", f"{spread:.{places}f}")
 
@@ -173,30 +174,32 @@ def _line(text: str) -> Sentence:
 
 def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
     """A sentence for each parameter that the record does not need."""
-    told = [
+    sentences = [
         Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
         for c in candidates
         for check in c.checks
         if check.informed is False
     ]
-    judged = "linear " if any(not c.axis.is_linear for c in candidates) else ""
-    return told or [_line(f"Every {judged}parameter of every candidate carries information [5].")]
+    tested = "linear " if any(not c.axis.is_linear for c in candidates) else ""
+    return sentences or [
+        _line(f"Every {tested}parameter of every candidate carries information [5].")
+    ]
 
 
 def _untested(c: Comparison) -> list[Sentence]:
     """A sentence for each pair and each parameter that no test judges."""
-    told = [
+    sentences = [
         f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4]."
         for t in c.tests
         if t.not_tested
     ]
-    told += [
+    sentences += [
         f"{check.name} of {each.name} is not judged: {check.not_tested} [5]."
         for each in c.candidates
         for check in each.checks
         if check.informed is None
     ]
-    return [Sentence(text=text) for text in told]
+    return [Sentence(text=text) for text in sentences]
 
 
 def _unneeded(tests: Sequence[NestedTest]) -> list[Sentence]:
@@ -225,12 +228,12 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
 
 def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
     """What kept a candidate or a figure out, and what disagrees."""
-    told = _faults(c, wording)
-    told += [
+    sentences = _faults(c, wording)
+    sentences += [
         Sentence(text=f"{name} is left out: {why.worded(wording)}")
         for name, why in c.failures.items()
     ]
-    told += [
+    sentences += [
         _line(f"{a} and {b} are the same model in different parameters, on these rows.")
         for a, b in c.same
     ]
@@ -238,11 +241,11 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
     for each in c.candidates:
         if each.reason is not None:
             shared.setdefault(each.reason.worded(wording), []).append(each.name)
-    told += [
+    sentences += [
         Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
     ]
     first, *others = c.candidates
-    told += [
+    sentences += [
         _line(
             f"{e.name} and {first.name} have different control laws, so their simulation errors "
             "compare these too."
@@ -253,8 +256,8 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
     if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
         least = min(simulated)[1]
-        told.append(Sentence(text=f"The held-out simulation error is smallest for {least}."))
-    return told
+        sentences.append(Sentence(text=f"The held-out simulation error is smallest for {least}."))
+    return sentences
 
 
 def _faults(c: Comparison, wording: Wording) -> list[Sentence]:

@@ -2,14 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.estimation.diagnostics import (
-    Alignment,
-    Check,
-    Diagnosis,
-    Endogeneity,
-    InstrumentTests,
-    LawCheck,
-)
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
@@ -129,8 +125,8 @@ def _endogeneity(title: str, preferred: Estimate, diagnosis: Diagnosis) -> Parag
         f"{q.name} {p:.2g}" if p == p else f"{q.name} -"  # NaN where the column has no residual
         for q, p in zip(preferred.quantities, endogeneity.by_parameter, strict=True)
     )
-    told = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
-    return paragraph(told, title=title, filled=False)
+    text = f"F = {endogeneity.statistic:.4g}, p = {endogeneity.p_value:.2g}; p by column: {by}"
+    return paragraph(text, title=title, filled=False)
 
 
 def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wording) -> Paragraph:

@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.diagnostics import Check, by_weight, conclusion
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
@@ -14,11 +15,11 @@ from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
     Cell,
+    CheckGroup,
     Checks,
     Column,
     Document,
     Heading,
-    Judged,
     Notes,
     Status,
     Table,
@@ -75,7 +76,7 @@ def identification_document(
         *_physical_tables(result),
         verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
-        *((drawn_table(result.estimates, draws),) if not is_nothing(draws) else ()),
+        *((draws_table(result.estimates, draws),) if not is_nothing(draws) else ()),
         *(details_document(result.estimates, diagnosis, wording) if full else ()),
     )
 
@@ -169,7 +170,7 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
     return [(f"  {_CORRECTED}", "", *numbers)]
 
 
-def drawn_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
+def draws_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
     """Intervals from draws, beside those of the delta method."""
     rows: list[Row] = []
     lost, seed = 0, 0
@@ -260,7 +261,7 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
-        Judged(status, (check.name,), check.note.worded(wording))
+        CheckGroup(status, (check.name,), check.note.worded(wording))
         for status in statuses
         for check in ordered
         if check.status == status
@@ -269,9 +270,9 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     for check in checks:
         if check.status == "not evaluated":
             skipped.setdefault(check.note.worded(wording), []).append(check.name)
-    judged += [Judged("not evaluated", tuple(names), why) for why, names in skipped.items()]
+    judged += [CheckGroup("not evaluated", tuple(names), why) for why, names in skipped.items()]
     passed = tuple(check.name for check in checks if check.status == "pass")
-    judged += [Judged("pass", passed)] if passed else []
+    judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 
 

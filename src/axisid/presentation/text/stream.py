@@ -5,11 +5,11 @@ from axisid.estimation.studies import StreamedEstimate
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
     Cell,
+    CheckGroup,
     Checks,
     Column,
     Document,
     Heading,
-    Judged,
     Notes,
     Table,
     text_columns,
@@ -33,7 +33,7 @@ def stream_document(estimate: StreamedEstimate, *, wording: Wording = as_argumen
         _heading(estimate, wording),
         _table(estimate),
         *(
-            Checks(judged=(Judged("fail", (name,), why.worded(wording)),))
+            Checks(judged=(CheckGroup("fail", (name,), why.worded(wording)),))
             for name, why in faults.items()
             if why is not None
         ),

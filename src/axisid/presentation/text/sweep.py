@@ -26,10 +26,10 @@ from .record import record_facts
 def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    told = record_facts(first.record, wording)
+    facts = record_facts(first.record, wording)
     facts = {
         "left out": left_out_text(first.axis.declared),
-        **{name: told[name] for name in ("assumed", "repaired")},
+        **{name: facts[name] for name in ("assumed", "repaired")},
     }
     tables: list[Block] = [
         _table(sweep, quantity.name, quantity.unit, sweep.methods)
@@ -51,8 +51,8 @@ def _row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cel
     for method in methods:
         estimate = result.estimates.get(method)
         value = estimate and estimate.parameters[name]
-        told = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-        row.append(Quantity(*told))
+        texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
+        row.append(Quantity(*texts))
     return tuple(row)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.logs.text.time_stamps import NoStampsError, Seen, stamp_seconds
+from axisid.estimation.logs.text.time_stamps import NoStampsError, StampHistory, stamp_seconds
 
 EXPECTED = [0.0, 0.25, 60.5]
 
@@ -27,35 +27,37 @@ EXPECTED = [0.0, 0.25, 60.5]
     ],
 )
 def test_stamps_of_many_ways_count_from_the_first(cells: list[str]) -> None:
-    seconds, note = stamp_seconds(cells, Seen())
+    seconds, note = stamp_seconds(cells, StampHistory())
     assert seconds == pytest.approx(EXPECTED, abs=1e-12)
     assert note.startswith("time stamps counted from the first")
 
 
 def test_nanoseconds_are_kept() -> None:
-    seconds, _ = stamp_seconds(["2026-02-01 12:00:00", "2026-02-01 12:00:00.000000001"], Seen())
+    seconds, _ = stamp_seconds(
+        ["2026-02-01 12:00:00", "2026-02-01 12:00:00.000000001"], StampHistory()
+    )
     assert seconds[1] == 1e-9
 
 
 def test_empty_cell_has_no_time() -> None:
-    seconds, _ = stamp_seconds(["", "12:00:00", "", "12:00:01"], Seen())
+    seconds, _ = stamp_seconds(["", "12:00:00", "", "12:00:01"], StampHistory())
     assert np.array_equal(seconds, [np.nan, 0.0, np.nan, 1.0], equal_nan=True)
 
 
 def test_times_without_a_date_pass_midnight_and_say_so() -> None:
     cells = ["23:59:59.5", "00:00:00", "00:00:00.5", "12:00:00", "23:59:59.5", "00:00:01"]
-    seen = Seen()
+    seen = StampHistory()
     blocks = [stamp_seconds(cells[k : k + 2], seen) for k in (0, 2, 4)]
     expected = [0.0, 0.5, 1.0, 43200.5, 86400.0, 86401.5]
     assert np.concatenate([seconds for seconds, _ in blocks]) == pytest.approx(expected)
     assert "midnight" in blocks[0][1]
-    seconds, note = stamp_seconds(["12:00:01", "12:00:00"], Seen())
+    seconds, note = stamp_seconds(["12:00:01", "12:00:00"], StampHistory())
     assert "midnight" not in note
     assert seconds[1] == -1.0  # a small step back is left as it is, to be refused
 
 
 def test_blocks_that_may_yet_pass_midnight_say_so_beforehand() -> None:
-    _, note = stamp_seconds(["12:00:00", "12:00:01"], Seen(goes_on=True))
+    _, note = stamp_seconds(["12:00:00", "12:00:01"], StampHistory(goes_on=True))
     assert "midnight" in note
 
 
@@ -67,10 +69,10 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
     dates: list[str], days: int, first: str
 ) -> None:
     cells = [f"{date} 12:00:00" for date in dates]
-    seconds, note = stamp_seconds(cells, Seen())
+    seconds, note = stamp_seconds(cells, StampHistory())
     assert seconds[1] == days * 86400
     assert note.endswith(f"{first} first")
-    seen = Seen()
+    seen = StampHistory()
     parts = [stamp_seconds([cell], seen)[0][0] for cell in cells]
     assert parts == [0.0, days * 86400]
 
@@ -93,6 +95,6 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
 )
 def test_what_may_mean_two_times_or_none_is_refused(cells: list[str], row: int, why: str) -> None:
     with pytest.raises(NoStampsError, match=why or None) as caught:
-        stamp_seconds(cells, Seen())
+        stamp_seconds(cells, StampHistory())
     assert caught.value.row == row
     assert bool(caught.value.why) == bool(why)

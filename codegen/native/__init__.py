@@ -1,0 +1,8 @@
+"""Generated C as functions that run: compiled, tested, cached and called.
+
+In: generated C. Out: native functions, or why there are none. Knows nothing of SymPy.
+"""
+
+from .errors import NativeUnavailableError as NativeUnavailableError
+from .native import Native as Native
+from .slices import slices as slices

@@ -1,0 +1,131 @@
+"""The system's C compiler, or Zig's where there is none.
+
+Flags keep IEEE semantics: no contraction to fused operations and no fast-math, so that native
+results are those of the CasADi virtual machine to rounding.
+"""
+
+import contextlib
+import importlib.util
+import math
+import os
+import platform
+import shlex
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import CompilerHangsError, NativeUnavailableError
+from .workshop import Workshop
+
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-march=native",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fPIC",
+    "-shared",
+)
+_SECONDS = 120.0
+_MOST_OUTPUT = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Compiler:
+    """A C compiler.
+
+    Attributes
+    ----------
+    command : tuple of str
+        What is run, before flags and files.
+    identity : str
+        Changes when the compiler or the processor does.
+    """
+
+    command: tuple[str, ...]
+    identity: str
+
+    def compile(self, source: Path, target: Path, workshop: Workshop) -> None:
+        """Compile one file into a shared library, both in the workshop's folder.
+
+        Raises
+        ------
+        NativeUnavailableError
+            The compiler fails or hangs; what it started is ended.
+        """
+        command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
+        output = source.with_name("output")
+        try:
+            code = workshop.run(command, output.name)
+        except TimeoutError:
+            raise CompilerHangsError(
+                f"{self.command[0]} did not finish within {workshop.seconds:g} s"
+            ) from None
+        except EOFError:
+            raise NativeUnavailableError("the process that runs the compiler was ended") from None
+        except OSError as error:
+            raise NativeUnavailableError(f"{self.command[0]} does not run: {error}") from error
+        with output.open("rb") as file:
+            said = file.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+        if code != 0 or not target.is_file():
+            telling = [line for line in said if "error" in line] or said[-1:]
+            reason = telling[0] if telling else f"exit code {code}"
+            raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
+
+
+def find_compiler() -> Compiler:
+    """Return ``$CC``, a compiler on the path, or Zig's (the extra ``native``).
+
+    Raises
+    ------
+    NativeUnavailableError
+        There is none, or the system is none that a library could be tried on.
+    """
+    if not hasattr(os, "getuid"):
+        raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
+    requested = os.environ.get("CC")
+    for name in [requested] if requested else ["cc", "gcc", "clang"]:
+        try:
+            words = shlex.split(name)
+        except ValueError as error:
+            raise NativeUnavailableError(
+                f"the compiler CC={name!r} cannot be read: {error}"
+            ) from error
+        found = shutil.which(words[0]) if words else None
+        if found is not None:
+            path = Path(found).absolute()
+            return Compiler((str(path), *words[1:]), _identity(path))
+    if requested:
+        raise NativeUnavailableError(f"the compiler CC={requested!r} is not found")
+    zig = importlib.util.find_spec("ziglang")
+    if zig is not None and zig.origin is not None:
+        command = (sys.executable, "-m", "ziglang", "cc")
+        return Compiler(command, _identity(Path(zig.origin)))
+    raise NativeUnavailableError(
+        "there is no C compiler (install one, or pip install 'axisid[native]')"
+    )
+
+
+def most_seconds() -> float:
+    """Time limit of a compiler, from AXISID_COMPILE_SECONDS if that is a sensible number."""
+    with contextlib.suppress(ValueError):
+        seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
+        if math.isfinite(seconds) and 0 < seconds < 1e6:
+            return seconds
+    return _SECONDS
+
+
+def _identity(executable: Path) -> str:
+    real = executable.resolve()
+    status = real.stat()
+    return f"{real} {status.st_size} {status.st_mtime_ns} {platform.machine()} {_processor()}"
+
+
+def _processor() -> str:
+    """What -march=native depends on."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith(("flags", "Features")):
+                return line
+    return platform.processor()

@@ -1,0 +1,209 @@
+"""A loaded library and its functions, called with NumPy arrays."""
+
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
+from axisid.codegen.runtime import checked_arguments, is_scalar
+from axisid.support.arrays import Array
+
+from .slices import StoppableRuns, slices
+
+#: Calls a function of a library by name with whole numbers, floats, arrays (their memory) and None.
+Caller = Callable[..., int]
+
+
+class LoadedLibrary:
+    """A library in this process.
+
+    Parameters
+    ----------
+    path : Path
+        Loading executes it, so it must come from the cache.
+
+    Raises
+    ------
+    OSError
+        It does not load, or is not the library of an axis.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._library = ctypes.CDLL(str(path))
+        if not hasattr(self._library, "direct_dynamics_rows"):
+            raise OSError(f"{path} is not the library of an axis")
+
+    def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
+        """Call a function; the interpreter's lock is released."""
+        return int(getattr(self._library, function)(*map(_as_c, arguments)))
+
+
+class NativeLibrary:
+    """A compiled axis.
+
+    Parameters
+    ----------
+    call : callable
+        Calls its functions.
+    functions : mapping of str to casadi.Function
+        The same functions in the virtual machine; their shapes are the library's.
+    path : Path, optional
+        Where it lies.
+    """
+
+    def __init__(
+        self, call: Caller, functions: Mapping[str, Any], path: Path | None = None
+    ) -> None:
+        self.path = path
+        self._call = call
+        self._functions = functions
+        self._runs = StoppableRuns()
+
+    def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
+        """Evaluate a function at N samples: one (N, elements) array per output."""
+        shapes = self._functions[function]
+        given, samples = checked_arguments(function, shapes, arguments)
+        outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
+        call = partial(self._call, f"{function}_rows")
+        for part in slices(samples):
+            if part == slice(0, samples):
+                call(samples, *given, *outputs)
+                break
+            cut = [a[part] if is_scalar(shapes, i) else a for i, a in enumerate(given)]
+            call(part.stop - part.start, *cut, *(out[part] for out in outputs))
+        return outputs
+
+    def simulate(
+        self,
+        reference: Array,
+        noise: Array | None,
+        injected: Array | None,
+        parameters: Array,
+        start: LoopStart,
+        settings: LoopSettings,
+    ) -> tuple[int, int, dict[str, Array]]:
+        """Run one simulation, with a test signal added to the control or without.
+
+        Returns
+        -------
+        status : int
+            Index into `STATUSES`.
+        stopped : int
+            The sample that the status speaks of.
+        signals : dict of str to (N,) array
+            By name; not set from `stopped` on.
+        """
+        signals = np.empty((len(SIGNALS), len(reference)))
+        stopped = np.zeros(1, dtype=np.int64)
+
+        def run(stop: NDArray[np.int32]) -> int:
+            return self._call(
+                "simulate",
+                len(reference),
+                *(reference, noise, injected, parameters),
+                float(settings.period),
+                float(start.position),
+                float(start.velocity),
+                start.memory,
+                float(settings.resolution),
+                float(settings.allowed),
+                int(settings.substeps),
+                *signals,
+                stopped,
+                stop,
+            )
+
+        (status,) = self._runs.run([run], len(reference) * settings.substeps)
+        return status, int(stopped[0]), dict(zip(SIGNALS, signals, strict=True))
+
+    def simulate_batch(
+        self,
+        reference: Array,
+        noise: Array | None,
+        injected: Array | None,
+        parameters: Array,
+        start: LoopStart,
+        settings: LoopSettings,
+        wanted: Sequence[str],
+        threads: int,
+    ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
+        """Run many simulations side by side.
+
+        Parameters
+        ----------
+        reference : (N,) or (N, B) array
+        noise : (N, B) array or None
+        injected : (N,) or (N, B) array or None
+            Added to the control.
+        parameters : (B, p) array, contiguous
+        start : LoopStart
+            By lane, its arrays contiguous.
+        settings : LoopSettings
+        wanted : sequence of str
+            Of `SIGNALS`; what is not wanted takes no memory.
+        threads : int
+            Lanes are shared out among so many.
+
+        Returns
+        -------
+        status : (B,) array
+        stopped : (B,) array
+        signals : dict of str to (N, B) array
+        """
+        samples, lanes = len(reference), len(parameters)
+        signals = {name: np.empty((samples, lanes)) for name in SIGNALS if name in wanted}
+        status = np.zeros(lanes, dtype=np.int32)
+        stopped = np.zeros(lanes, dtype=np.int64)
+        blocks = -(-lanes // BLOCK)
+        edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
+
+        def run(first: int, last: int, stop: NDArray[np.int32]) -> int:
+            return self._call(
+                "simulate_batch",
+                samples,
+                last - first,
+                *_strided(reference, first),
+                *_strided(noise, first),
+                *_strided(injected, first),
+                parameters[first:],
+                start.position[first:],
+                start.velocity[first:],
+                None if start.memory is None else start.memory[first:],
+                settings.allowed[first:],
+                float(settings.period),
+                float(settings.resolution),
+                int(settings.substeps),
+                *(signals[n][:, first:] if n in signals else None for n in SIGNALS),
+                lanes,
+                status[first:],
+                stopped[first:],
+                stop,
+            )
+
+        runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
+        self._runs.run(runs, samples * lanes * settings.substeps)
+        return status, stopped, signals
+
+
+def _as_c(argument: int | float | NDArray[Any] | None) -> Any:
+    if isinstance(argument, np.ndarray):
+        return ctypes.c_void_p(argument.ctypes.data)
+    if isinstance(argument, float):
+        return ctypes.c_double(argument)
+    return None if argument is None else ctypes.c_ssize_t(argument)
+
+
+def _strided(signal: Array | None, first: int) -> tuple[Array | None, int, int]:
+    """A signal from a lane on, and its strides over time and lanes in values."""
+    if signal is None:
+        return None, 0, 0
+    over_time = signal.strides[0] // signal.itemsize
+    if signal.ndim == 1:
+        return signal, over_time, 0
+    return signal[:, first:], over_time, signal.strides[1] // signal.itemsize

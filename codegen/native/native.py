@@ -1,0 +1,97 @@
+"""Native functions of an axis, called with NumPy arrays and the interpreter's lock released.
+
+What goes in and out is memory that NumPy owns; a contiguous array of floats is not copied. Time is
+the first axis of every array, lanes (simulations of a batch) the second.
+"""
+
+import contextlib
+import tempfile
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .compiler import find_compiler
+from .errors import NativeUnavailableError
+from .library import LoadedLibrary, NativeLibrary
+from .library_cache import build_library, cached_library, compiled_library
+from .self_test import check_library
+from .workshop import Workshop
+
+
+class Native:
+    """The native library of an axis, compiled when it is first needed.
+
+    Parameters
+    ----------
+    text : str
+        C source.
+    functions : mapping of str to casadi.Function
+    enabled : bool
+        False keeps to the virtual machine.
+    """
+
+    def __init__(self, text: str, functions: Mapping[str, Any], *, enabled: bool = True) -> None:
+        self.enabled = enabled
+        self._text = text
+        self._functions = functions
+        self._library: NativeLibrary | None = None
+        #: Why there is no library, once that is known.
+        self.refusal = "" if enabled else "it was switched off"
+        self._to_warn = enabled
+        self._looked = False
+
+    def library(self) -> NativeLibrary | None:
+        """Return the library, compiling it if it is not cached; None where it cannot be had."""
+        if self._library is None and not self.refusal:
+            try:
+                self._library = self._loaded()
+            except (NativeUnavailableError, OSError) as error:
+                self.refusal = str(error)
+        return self._library
+
+    def _loaded(self) -> NativeLibrary:
+        path = compiled_library(self._text, self._check)
+        try:
+            return self._load(path)
+        except OSError:  # whole, but not for this machine: build it again
+            path.unlink(missing_ok=True)
+            return self._load(compiled_library(self._text, self._check))
+
+    def _load(self, path: Path) -> NativeLibrary:
+        return NativeLibrary(LoadedLibrary(path), self._functions, path)
+
+    def compile_afresh(self) -> None:
+        """Compile and test the library in a folder of its own, cached or not.
+
+        Raises
+        ------
+        NativeUnavailableError
+            There is no compiler, or it fails.
+        """
+        with tempfile.TemporaryDirectory(prefix="axisid-") as folder:
+            build_library(self._text, find_compiler(), Path(folder), self._check)
+
+    def warn_once(self) -> None:
+        """Say that the virtual machine runs in place of native code, and why."""
+        if self.refusal and self._to_warn:
+            self._to_warn = False
+            warnings.warn(
+                f"no native code: {self.refusal}; the CasADi virtual machine simulates, slower",
+                RuntimeWarning,
+                stacklevel=3,
+            )
+
+    def rows(self, function: str) -> NativeLibrary | None:
+        """Return the library if it is loaded or cached and has the function; never compile."""
+        if self._library is None and not self.refusal and not self._looked:
+            self._looked = True
+            path = cached_library(self._text)
+            with contextlib.suppress(OSError):
+                self._library = None if path is None else self._load(path)
+        return self._library if f"void {function}_rows(" in self._text else None
+
+    def _check(self, workshop: Workshop) -> None:
+        """Compare a fresh library with the virtual machine, in the process that tries it."""
+        library = NativeLibrary(workshop.call, self._functions)
+        check_library(library, self._functions, self._text)

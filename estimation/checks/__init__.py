@@ -1,0 +1,8 @@
+"""What a check of a result is.
+
+In: a figure, what it is held against, what that means. Out: `Check`.
+Knows nothing of what is checked.
+"""
+
+from .check import Check as Check
+from .check import passed as passed

@@ -1,0 +1,25 @@
+"""Estimates held against each other, their instruments and the motion that they are of.
+
+In: estimates. Out: measured findings, each with a `Check`.
+Knows nothing of the recorded loop.
+"""
+
+from .agreement import delta_method_check as delta_method_check
+from .agreement import fixed_check as fixed_check
+from .agreement import ls_against_iv as ls_against_iv
+from .agreement import self_test as self_test
+from .excitation import Excitation as Excitation
+from .excitation import excitation as excitation
+from .filter_bias import filter_bias as filter_bias
+from .instruments import NO_ENDOGENEITY as NO_ENDOGENEITY
+from .instruments import Endogeneity as Endogeneity
+from .instruments import InstrumentTests as InstrumentTests
+from .instruments import Strength as Strength
+from .instruments import biased_parameters as biased_parameters
+from .instruments import endogeneity_of as endogeneity_of
+from .instruments import instrument_tests as instrument_tests
+from .instruments import strength_check as strength_check
+from .motion import bounds_note as bounds_note
+from .motion import conditioning as conditioning
+from .motion import precision as precision
+from .motion import within_bounds as within_bounds

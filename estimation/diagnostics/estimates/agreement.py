@@ -1,0 +1,163 @@
+"""Estimates against each other, against what was fixed, and against the delta method, as checks."""
+
+import numpy as np
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.thresholds.diagnostics import (
+    CONTRADICTION_LEVEL,
+    MAX_BIAS_DISTANCE,
+    MAX_FORM_DIFFERENCE,
+    NOTICEABLE_BIAS,
+)
+from axisid.estimation.thresholds.estimates import MAX_CURVATURE
+from axisid.modeling.declaration import known_text
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
+
+from .instruments import Endogeneity, biased_parameters
+
+_DRAWN = Remedy.of("take intervals from draws (", Setting("draws", "10000"), ")")
+
+
+def ls_against_iv(
+    ls: Estimate | None, iv: Estimate | None, endogeneity: Endogeneity | Missing, *, weak: bool
+) -> Check | Missing:
+    """Whether noise has biased least squares; nothing is told where the instruments are weak."""
+    if ls is None or iv is None:
+        return Missing("idm-ls and idm-iv did not both give an estimate")
+    if weak:
+        return Missing("the instruments are too weak to tell")
+    apart = np.abs(ls.physical - iv.physical) / np.sqrt(np.diag(iv.covariance))
+    biased = biased_parameters(ls, iv, endogeneity)
+    by_rule = bool(apart.max() > MAX_BIAS_DISTANCE.value)
+    percent = np.array(
+        [100 * abs(ls.parameters[n].value / iv.parameters[n].value - 1) for n in biased] or [0.0]
+    )
+    moved = ", ".join(
+        f"{name} by {100 * (low.value / high.value - 1):+.3g} %"
+        for name, low, high in ((n, ls.parameters[n], iv.parameters[n]) for n in biased)
+    )
+    return Check(
+        name="least squares against instruments",
+        status=passed(not biased),
+        figure=float(apart.max()) if by_rule or not biased else float(percent.max()),
+        threshold=MAX_BIAS_DISTANCE.value if by_rule or not biased else 100 * NOTICEABLE_BIAS.value,
+        p_value=None if isinstance(endogeneity, Missing) else endogeneity.p_value,
+        source="largest difference in i.i.d. deviations of the instrumental estimate, at most 3 as "
+        "in the paper; fails too where Durbin-Wu-Hausman (regression form, the p-value) "
+        "rejects at 1 % and a parameter differs by more than 10 %, which is then the figure",
+        meaning=f"least squares differs from the instruments, {moved}: lower the cut-off, or "
+        "believe the instruments"
+        if biased
+        else "least squares and instruments differ by less than the rules allow; a bias below "
+        f"{_unseen(iv):.2g} % would not be seen{_rejected(endogeneity)}",
+    )
+
+
+def _rejected(endogeneity: Endogeneity | Missing) -> str:
+    """What the test alone says; with little noise in the equation it rejects for any bias."""
+    if isinstance(endogeneity, Missing) or endogeneity.p_value >= CONTRADICTION_LEVEL.value:
+        return ""
+    said = f"Durbin-Wu-Hausman rejects (p = {endogeneity.p_value:.1g})"
+    return f". {said}: there is a bias, too small to matter"
+
+
+def _unseen(iv: Estimate) -> float:
+    """Percent of bias that both rules would let pass, on the parameter known best."""
+    relative = min(v.sd / abs(v.value) for v in iv.parameters.values() if v.value)
+    return 100 * min(MAX_BIAS_DISTANCE.value * relative, NOTICEABLE_BIAS.value)
+
+
+def self_test(iv: Estimate | None, direct: Estimate | None) -> Check | Missing:
+    """The instrumental estimates of the two forms, which are one."""
+    if iv is None or direct is None:
+        return Missing("idm-iv and ddm-iv did not both give an estimate")
+    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariance)))
+    apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
+    same = apart <= MAX_FORM_DIFFERENCE.value
+    return Check(
+        name="self-test",
+        status=passed(same),
+        figure=apart,
+        threshold=MAX_FORM_DIFFERENCE.value,
+        source="algebraic identity of the two",
+        meaning="idm-iv and ddm-iv are the same estimate"
+        if same
+        else "idm-iv and ddm-iv differ, which they cannot if the loop satisfies the model",
+    )
+
+
+def delta_method_check(direct: Estimate | None) -> Check | Missing:
+    """How straight the map of a direct model's estimate is within its uncertainty."""
+    if direct is None:
+        return Missing("no direct model was regressed")
+    curvatures = direct.curvatures
+    worst = float(curvatures.max())
+    linear = worst <= MAX_CURVATURE.value
+    nonlinear = [
+        n for n, c in zip(direct.parameters, curvatures, strict=True) if c > MAX_CURVATURE.value
+    ]
+    return Check(
+        name="delta method",
+        status=passed(linear),
+        figure=worst if np.isfinite(worst) else None,
+        threshold=MAX_CURVATURE.value,
+        source="second-order part of a mapped parameter's deviation against the first",
+        meaning="the map to the physical parameters is straight within the uncertainty"
+        if linear
+        else f"the map from the direct model to {', '.join(nonlinear)} bends within the "
+        "uncertainty: ",
+        remedy=None if linear else _DRAWN,
+    )
+
+
+def fixed_check(estimate: Estimate) -> Check | Missing | None:
+    """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
+    physical = physical_parameters(estimate)
+    if physical is None or not (physical.base.known or physical.dof):
+        return None
+    if physical.p_value is None:
+        why = "the record alone does not determine what was fixed, so that it cannot contradict it"
+        return Missing(physical.undetermined[-1] if physical.undetermined else why)
+    good = physical.p_value >= CONTRADICTION_LEVEL.value
+    return Check(
+        name="fixed values" if physical.base.known else "physical parameters",
+        status=passed(good),
+        figure=physical.statistic,
+        threshold=None,
+        p_value=physical.p_value,
+        source=f"chi-squared with {physical.dof} degrees of freedom, covariance of the "
+        "estimate and declared deviations, less the filter's own bias; fails below 1 %",
+        meaning="the record agrees with them" if good else _contradiction(physical, estimate),
+    )
+
+
+def _contradiction(physical: Physical, estimate: Estimate) -> str:
+    """What was fixed beside what the record alone says of it, where it says anything."""
+    alone = estimate.parameters
+    sides = [
+        f"{p.name} is fixed at {known_text(p)} {p.unit}"
+        + (
+            f", the record alone gives {alone[p.name].corrected:.4g} +- {_deviation(alone[p.name])}"
+            if p.name in alone
+            else ""
+        )
+        for p in physical.base.known
+    ]
+    what = f": {'; '.join(sides)}" if sides else ""
+    return (
+        f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
+        f"(chi-squared {physical.statistic:.3g}, degrees of freedom {physical.dof}){what}. "
+        f"Check what was fixed, the drive gain and the terms of the model{_unknown_bias(estimate)}"
+    )
+
+
+def _deviation(value: Value) -> str:
+    return f"{np.hypot(value.deviation, value.sd_gain):.2g}"
+
+
+def _unknown_bias(estimate: Estimate) -> str:
+    if estimate.filter_bias is not None:
+        return ""
+    return "; the prefilter's own bias, which could do it too, is not known without a control law"

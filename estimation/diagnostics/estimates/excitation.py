@@ -1,0 +1,183 @@
+"""What a record's motion shows of each parameter, and why it does not show the rest.
+
+A parameter is vague for one of two reasons: its column nearly repeats others, or its part of the
+force drowns in what the model leaves unexplained. What the motion lacks (a reversal, a second
+speed, acceleration, travel) explains either.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.problems import Reach, natural_sizes
+from axisid.estimation.regression import Equations
+from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_VARIANCE_INFLATION,
+    MIN_ACCELERATION_SHARE,
+    MIN_POSITION_VARIATION,
+    MIN_REPETITION_WEIGHT,
+)
+from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
+from axisid.support.arrays import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Excitation:
+    """What the motion shows of one parameter.
+
+    Attributes
+    ----------
+    name : str
+    share : float
+        Norm of its part of the force over that of the force.
+    inflation : float
+        Variance inflation: 1 for a column unlike all others, large for one that nearly repeats
+        them.
+    alike : tuple of str
+        The parameters whose columns it nearly repeats.
+    lacking : tuple of str
+        What of the motion this parameter would need, in words; empty if nothing is known to lack.
+    rows : float
+        How many rows as heavy as one another would tell of it what the rows do: few where the term
+        acts in few.
+    largest_share : float
+        Its largest part of the force, anywhere along the record, over the largest force.
+    natural : float
+        What the force and the motion make of its unit, see `natural_sizes`.
+    """
+
+    name: str
+    share: float
+    inflation: float
+    alike: tuple[str, ...]
+    lacking: tuple[str, ...]
+    rows: float
+    largest_share: float
+    natural: float
+
+    def __repr__(self) -> str:
+        alike = f", like {' and '.join(self.alike)}" if self.alike else ""
+        lacking = f", {' and '.join(self.lacking)}" if self.lacking else ""
+        return f"{self.name}: {100 * self.share:.3g} % of the force{alike}{lacking}"
+
+    @property
+    def reason(self) -> str:
+        """Why the record does not show the parameter, for after "because"."""
+        if self.alike:
+            why = f"its column nearly repeats that of {', '.join(self.alike)}"
+        elif self.rows < MIN_ROWS_PER_PARAMETER.value:
+            why = f"it acts in few rows (as if in {self.rows:.2g})"
+        else:
+            why = (
+                f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
+                "unexplained"
+                if self.share < 1
+                else "others cancel its part of the force"
+            )
+        return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
+
+
+def excitation(
+    axis: GeneratedAxis,
+    signals: Signals,
+    equations: Equations,
+    weights: Array,
+    physical: Array,
+    reach: Reach | None,
+) -> tuple[Excitation, ...]:
+    """Judge every parameter's column of the inverse model.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    signals : Signals
+        Measured, (N,).
+    equations : Equations
+        Of the inverse form, reduced, (n,).
+    weights : (n,) array
+        Of the rows, as `Prefilter.weights` has them.
+    physical : (p,) array
+        An estimate.
+    reach : Reach or None
+        Of the force and of each column along the record, with that estimate.
+    """
+    X = equations.regressor
+    size = np.linalg.norm(X, axis=0)
+    unit = X / np.where(size > 0, size, 1.0)
+    shares = np.abs(physical) * size / np.linalg.norm(equations.left)
+    needs, nowhere = dependence(axis), np.zeros(len(physical))
+    anywhere = nowhere if reach is None else np.abs(physical) * reach.columns / reach.force
+    natural = nowhere + np.inf if reach is None else natural_sizes(axis, reach)
+    found = []
+    for j, name in enumerate(axis.names):
+        inflation, partners, rows = _repetition(unit, j)
+        together = [j, *partners]
+        found.append(
+            Excitation(
+                name=name,
+                share=float(shares[j]),
+                inflation=inflation,
+                alike=tuple(axis.names[i] for i in partners),
+                lacking=_lacking(signals, X / weights[:, None], shares, needs, together),
+                rows=rows,
+                largest_share=float(anywhere[j]),
+                natural=float(natural[j]),
+            )
+        )
+    return tuple(found)
+
+
+def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
+    """Variance inflation of a column, those it is made of where that is large, and its rows.
+
+    The rows are those of the part that is its own: the inverse of the sum of their squared weights.
+    """
+    others = [i for i in range(unit.shape[1]) if i != j]
+    if not others:
+        return 1.0, [], _rows_of(unit[:, j])
+    weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
+    left = unit[:, j] - unit[:, others] @ weights
+    unexplained = float(left @ left)
+    inflation = 1 / unexplained if unexplained > 0 else np.inf
+    if inflation < MAX_VARIANCE_INFLATION.value:
+        return inflation, [], _rows_of(left)
+    most = np.abs(weights).max()
+    alike = [
+        i
+        for i, w in zip(others, weights, strict=True)
+        if abs(w) > MIN_REPETITION_WEIGHT.value * most
+    ]
+    return inflation, alike, _rows_of(left)
+
+
+def _rows_of(column: Array) -> float:
+    """How many rows of equal size a column is as good as."""
+    size = float(np.linalg.norm(column))
+    return 1.0 / float(np.sum((column / size) ** 4)) if size > 0 else 0.0
+
+
+def _lacking(
+    signals: Signals,
+    X: Array,
+    shares: Array,
+    needs: dict[str, NDArray[np.bool_]],
+    columns: Sequence[int],
+) -> tuple[str, ...]:
+    def need(*names: str) -> bool:
+        return any(bool(needs[name][j]) for name in names for j in columns)
+
+    facts: list[str] = []
+    if need("velocity", "direction"):
+        facts.append(one_direction(signals))
+    if need("velocity"):
+        facts.append(one_speed(signals))
+    if any(needs["acceleration"][j] and shares[j] < MIN_ACCELERATION_SHARE.value for j in columns):
+        facts.append("the axis hardly accelerates")
+    placed = [j for j in columns if needs["position"][j] and not needs["acceleration"][j]]
+    if any(np.ptp(X[:, j]) < MIN_POSITION_VARIATION.value * np.abs(X[:, j]).max() for j in placed):
+        facts.append("the axis hardly leaves its place")
+    return tuple(fact for fact in facts if fact)

@@ -1,0 +1,124 @@
+"""Whether the motion told the parameters apart, as checks."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate, Value, physical_parameters
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_CONDITION_NUMBER,
+    MAX_RELATIVE_DEVIATION,
+    NEGLIGIBLE_FORCE,
+    NEGLIGIBLE_PEAK_FORCE,
+    NEGLIGIBLE_SIZE,
+)
+from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
+from axisid.modeling.quantities import Parameter
+from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note
+
+from .excitation import Excitation
+
+
+def conditioning(X: Array) -> Check:
+    """Condition number of the regressor with unit columns."""
+    condition = float(np.linalg.cond(X / np.linalg.norm(X, axis=0)))
+    excited = condition <= MAX_CONDITION_NUMBER.value
+    return Check(
+        name="excitation",
+        status=passed(excited),
+        figure=condition,
+        threshold=MAX_CONDITION_NUMBER.value,
+        source="condition number of unit columns below 100, common for exciting trajectories",
+        meaning="the motion tells the parameters apart"
+        if excited
+        else "the motion hardly tells some parameters apart; record reversals, several speeds and "
+        "acceleration",
+    )
+
+
+def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
+    """Every parameter against its own deviation; a vague one with the reason."""
+    values = estimate.parameters
+    relative = {s.name: _relative_percent(s, values[s.name]) for s in excitation}
+    vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
+    small = [s for s in vague if _is_nothing(s, values[s.name])]
+    unclear = [s for s in vague if s not in small]
+    worst = max(relative.values())
+    return Check(
+        name="precision",
+        status=passed(not unclear),
+        figure=worst if np.isfinite(worst) else None,
+        threshold=MAX_RELATIVE_DEVIATION.value,
+        source="relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
+        "rows tell of the parameter; one whose part of the force is below 1 %, deviation "
+        "included, may be as vague as it is, unless it could be as large as the unit allows",
+        meaning="; ".join(
+            f"{s.name} is not identified by this record, because {s.reason}" for s in unclear
+        )
+        or (
+            f"{', '.join(s.name for s in small)} cannot be told from zero and is less than 1 % of "
+            "the force; every other parameter stands well above its deviation"
+            if small
+            else "every parameter stands well above its deviation"
+        ),
+    )
+
+
+def within_bounds(estimate: Estimate, cause: Note | None = None) -> Check | Missing:
+    """Every parameter against the bounds that it was declared with, physical ones too.
+
+    `cause` is what to blame before signs and units, if anything is.
+    """
+    axis, values = estimate.form.axis, dict(estimate.parameters)
+    physical = physical_parameters(estimate)
+    if physical is not None:
+        known = {p.name for p in axis.base.known}
+        values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
+    bounded = {p.name: p for p in (*axis.base.declared.parameters, *axis.axis.parameters)}
+    declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
+    outside = [p for p in declared if not p.is_inside(values[p.name].value)]
+    if not declared:
+        return Missing("no parameter is declared with bounds")
+    within = Note("every parameter is within its declared bounds")
+    said = bounds_note({p: values[p.name].value for p in outside}, cause) if outside else within
+    return Check(
+        name="bounds",
+        status=passed(not outside),
+        figure=float(len(outside)),
+        threshold=0.0,
+        source="declared physical bounds; parameters outside or at them, none is clipped",
+        meaning=said.text,
+        remedy=said.remedy,
+    )
+
+
+def bounds_note(values: Mapping[Parameter, float], cause: Note | None = None) -> Note:
+    """What to say of values that are not inside the bounds of their parameters."""
+    said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
+    return Note.of(f"{said}: ", cause or "check the signs and units of the record")
+
+
+def _relative_percent(excitation: Excitation, value: Value) -> float:
+    """Relative deviation; in few rows residuals are small since the estimate follows them."""
+    few = excitation.rows < MIN_ROWS_PER_PARAMETER.value
+    deviation = max(value.deviation, value.sd) if few else value.deviation
+    return 100.0 * deviation / abs(value.value) if value.value else float("inf")
+
+
+def _is_nothing(excitation: Excitation, value: Value) -> bool:
+    """Known to be small, not unknown: no other column and no missing motion hides it.
+
+    A term that acts beyond the rows, or beyond the motion, is small in them whatever it is.
+    """
+    if excitation.alike or excitation.lacking or not value.value:
+        return False
+    largest = abs(value.value) + 2 * max(value.deviation, value.sd)
+    times = largest / abs(value.value)
+    return (
+        excitation.share * times < NEGLIGIBLE_FORCE.value
+        and excitation.largest_share * times < NEGLIGIBLE_PEAK_FORCE.value
+        and largest < NEGLIGIBLE_SIZE.value * excitation.natural
+    )

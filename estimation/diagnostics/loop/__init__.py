@@ -1,0 +1,17 @@
+"""The recorded loop held against the declared one: control law, force, delay, simulation.
+
+In: an axis and a record, an estimate. Out: measured findings, each with a `Check`.
+Knows nothing of what other checks find.
+"""
+
+from .alignment import Alignment as Alignment
+from .alignment import alignment_check as alignment_check
+from .alignment import alignment_of as alignment_of
+from .alignment import profile_alignment as profile_alignment
+from .control_law import LawCheck as LawCheck
+from .control_law import check_law as check_law
+from .control_law import law_check as law_check
+from .force import force_check as force_check
+from .force import limit_check as limit_check
+from .simulation import following as following
+from .simulation import rest_check as rest_check

@@ -1,0 +1,326 @@
+"""When does the recorded force act? The residual over a delay between force and motion.
+
+A drive holds its force from one sample to the next, so that a central-difference acceleration
+belongs to the force half a sample earlier than the one recorded with it; a filter or a bus delays
+further. Half a sample moves viscous friction by several of its deviations.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.methods import bound_record
+from axisid.estimation.records import Record
+from axisid.estimation.regression import (
+    Equations,
+    Hac,
+    InverseForm,
+    QrFactors,
+    factor,
+    instrumental_variables,
+    least_squares,
+)
+from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_DELAY_DEVIATION,
+    MAX_DELAY_DISTANCE,
+    MAX_MISALIGNMENT,
+)
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
+
+_DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
+_STEPS, _STILL = 10, 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alignment:
+    """Least squares over the delay of the force.
+
+    Attributes
+    ----------
+    delays : (d,) array
+        Samples by which the force is taken earlier; 0 is `hold` raw, 0.5 is nearly zoh.
+    errors_percent : (d,) array
+        Equation error at each.
+    physical : (d, p) array
+        Estimate at each.
+    best : float
+        Delay of the smallest error, between the samples by a parabola.
+    deviation : float
+        Its standard deviation, HAC: that of the factor of the fitted force's change in a sample, as
+        one more column of the regressor.
+    at_the_end : bool
+        The error has no minimum within `delays`.
+    by_instruments : bool
+        Whether `best` and `deviation` are those of instruments; the profile is of least squares.
+    sensitivity : (p,) array
+        Change of each parameter per sample of delay, at the best one.
+    """
+
+    delays: Array
+    errors_percent: Array
+    physical: Array
+    best: float
+    deviation: float
+    at_the_end: bool
+    by_instruments: bool
+    sensitivity: Array
+
+
+def profile_alignment(
+    axis: GeneratedAxis,
+    record: Record,
+    prefilter: Prefilter,
+    physical: Array | None = None,
+    instruments: tuple[Array, Array] | None = None,
+) -> Alignment:
+    """Profile the equation error of IDM-LS over the delay of the force.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    prefilter : Prefilter
+        Its hold is not used.
+    physical : (p,) array, optional
+        Where a partially linear model is linearised.
+    instruments : ((n, k) array, (n,) array), optional
+        Of the inverse model, and the simulated force of the same rows: the delay is then estimated
+        by instruments too, since noise in the motion moves that of least squares.
+    """
+    return alignment_of(bound_record(axis, record, prefilter), physical, instruments)
+
+
+def alignment_of(
+    data: FilteredRecord,
+    physical: Array | None = None,
+    instruments: tuple[Array, Array] | None = None,
+    quiet: FilteredRecord | None = None,
+) -> Alignment:
+    """`profile_alignment` of a record that is filtered already.
+
+    With the noise-free loop under the same filter, `quiet`, the delay that the filter alone makes
+    there is taken off.
+    """
+    axis = data.axis
+    form = InverseForm(axis, physical)
+    equations = form.equations(data.signals)
+    reduced = equations.reduced(data)
+    regressor = factor(reduced.regressor, axis.names, neighbours=data.neighbours)
+    rows = _Rows(data, data.force, equations)
+    estimates, errors = [], []
+    for delay in _DELAYS:
+        left = rows.left(delay)
+        solution = least_squares(left - reduced.known, regressor)
+        estimates.append(solution.theta)
+        errors.append(100 * np.linalg.norm(solution.residuals) / np.linalg.norm(left))
+    found, percent = np.array(estimates), np.array(errors)
+    best, at_the_end = _minimum(_DELAYS, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
+    deviation = _deviation(rows, best, reduced.known, regressor)
+    if instruments is not None:
+        start = min(max(best, 0.0), 1.0)
+        given = (start, reduced.known, regressor, *instruments)
+        best, deviation, at_the_end = _by_instruments(rows, *given)
+        if quiet is not None and not at_the_end:
+            best -= _filter_shift(quiet, form, *instruments)
+    slopes = np.gradient(found, _DELAYS, axis=0)
+    return Alignment(
+        delays=_DELAYS.copy(),
+        errors_percent=percent,
+        physical=found,
+        best=best,
+        deviation=deviation,
+        at_the_end=at_the_end,
+        by_instruments=instruments is not None,
+        sensitivity=np.array([np.interp(best, _DELAYS, slope) for slope in slopes.T]),
+    )
+
+
+def _minimum(delays: Array, errors: Array) -> float:
+    """Vertex of the parabola through the smallest error and its neighbours."""
+    i = int(np.argmin(errors))
+    if i in (0, len(errors) - 1):
+        return float(delays[i])
+    a, b, c = errors[i - 1] ** 2, errors[i] ** 2, errors[i + 1] ** 2
+    bend = a - 2 * b + c
+    shift = 0.5 * (a - c) / bend if bend > 0 else 0.0
+    return float(delays[i] + shift * (delays[1] - delays[0]))
+
+
+def _by_segment(values: Array, edges: Sequence[int], change: Callable[[Array], Array]) -> Array:
+    """What changes (n,) values from row to row, in each of the segments that begin at `edges`.
+
+    Neighbouring rows of two segments were not measured one after the other.
+    """
+    return np.concatenate([change(piece) for piece in np.split(values, edges)])
+
+
+def _slope(values: Array) -> Array:
+    """Change from row to row, (n,); none where there is one row."""
+    return np.gradient(values) if len(values) > 1 else np.zeros_like(values)
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """A record's force, and the equations of its motion, at any delay between them."""
+
+    data: FilteredRecord
+    force: Array
+    equations: Equations
+
+    def left(self, delay: float) -> Array:
+        """The force a delay earlier, reduced, (n,).
+
+        By a cubic spline: a straight line would smooth noise most between two samples, and draw
+        the smallest error there.
+        """
+        from scipy.ndimage import shift
+
+        def earlier(force: Array) -> Array:
+            return np.asarray(shift(force, delay, order=3, mode="nearest"), dtype=float)
+
+        moved = _by_segment(self.force, self._starts, earlier)
+        return self.data.reduce(moved)
+
+    def fitted_change(self, theta: Array) -> Array:
+        """Change in a sample of the force fitted by parameters (p,), reduced, (n,).
+
+        The recorded one's holds its noise.
+        """
+        fitted = self.equations.regressor @ theta + self.equations.known
+        change = _by_segment(fitted, self._starts, _slope)
+        return self.data.reduce(change)
+
+    def reduced_change(self, values: Array) -> Array:
+        """Change from row to row of reduced values, (n,), of rows that follow each other."""
+        return np.concatenate([_slope(piece) for piece in self.data.neighbours.split(values)])
+
+    @property
+    def _starts(self) -> list[int]:
+        """Of all segments but the first."""
+        return [start for start, _ in self.data.record.spans[1:]]
+
+
+def _deviation(rows: _Rows, delay: float, known: Array, X: QrFactors) -> float:
+    """Of the delay, to first order: ``y(t - d) = y(t - best) - (d - best) dy/dsample``."""
+    left = rows.left(delay) - known
+    change = rows.fitted_change(least_squares(left, X).theta)
+    columns = np.column_stack([X.columns, change])
+    try:
+        solution = least_squares(
+            left, factor(columns, (*X.names, "delay"), neighbours=X.neighbours)
+        )
+    except EstimationError:
+        return float("inf")
+    return float(np.sqrt(Hac().matrix(solution)[-1, -1]))
+
+
+def _by_instruments(
+    rows: _Rows, start: float, known: Array, X: QrFactors, Z: Array, simulated: Array
+) -> tuple[float, float, bool]:
+    """The delay as one more parameter: it, its deviation, and whether it left what is searched.
+
+    Its column is the fitted force's change in a sample; its instrument that of the simulated force.
+    """
+    names = (*X.names, "delay")
+    delay, deviation = start, float("inf")
+    instruments = factor(Z, X.names)
+    try:
+        extended = factor(np.column_stack([Z, rows.reduced_change(simulated)]), names)
+        for _ in range(_STEPS):
+            left = rows.left(delay) - known
+            change = rows.fitted_change(instrumental_variables(left, X, instruments).theta)
+            both = np.column_stack([X.columns, change])
+            columns = factor(both, names, neighbours=X.neighbours)
+            solution = instrumental_variables(left, columns, extended)
+            step = float(solution.theta[-1])
+            deviation = float(np.sqrt(Hac().matrix(solution)[-1, -1]))
+            delay += step
+            if not _DELAYS[0] < delay < _DELAYS[-1]:
+                return float(np.clip(delay, _DELAYS[0], _DELAYS[-1])), deviation, True
+            if abs(step) < _STILL:
+                break
+    except EstimationError:
+        return start, float("inf"), False
+    return delay, deviation, False
+
+
+def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated: Array) -> float:
+    """What the filter alone moves the delay by: of the noise-free loop's it is known."""
+    equations = form.equations(quiet.signals)
+    reduced = equations.reduced(quiet)
+    law = quiet.axis.axis.control
+    sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
+    # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
+    made = _held("raw" if law is None or law.continuous or sensed else "zoh")
+    regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
+    rows = _Rows(quiet, quiet.force, equations)
+    given = (rows, made, reduced.known, regressor, Z, simulated)
+    delay, deviation, at_the_end = _by_instruments(*given)
+    return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
+
+
+def _held(hold: str | None) -> float:
+    """The delay that a hold takes, samples."""
+    return 0.5 if hold == "zoh" else 0.0
+
+
+def alignment_check(
+    preferred: Estimate, profile: Alignment | Missing, hold: str, *, weak: bool
+) -> Check | Missing:
+    """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
+    if isinstance(profile, Missing):
+        return profile
+    if weak:
+        return Missing("the instruments are too weak to measure a delay")
+    used = _held(hold)
+    apart = profile.best - used
+    if profile.deviation > MAX_DELAY_DEVIATION.value:
+        return Missing(
+            f"the record tells the force's delay to +-{profile.deviation:.2g} samples only, which "
+            "is no more than a guess"
+        )
+    moved = ", ".join(
+        f"{p.name} by {slope:+.2g} {p.unit}"
+        for p, slope in zip(preferred.quantities, profile.sensitivity, strict=True)
+    )
+    by_ls = "" if profile.by_instruments else " (by least squares, which noise may bias)"
+    fits = (
+        f"the force fits the motion best {_delay(profile)} earlier than it is recorded; "
+        f"hold {hold} takes it {used:g} samples earlier{by_ls}"
+    )
+    other, moves = _other_hold(profile, hold), f"A sample of delay moves {moved}"
+    aligned = (
+        abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
+        and not profile.at_the_end
+    )
+    return Check(
+        name="alignment",
+        status=passed(aligned),
+        figure=apart,
+        threshold=MAX_MISALIGNMENT.value,
+        source="samples between the delay of least equation error and the one that is used, unless "
+        "two deviations of it are more; a drive that holds its force is half a sample late",
+        meaning=fits if aligned else f"{fits}. {moves}" if other is None else f"{fits}. ",
+        remedy=None if aligned or other is None else Remedy.of("Try ", other, f". {moves}"),
+    )
+
+
+def _other_hold(profile: Alignment, hold: str) -> Setting | None:
+    """The other hold, where the delay is its own."""
+    other, own = ("zoh", 0.5) if hold == "raw" else ("raw", 0.0)
+    near = abs(profile.best - own) <= MAX_MISALIGNMENT.value
+    return Setting("hold", other) if near else None
+
+
+def _delay(profile: Alignment) -> str:
+    if profile.at_the_end:
+        return f"{profile.best:g} samples, the end of the range that was tried, or more"
+    return f"{profile.best:.2f} +- {profile.deviation:.2g} samples"

@@ -1,0 +1,67 @@
+"""Whether the axis moved, and the simulated loop with it, as checks."""
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate, NotSimulated
+from axisid.estimation.signals import rests_first
+from axisid.estimation.thresholds.diagnostics import MAX_CLOSE_SIMULATION_ERROR
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds.signals import MAX_REST_SHARE
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note
+
+NAME = "simulation"
+_CAUSES = (
+    "check the law, signs and units, or see whether the record is noise, or a motion that the "
+    "model does not have"
+)
+
+
+def rest_check(rest: float, *, sticks: bool) -> Check:
+    """Whether the fit has rests of an axis that sticks; `rest` is their part of its samples."""
+    said = rests_first(rest) if sticks else None
+    return Check(
+        name="rests",
+        status=passed(not said),
+        figure=100 * rest,
+        threshold=100 * MAX_REST_SHARE.value,
+        source="percent of the samples that the fit has at which an axis with friction stands "
+        "still; an eighth moves friction by a tenth, a third by most of it",
+        meaning="the fit is of an axis in motion" if said is None else said.text,
+        remedy=None if said is None else said.remedy,
+    )
+
+
+def following(preferred: Estimate, rest: float) -> Check | Missing:
+    """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
+    error, simulated = preferred.simulation_error_percent, preferred.simulated
+    if isinstance(simulated, NotSimulated) and simulated.by_estimate:
+        return Check(
+            name=NAME,
+            status="fail",
+            source="an axis that was recorded can be simulated",
+            meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
+            f"recorded can: {str(simulated).removesuffix('.')}",
+        )
+    if isinstance(simulated, NotSimulated):
+        return simulated
+    if error is None:
+        return Missing("the closed loop could not be simulated")
+    good = error < MAX_SIMULATION_ERROR.value
+    left = f"the simulated loop leaves {error:.3g} % of the {preferred.form.left} unexplained; "
+    said = Note(_followed(error)) if good else Note.of(left, rests_first(rest) or _CAUSES)
+    return Check(
+        name=NAME,
+        status=passed(good),
+        figure=error,
+        threshold=MAX_SIMULATION_ERROR.value,
+        source="simulation error in percent of the left side; at 50 the loop explains three "
+        "quarters of its power, at 100 nothing",
+        meaning=said.text,
+        remedy=said.remedy,
+    )
+
+
+def _followed(error: float) -> str:
+    if error < MAX_CLOSE_SIMULATION_ERROR.value:
+        return "the simulated loop follows the record"
+    return f"the simulated loop follows the record but for {error:.2g} %"

@@ -1,0 +1,17 @@
+"""Whether residuals are noise, and what they are made of where they are not.
+
+In: an estimate, the rows that it was made from. Out: measured findings, each with a `Check`.
+Knows nothing of other estimates.
+"""
+
+from .near_reversals import near_reversals as near_reversals
+from .near_reversals import near_reversals_check as near_reversals_check
+from .residuals import independence as independence
+from .residuals import normality as normality
+from .residuals import residuals_against_motion as residuals_against_motion
+from .residuals import sign_runs as sign_runs
+from .unexplained import changes_check as changes_check
+from .unexplained import constant_check as constant_check
+from .unexplained import lack_of_fit_check as lack_of_fit_check
+from .unexplained import ripple_check as ripple_check
+from .unexplained import terms_check as terms_check

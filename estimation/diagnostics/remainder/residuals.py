@@ -1,0 +1,131 @@
+"""What an estimate's residuals say, as checks."""
+
+import numpy as np
+from scipy.special import chdtri
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.regression import ResidualTests
+from axisid.estimation.thresholds.diagnostics import (
+    LARGE_SAMPLE,
+    MAX_EXCESS_KURTOSIS,
+    MAX_JARQUE_BERA,
+)
+from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
+from axisid.support.missing import Missing
+
+_ALONE = Missing("too few rows follow each other in time")
+
+
+def independence(tests: ResidualTests, chosen: str) -> Check | Missing:
+    """Whether neighbouring residuals are alike; no matter where the HAC covariance was chosen."""
+    if not tests.ljung_box_freedom:
+        return _ALONE
+    independent = tests.ljung_box_p >= SIGNIFICANCE_LEVEL.value
+    limit = float(chdtri(tests.ljung_box_freedom, SIGNIFICANCE_LEVEL.value))
+    return Check(
+        name="independent residuals",
+        status=passed(independent, matters=not COVARIANCES[chosen].allows_autocorrelation),
+        figure=tests.ljung_box,
+        threshold=limit,
+        p_value=tests.ljung_box_p,
+        source="Ljung-Box at 5 %",
+        meaning="the residuals look independent"
+        if independent
+        else f"the residuals are autocorrelated, as those of filtered data are (Ljung-Box "
+        f"{tests.ljung_box:.4g}, less than {limit:.3g} if not; Durbin-Watson "
+        f"{tests.durbin_watson:.2f}): believe the HAC deviations, not the i.i.d. ones",
+    )
+
+
+def sign_runs(tests: ResidualTests, rows: int, chosen: str) -> Check | Missing:
+    """Whether the residuals keep their sign longer than by chance."""
+    if np.isnan(tests.runs_z):
+        return _ALONE
+    by_chance = tests.runs_p >= SIGNIFICANCE_LEVEL.value
+    longest = len(tests.run_lengths)
+    return Check(
+        name="runs of one sign",
+        status=passed(by_chance, matters=not COVARIANCES[chosen].allows_autocorrelation),
+        figure=tests.runs_z if abs(tests.runs_z) < float("inf") else None,
+        threshold=MAX_CHANCE_DEVIATION.value,
+        p_value=tests.runs_p,
+        source="Wald-Wolfowitz runs about zero, in deviations from chance, at 5 %",
+        meaning="the residuals change their sign as often as by chance"
+        if by_chance
+        else (
+            f"the residuals keep their sign longer than by chance (for {longest} of {rows} rows at "
+            "most), as sluggish noise or what is not in the model makes them" + _allowed(chosen)
+        )
+        if tests.runs_z < 0
+        else "the residuals change their sign more often than by chance, as the edge of the "
+        "decimation filter or a vibration makes them" + _allowed(chosen),
+    )
+
+
+def _allowed(chosen: str) -> str:
+    """What HAC deviations make of neighbours that are alike or opposed."""
+    said = "; the HAC deviations allow for it"
+    return said + ", which were not chosen here" * (not COVARIANCES[chosen].allows_autocorrelation)
+
+
+def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
+    """Whether the residuals follow the motion."""
+    nothing = tests.cross_z <= tests.cross_limit
+    relative = abs(tests.cross_correlation) / tests.cross_deviations
+    row, column = divmod(int(relative.argmax()), relative.shape[1])
+    lag = row - (len(relative) - 1) // 2
+    names = [q.label for q in estimate.form.quantities]
+    of = "instrument" if estimate.Z is not None else "regressor's column"
+    return Check(
+        name="residuals against the motion",
+        status=passed(nothing),
+        figure=tests.cross_z,
+        threshold=tests.cross_limit,
+        p_value=tests.cross_p,
+        source="largest correlation of the residuals with an instrument (a regressor's column for "
+        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them",
+        meaning="the residuals do not follow the motion"
+        if nothing
+        else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
+        f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in "
+        "the model, or the filter rounds reversals",
+    )
+
+
+def normality(tests: ResidualTests, estimate: Estimate) -> Check:
+    """Whether outliers decide the estimate."""
+    rows = len(estimate.y)
+    normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
+    shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
+    return Check(
+        name="normal residuals",
+        status=passed(
+            normal,
+            matters=rows < LARGE_SAMPLE.value or tests.excess_kurtosis > MAX_EXCESS_KURTOSIS.value,
+        ),
+        figure=tests.jarque_bera,
+        threshold=MAX_JARQUE_BERA.value,
+        p_value=tests.jarque_bera_p,
+        source="Jarque-Bera, chi-squared with 2 degrees of freedom at 5 %; supposes independent "
+        "residuals",
+        meaning="the residuals look normal"
+        if normal
+        else f"the residuals have {shape} tails than normal ones (excess kurtosis "
+        f"{tests.excess_kurtosis:.2g}, skewness {tests.skewness:.2g}): intervals rest on the "
+        f"number of rows{_largest(estimate) if tests.excess_kurtosis > 0 else ''}",
+    )
+
+
+def _largest(estimate: Estimate) -> str:
+    """Where the largest residual is, and how large."""
+    residuals, coordinate = estimate.residuals, estimate.form.axis.axis.coordinate
+    worst = int(np.argmax(np.abs(residuals)))
+    sample = int(estimate.rows[worst])
+    time = sample * estimate.period if estimate.times is None else float(estimate.times[worst])
+    unit = coordinate.force_unit if estimate.form.left == "force" else coordinate.acceleration_unit
+    deviations = abs(residuals[worst]) / residuals.std()
+    return (
+        f"; look for outliers at reversals, the largest at sample {sample + 1}, {time:.6g} s after "
+        f"the first: {residuals[worst]:.3g} {unit}, {deviations:.3g} deviations"
+    )

@@ -1,0 +1,309 @@
+"""What the residuals are made of where they are no noise.
+
+A constant force, a ripple, a term that is missing, a parameter that changes: each comes with what
+to do about it, the element to declare or the cut-off to take.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.lacking import Lack, change_sentence, is_named, term_sentence
+from axisid.estimation.moves import LackOfFit
+from axisid.estimation.regression import factor, instrumental_variables, least_squares
+from axisid.estimation.signals import Prefilter, Signals, drive_force
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_RIPPLE_CHANCE,
+    MIN_RIPPLE_FREQUENCY,
+    MIN_RIPPLE_POWER,
+    MIN_SPECTRUM_ROWS,
+    NEGLIGIBLE_FORCE,
+    RIPPLE_CUTOFF,
+    SAME_CONSTANT,
+)
+from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds.lacking import MIN_MISSING_FORCE
+from axisid.estimation.thresholds.moves import MIN_HAC_EXCESS, MIN_MODEL_SHARE
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
+
+_CONSTANT, _RIPPLE = "constant force", "ripple"
+_TERMS, _CHANGES = "missing terms", "changes in time"
+_TOLD = (
+    "percent of the force, root mean square; fails where Wald's test tells it from zero among all "
+    "that is looked for (a false-discovery rate of 0.1 %, Benjamini-Yekutieli), the score test at "
+    "1 % too, and it takes 5 % or more of the residuals' power"
+)
+_NEIGHBOURS, _OWN = 41, 3  # frequencies that a line is held against, and that are its own
+_MOST_ROWS, _MOST_CYCLES = 2000, 400  # over the positions
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line in a spectrum: its frequency, its amplitude, its part of the power."""
+
+    frequency: float
+    amplitude: float
+    share: float
+
+
+def constant_check(preferred: Estimate, weights: Array, law: LawCheck | Missing) -> Check | Missing:
+    """Whether a constant force is left in the residuals.
+
+    Parameters
+    ----------
+    preferred : Estimate
+    weights : (n,) array
+        Of its rows: what a constant force of 1 makes of them.
+    law : LawCheck or Missing
+    """
+    if preferred.ddm_quantities:
+        return Missing("the rows of a direct model are accelerations")
+    found = _constant(preferred, weights)
+    force, deviation = found or (0.0, 0.0)  # nothing beside terms that make a constant themselves
+    unit = preferred.form.axis.axis.coordinate.force_unit
+    size = abs(force) * float(np.linalg.norm(weights)) / float(np.linalg.norm(preferred.y))
+    good = abs(force) <= MIN_DISTANCE_FROM_NOISE.value * deviation or size <= NEGLIGIBLE_FORCE.value
+    said = f"{force:.3g} +- {deviation:.1g} {unit}"
+    return Check(
+        name=_CONSTANT,
+        status=passed(good),
+        figure=100 * size,
+        threshold=100 * NEGLIGIBLE_FORCE.value,
+        source="percent of the force that a constant beside the model's terms would be, estimated "
+        "as they are; fails where it is three of its deviations too",
+        meaning="no constant force is left in the residuals"
+        if good
+        else f"a constant force of {said} is left in the residuals: "
+        + _whose(preferred, force, law),
+    )
+
+
+def ripple_check(preferred: Estimate, signals: Signals, prefilter: Prefilter) -> Check | Missing:
+    """Whether one frequency, over time or over the position, stands out of the residuals."""
+    if len(preferred.y) < MIN_SPECTRUM_ROWS.value:
+        return Missing(f"{len(preferred.y)} rows are too few for a spectrum")
+    residuals = preferred.residuals - np.mean(
+        preferred.residuals
+    )  # a constant has a check of its own
+    time = _over_time(preferred, signals, residuals)
+    place = _over_position(preferred, signals, residuals)
+    line = max((each for each in (time, place) if each), key=lambda line: line.share, default=None)
+    return Check(
+        name=_RIPPLE,
+        status=passed(line is None, matters=False),
+        figure=None if line is None else 100 * line.share,
+        threshold=100 * MIN_RIPPLE_POWER.value,
+        source="percent of the residuals' power that one frequency has, over time beyond eight "
+        "times the rate of reversals, or over the position; it stands out of its neighbours but "
+        "for a chance of 1e-4",
+        meaning="no frequency stands out of the residuals"
+        if line is None
+        else _by_position(line, preferred)
+        if line is place
+        else _by_time(line, preferred, prefilter),
+    )
+
+
+def terms_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check | Missing:
+    """Whether the residuals hold a term that an element declares."""
+    if isinstance(found, Missing):
+        return found
+    terms, q = [lack for lack in found if is_named(lack)], preferred.form.axis.axis.coordinate
+    return _lacking(
+        _TERMS,
+        terms,
+        "; ".join(term_sentence(lack, q) for lack in terms)
+        or "no named term of friction, drag or position stands out of the residuals",
+        _TOLD,
+    )
+
+
+def changes_check(found: Sequence[Lack] | Missing, preferred: Estimate) -> Check | Missing:
+    """Whether a parameter is another from some time on, or drifts over the record."""
+    if isinstance(found, Missing):
+        return found
+    changes = [lack for lack in found if lack.parameter]
+    units = {q.name: q.unit for q in preferred.quantities}
+    return _lacking(
+        _CHANGES,
+        changes,
+        "; ".join(change_sentence(lack, units[lack.parameter]) for lack in changes)
+        or "no parameter changes while the record runs",
+        f"{_TOLD}; of a change, the largest of the statistics over all times (Andrews)",
+    )
+
+
+def _lacking(name: str, found: Sequence[Lack], meaning: str, source: str) -> Check:
+    return Check(
+        name=name,
+        status=passed(not found),
+        figure=100 * max((lack.share for lack in found), default=0.0),
+        threshold=100 * MIN_MISSING_FORCE.value,
+        p_value=min((lack.p_value for lack in found), default=None),
+        source=source,
+        meaning=meaning,
+    )
+
+
+def lack_of_fit_check(found: LackOfFit, preferred: Estimate) -> Check:
+    """How much of what is left is the model's, by what is left again where the motion repeats."""
+    unit = left_unit(preferred)
+    noise = f"{found.noise:.2g} {unit} is noise"
+    return Check(
+        name="lack of fit",
+        status=passed(not found.is_mostly_model, matters=False),
+        figure=100 * found.share,
+        threshold=100 * MIN_MODEL_SHARE.value,
+        source="percent of the residuals' power that is left again where the reference repeats, "
+        "from the products of residuals of different repeats; it counts where noise "
+        "repeats as much but for a chance of 1e-3 (HAC over the phases), and where it goes on from "
+        "row to row",
+        meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
+        f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
+        f"{preferred.form.left}) {_again(found)}, {noise}{_too_wide(found)}"
+        if found.is_mostly_model
+        else f"{found.repeated:.2g} {unit} of what the model leaves {_again(found)} but jumps from "
+        f"row to row, as the steps of an encoder do, {noise}"
+        if found.is_there and not found.is_smooth
+        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} "
+        f"{_again(found)}, {noise}"
+        if found.is_there
+        else f"what the model leaves is noise: nothing of it {_again(found)}, {noise}",
+    )
+
+
+def left_unit(estimate: Estimate) -> str:
+    """Unit of the regression's left side."""
+    coordinate = estimate.form.axis.axis.coordinate
+    unit = coordinate.acceleration_unit if estimate.is_direct else coordinate.force_unit
+    return str(unit)
+
+
+def _again(found: LackOfFit) -> str:
+    """When what is left is left again."""
+    if found.period is None:
+        return "repeats wherever a move does"
+    return f"repeats every {found.period:.4g} s"
+
+
+def _too_wide(found: LackOfFit) -> str:
+    """What HAC deviations are in those of the noise; nothing where they are about the same."""
+    ratios = sorted(found.hac_excess.values())
+    if ratios[0] < MIN_HAC_EXCESS.value or ratios[-1] == np.inf:  # without noise there is no ratio
+        return ""
+    low, high = f"{ratios[0]:.2g}", f"{ratios[-1]:.2g}"
+    times = low if low == high else f"{low} to {high}"
+    return (
+        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
+        "model's error moves the parameters"
+    )
+
+
+def _constant(preferred: Estimate, weights: Array) -> tuple[float, float] | None:
+    """A constant force with its deviation, estimated beside the parameters; None for nothing."""
+    y = preferred.residuals + preferred.X @ preferred.theta
+    names = [*(q.name for q in preferred.quantities), _CONSTANT]
+    try:
+        columns = np.column_stack([preferred.X, weights])
+        regressor = factor(columns, names, neighbours=preferred.neighbours)
+        if preferred.Z is None:
+            solution = least_squares(y, regressor)
+        else:
+            instruments = factor(
+                np.column_stack([preferred.Z, weights]), names, "the simulated loop"
+            )
+            solution = instrumental_variables(y, regressor, instruments)
+    except EstimationError:
+        return None
+    covariance = preferred.covariance_model.matrix(solution)
+    return float(solution.theta[-1]), float(np.sqrt(covariance[-1, -1]))
+
+
+def _whose(preferred: Estimate, force: float, law: LawCheck | Missing) -> str:
+    """Where a constant comes from, and what to do."""
+    recorded = None if isinstance(law, Missing) else law.constant
+    if recorded is not None and _is_made_of(preferred.form.axis, recorded, force):
+        return (
+            f"it is in the recorded control ({recorded:.3g}) and not in the law, so the converter "
+            "that records it is off; take that off the control"
+        )
+    return (
+        f"declare an offset (offset(F0), F0 about {force:.3g}), or what depends on the position "
+        "and has such a mean; or check the zero of what records the force"
+    )
+
+
+def _is_made_of(axis: GeneratedAxis, control: float, force: float) -> bool:
+    """Whether a constant force is about what the drive makes of a constant control."""
+    made = drive_force(axis, np.array([control]), np.zeros(1), np.zeros(1))[0]
+    return bool(abs(made - force) < SAME_CONSTANT.value * abs(force))
+
+
+def _over_time(preferred: Estimate, signals: Signals, residuals: Array) -> Line | None:
+    rows = preferred.rows.astype(int)
+    values = preferred.neighbours.with_zeros(residuals)
+    size = 2 * len(values)
+    power = np.abs(np.fft.rfft(values, size)) ** 2
+    frequencies = np.arange(len(power)) / (size * preferred.row_period)
+    turns = np.count_nonzero(np.diff(np.sign(signals.velocity[rows])))
+    lasting = (len(values) - 1) * preferred.row_period
+    return _line(frequencies, power, residuals, MIN_RIPPLE_FREQUENCY.value * turns / (2 * lasting))
+
+
+def _over_position(preferred: Estimate, signals: Signals, residuals: Array) -> Line | None:
+    rows = preferred.rows.astype(int)
+    chosen = rows[:: max(len(rows) // _MOST_ROWS, 1)]
+    position = signals.position[chosen]
+    apart = float(np.median(np.abs(signals.velocity[chosen])) * preferred.row_period)
+    travel = float(np.ptp(position))
+    most = min(2 * _MOST_CYCLES, int(travel / max(apart, travel / (2 * _MOST_CYCLES))))
+    frequencies = np.arange(1, most) / (2 * travel)
+    waves = np.exp(-2j * np.pi * np.outer(frequencies, position))
+    values = residuals[:: max(len(rows) // _MOST_ROWS, 1)]
+    return _line(
+        frequencies, np.abs(waves @ values) ** 2, values, MIN_RIPPLE_FREQUENCY.value / travel
+    )
+
+
+def _line(frequencies: Array, power: Array, values: Array, lowest: float) -> Line | None:
+    """The strongest frequency beyond the lowest, if it stands out of its neighbours."""
+    beyond = frequencies >= lowest
+    if beyond.sum() < _NEIGHBOURS:
+        return None
+    best = int(np.argmax(np.where(beyond, power, 0.0)))
+    first = max(best - _NEIGHBOURS // 2, 0)
+    around = np.r_[first : max(best - _OWN, 0), best + _OWN + 1 : best + _NEIGHBOURS // 2 + 1]
+    background = float(np.median(power[around[around < len(power)]]))
+    total = float(values @ values)
+    share = min(2 * float(power[best]) / (len(values) * total), 1.0)
+    chance = len(frequencies) * 0.5 ** (float(power[best]) / background) if background else 0.0
+    if share < MIN_RIPPLE_POWER.value or chance > MAX_RIPPLE_CHANCE.value:
+        return None
+    return Line(float(frequencies[best]), float(np.sqrt(2 * share * total / len(values))), share)
+
+
+def _by_time(line: Line, preferred: Estimate, prefilter: Prefilter) -> str:
+    unit = "" if preferred.ddm_quantities else f" {preferred.form.axis.axis.coordinate.force_unit}"
+    cutoff = RIPPLE_CUTOFF.value * line.frequency
+    return (
+        f"a ripple of {line.frequency:.3g} Hz is {100 * line.share:.0f} % of the residuals' power, "
+        f"with an amplitude of {line.amplitude:.2g}{unit}: a cut-off of "
+        f"{cutoff:.2g} Hz (it is {prefilter.cutoff:g} Hz) leaves it out, if the "
+        "motion is slow against that; otherwise find what vibrates, or the mains"
+    )
+
+
+def _by_position(line: Line, preferred: Estimate) -> str:
+    unit, period = preferred.form.axis.axis.coordinate.unit, 1 / line.frequency
+    return (
+        f"a ripple over the position, every {period:.3g} {unit}, is {100 * line.share:.0f} % of "
+        f"the residuals' power: declare it, cogging(a, b, q, period={period:.3g}), or "
+        "periodic_coulomb where it changes with the direction"
+    )

@@ -1,0 +1,177 @@
+"""The rows on which what a model lacks is looked for, and score tests on them.
+
+Where the loop can be simulated they are all rows in motion, those near reversals among them: what
+the same filter leaves of the noise-free loop is taken off, rounding of friction included, and terms
+are those of its motion, so that no noise is in them. Elsewhere they are the rows of the estimate
+away from reversals, with the measured motion.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.problems import noise_free_record
+from axisid.estimation.regression import (
+    Equations,
+    simulated_loops,
+)
+from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
+from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
+from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
+from axisid.support.arrays import Array, covered, runs
+from axisid.support.errors import AxisidError
+from axisid.support.missing import Missing
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExaminedRows:
+    """Rows of the inverse model on which what it lacks is looked for.
+
+    Attributes
+    ----------
+    residuals : (n,) array
+        Less what the filter alone leaves, where that is known.
+    left : (n,) array
+        The force.
+    regressor : (n, k) array
+        Of the noise-free loop, or measured; without the force that is constant.
+    weights : (n,) array
+        What each row makes of 1.
+    signals : Signals
+        Motion of which the terms are made, at every sample.
+    sampling : Sampling
+        Which samples make the rows.
+    times : (n,) array
+        Of the rows since the record's first sample, s.
+    by_loop : bool
+        Whether the motion is the noise-free loop's.
+    """
+
+    residuals: Array
+    left: Array
+    regressor: Array
+    weights: Array
+    signals: Signals
+    sampling: Sampling
+    times: Array
+    by_loop: bool
+
+    @property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        return self.sampling.neighbours
+
+    @property
+    def samples(self) -> NDArray[np.int64]:
+        """Of the rows, (n,)."""
+        return self.sampling.rows.astype(np.int64)
+
+    @cached_property
+    def place(self) -> Array:
+        """Position of the rows, (n,), about its mean."""
+        position = self.signals.position[self.samples]
+        return np.asarray(position - position.mean(), dtype=float)
+
+    @cached_property
+    def direction(self) -> Array:
+        """What each row makes of the direction of motion, (n,)."""
+        return self.sampling.reduce(self.signals.direction)
+
+
+def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
+    """The rows of a record on which what the judged estimate lacks is looked for."""
+    if preferred.ddm_quantities:
+        return Missing("the rows of a direct model are accelerations")
+    if preferred.noise_free is not None:
+        try:
+            return _by_loop(data, preferred)
+        except AxisidError as error:
+            return Missing.of(error.note)
+    sampling = data.sampling
+    if data.axis.has_direction:
+        turns = sampling.turns(data.motion[1])
+        sampling = replace(sampling, excluded=_joined((*sampling.excluded, *turns), len(data)))
+    every = preferred.form.equations(data.signals)
+    left, times = _left_by(every, preferred), data.record.time
+    return _rows(every, left, data.signals, sampling, times, by_loop=False)
+
+
+def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
+    loops = simulated_loops(data.axis, data.record, preferred.physical)
+    quiet = noise_free_record(data, loops)
+    form = preferred.form
+    measured, clean = form.equations(data.signals), form.equations(quiet.signals)
+    stuck = np.concatenate([loop.mode == 0 for loop in loops])
+    velocity = np.concatenate([loop.velocity for loop in loops])
+    apart = np.abs(data.signals.velocity - velocity)
+    excluded = _joined((*_rests(stuck, data), *_starts(apart, data)), len(data))
+    sampling = replace(data.sampling, excluded=excluded)
+    moved = Signals(
+        position=quiet.record.position,
+        velocity=velocity,
+        acceleration=np.concatenate([loop.acceleration for loop in loops]),
+        force=np.concatenate([loop.force for loop in loops]),
+        direction=np.concatenate([loop.direction for loop in loops]),
+    )
+    net = _left_by(measured, preferred) - _left_by(clean, preferred)
+    every = replace(clean, left=measured.left)
+    return _rows(every, net, moved, sampling, data.record.time, by_loop=True)
+
+
+def _rows(
+    every: Equations,
+    residuals: Array,
+    signals: Signals,
+    sampling: Sampling,
+    times: Array,
+    *,
+    by_loop: bool,
+) -> ExaminedRows | Missing:
+    n, k = len(sampling.rows), every.regressor.shape[1]
+    if n < MIN_ROWS_TO_LOOK.value * (k + 1):
+        return Missing(f"{n} rows in motion are too few to tell what is missing")
+    reduced = sampling.reduce(np.column_stack([residuals, every.left, every.regressor]))
+    return ExaminedRows(
+        residuals=reduced[:, 0],
+        left=reduced[:, 1],
+        regressor=reduced[:, 2:],
+        weights=sampling.weights,
+        signals=signals,
+        sampling=sampling,
+        times=times[sampling.rows.astype(int)] - times[0],
+        by_loop=by_loop,
+    )
+
+
+def _left_by(every: Equations, preferred: Estimate) -> Array:
+    return every.left - every.known - every.regressor @ preferred.theta
+
+
+def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:
+    """Where the loop rests, and as far around as the low-pass reaches; not where it turns."""
+    reach, n = data.sampling.filter.turn_reach, len(stuck)
+    least = max(int(MIN_REST_OF_LOOP.value * reach), 1)
+    rests = [(a, b) for a, b in runs(stuck) if b - a > least]
+    return tuple((max(a - reach, 0), min(b + reach, n)) for a, b in rests)
+
+
+def _starts(apart: Array, data: FilteredRecord) -> tuple[Span, ...]:
+    """Where a loop that begins at rest has not caught up with a segment that begins in motion."""
+    reach = 2 * data.sampling.filter.turn_reach
+    most = MAX_STARTING_SPEED.value * float(np.abs(data.signals.velocity).max())
+    found = []
+    for first, last in data.record.spans:
+        far = apart[first:last] > most
+        if far[: min(reach, len(far))].any():
+            caught_up = int(np.argmin(far[int(np.argmax(far)) :])) + int(np.argmax(far))
+            found.append((first, min(first + caught_up + reach, last)))
+    return tuple(found)
+
+
+def _joined(spans: Sequence[Span], samples: int) -> tuple[Span, ...]:
+    """Spans in order, those that touch as one."""
+    return runs(covered(spans, samples))

@@ -1,0 +1,12 @@
+"""Methods of estimation: from a problem to an estimate.
+
+In: `Problem`. Out: `Method` with its `Fit`, and the `Estimate` that it makes.
+Knows nothing of verdicts and of how it is shown.
+"""
+
+from .bound_record import bound_record as bound_record
+from .estimating import estimate_by as estimate_by
+from .instrumental import Instruments as Instruments
+from .method import Fit as Fit
+from .method import Method as Method
+from .methods import METHODS as METHODS

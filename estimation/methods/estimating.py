@@ -1,0 +1,209 @@
+"""From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
+
+from contextlib import suppress
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
+from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
+from axisid.estimation.regression import (
+    Covariance,
+    DirectForm,
+    Form,
+    condition_number,
+    delta_method,
+)
+from axisid.estimation.signals import rests_first
+from axisid.estimation.thresholds.estimates import (
+    BOUND_TOLERANCE,
+    MAX_STARTING_SPEED,
+    MIN_ROWS_PER_PARAMETER,
+    NO_RELATION,
+)
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import DataError, EstimationError
+from axisid.support.remedy import Note
+
+from .method import Fit, Method
+
+
+def estimate_by(
+    problem: Problem, method: Method, lags: int | None = None, covariance: str = "hac"
+) -> Estimate:
+    """An estimate by one method.
+
+    Parameters
+    ----------
+    problem : Problem
+    method : Method
+    lags : int, optional
+        Of the autocorrelation-consistent covariance; chosen from the data by default.
+    covariance : str
+        Of `COVARIANCES`: what intervals, draws and tests are of.
+
+    Raises
+    ------
+    ModelError, LoopDataError
+        The axis, or the record, does not allow the method.
+    EstimationError
+        The rows cannot be solved, or what comes of them is not finite.
+    """
+    axis, fit = problem.axis, method.fit(problem)
+    form, solution, y = fit.form, fit.solution, fit.measured.left
+    physical, jacobian = form.physical(solution.theta)
+    models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
+    covariances = _covariances(method, fit, models)
+    mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
+    freedom = {name: model.freedom(solution) for name, model in models.items()}
+    direct = isinstance(form, DirectForm)
+    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical)
+    remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
+    return Estimate(
+        method=method.name,
+        form=form.at(physical),
+        quantities=axis.parameters,
+        theta=solution.theta,
+        physical=physical,
+        covariances=mapped,
+        jacobian=jacobian,
+        ddm_quantities=form.quantities if direct else (),
+        ddm_covariances=covariances if direct else {},
+        freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
+        ddm_freedom=freedom if direct else {},
+        y=y,
+        X=fit.measured.regressor,
+        Z=None if fit.instruments is None else fit.instruments.columns,
+        rows=problem.stacked(lambda data: data.row_numbers),
+        neighbours=problem.neighbours,
+        times=_row_times(problem),
+        period=problem.data[0].period,
+        row_period=problem.row_period,
+        residuals=solution.residuals,
+        simulated=fit.simulated,
+        equation_error_percent=relative_error_percent(solution.residuals, y),
+        simulation_error_percent=None
+        if isinstance(fit.simulated, NotSimulated)
+        else relative_error_percent(y - fit.simulated, y),
+        condition_number=condition_number(fit.measured.regressor),
+        iterates=fit.iterates,
+        covariance_names={name: c.describe(solution) for name, c in models.items()},
+        remarks=tuple(map(Note.of, remarks)),
+        covariance_model=models[covariance],
+        chosen=covariance,
+        gain_relative_sd=_gain_relative_sd(problem),
+        gain_slopes=slopes[0],
+        theta_gain_slopes=slopes[1],
+        noise_free=quiet,
+    )
+
+
+def _covariances(method: Method, fit: Fit, models: dict[str, Covariance]) -> dict[str, Array]:
+    """Of the regression's own parameters, by name; refused where the residuals are not finite."""
+    y = fit.measured.left
+    if not (float(y @ y) > 0 and np.all(np.isfinite(fit.solution.residuals))):
+        raise _not_finite(method, fit.form)
+    return {name: covariance.matrix(fit.solution) for name, covariance in models.items()}
+
+
+def _mapped(method: Method, form: Form, covariance: Array, jacobian: Array) -> Array:
+    mapped = delta_method(covariance, jacobian)
+    if not np.all(np.isfinite(mapped)):
+        raise _not_finite(method, form)
+    return mapped
+
+
+def _fewest(freedom: Array, jacobian: Array) -> Array:
+    """Degrees of freedom of mapped parameters, (p,): the fewest of those that each is made of."""
+    return np.asarray(np.min(np.where(jacobian != 0, freedom, np.inf), axis=1), dtype=float)
+
+
+def _not_finite(method: Method, form: Form) -> EstimationError:
+    return EstimationError(
+        f"{method.name}: the regression is not finite, or the {form.left} is zero in every row; "
+        "check the signals' size and the known terms of the equation of motion."
+    )
+
+
+def _gain_relative_sd(problem: Problem) -> float:
+    """Of the gain that scaled the force; 0 for a measured force."""
+    measured = all(data.record.force is not None for data in problem.data)
+    return 0.0 if measured else problem.axis.axis.drive.relative_sd
+
+
+def _row_times(problem: Problem) -> Array | None:
+    """Of rows that are not the period times their number, since the record's first sample."""
+    if len(problem.data) == 1 and not problem.data[0].record.segments:
+        return None
+    return problem.stacked(
+        lambda data: data.record.time[data.row_numbers.astype(int)] - data.record.time[0]
+    )
+
+
+def _noise_free_and_slopes(
+    form: Form, problem: Problem, fit: Fit, physical: Array
+) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
+    """What the filter makes of the estimate's own loop, and what the gain moves it by."""
+    quiet: NoiseFree | None = None
+    slopes: tuple[Array | None, Array | None] = (None, None)
+    if _gain_relative_sd(problem):
+        with suppress(DataError, EstimationError):  # rows of another gain may not be solved
+            slopes = slopes_by_gain(form, problem, fit.solution, fit.instruments)
+    if fit.follows:
+        with suppress(DataError, EstimationError):  # nor those of a simulated record
+            quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
+    return quiet, slopes
+
+
+def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
+    """What the user should know whatever the method."""
+    measured, simulated = fit.measured, fit.simulated
+    every = (data.sampling.filter.remarks() for data in problem.data)
+    remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
+    n, k = measured.regressor.shape
+    if n < MIN_ROWS_PER_PARAMETER.value * k:
+        remarks.append(
+            f"{n} rows for {k} parameters are few: standard deviations cannot be believed; "
+            "record longer, or decimate less"
+        )
+    if isinstance(simulated, NotSimulated):
+        return remarks
+    if relative_error_percent(measured.left - simulated, measured.left) > NO_RELATION.value:
+        remarks.append(
+            Note.of(
+                "the simulated loop does not follow the record; ",
+                rests_first(problem.rest)
+                or "check the control law, the reference and the signs and units of the columns",
+            )
+        )
+    return remarks + _begun_in_motion(problem)
+
+
+def _begun_in_motion(problem: Problem) -> list[str]:
+    """What to say of a record, or a segment of it, whose simulated loop begins otherwise."""
+    for data in problem.data:
+        speed = np.abs(data.signals.velocity)
+        starts = [start for start, _ in data.record.spans]
+        if speed[starts].max() > MAX_STARTING_SPEED.value * speed.max():
+            what = "a segment of the record" if data.record.segments else "the record"
+            return [
+                f"{what} begins in motion, the simulated loop at rest: its first transient is "
+                "in the simulation error; begin it at rest, or drop more at the start"
+            ]
+    return []
+
+
+def _outside_bounds(axis: GeneratedAxis, physical: Array) -> list[str]:
+    stopped = [
+        f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
+        for p, value, is_nonlinear in zip(
+            axis.axis.parameters, physical, axis.nonlinear, strict=True
+        )
+        if is_nonlinear
+        and min(abs(value - p.lower), abs(value - p.upper)) <= BOUND_TOLERANCE.value * abs(value)
+    ]
+    return stopped + [
+        p.out_of_bounds(value)
+        for p, value in zip(axis.axis.parameters, physical, strict=True)
+        if not p.allows(value)
+    ]

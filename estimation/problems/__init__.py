@@ -1,0 +1,16 @@
+"""What is to be estimated from what, and what the prefilter does to it.
+
+In: an axis, its records under their filters. Out: `Problem`, with rows, loops, visible parameters.
+Knows nothing of methods and of what becomes of an estimate.
+"""
+
+from .filter_bias import NoiseFree as NoiseFree
+from .filter_bias import noise_free as noise_free
+from .filter_bias import noise_free_record as noise_free_record
+from .filter_bias import slopes_by_gain as slopes_by_gain
+from .problem import Problem as Problem
+from .problem import adding as adding
+from .visibility import Reach as Reach
+from .visibility import check_identifiable as check_identifiable
+from .visibility import check_visible as check_visible
+from .visibility import natural_sizes as natural_sizes

@@ -1,0 +1,198 @@
+"""What is to be estimated from what: an axis, and its records, each under its filter."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import is_same_period
+from axisid.estimation.regression import (
+    Equations,
+    Form,
+    InverseForm,
+    QrFactors,
+    factor,
+    loop_reference,
+    simulated_loops,
+    simulated_right,
+)
+from axisid.estimation.signals import FilteredRecord, Neighbours, motion_lacks
+from axisid.estimation.simulation import Simulation
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.remedy import Remedy
+
+from .visibility import Reach, check_identifiable, check_visible
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Problem:
+    """The records that an axis's parameters are estimated from, as one regression.
+
+    A record with gaps and several records are the same thing: rows one after the other, of which
+    `neighbours` says which follow each other in time.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    data : tuple of FilteredRecord
+        One or more, of that axis.
+
+    Raises
+    ------
+    UsageError
+        The records are none, of another axis, or their rows are unequally far apart in time.
+    EstimationError
+        The axis has parameters that no record can tell.
+    """
+
+    axis: GeneratedAxis
+    data: tuple[FilteredRecord, ...]
+
+    def __post_init__(self) -> None:
+        if not self.data or any(data.axis is not self.axis for data in self.data):
+            raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
+        apart = [data.row_period for data in self.data]
+        if not is_same_period(min(apart), max(apart)):
+            raise UsageError(
+                f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
+                "resample or decimate them alike."
+            )
+        check_identifiable(self.axis)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def __repr__(self) -> str:
+        return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Which of the rows follow each other in time."""
+        return Neighbours.joined([data.neighbours for data in self.data])
+
+    @property
+    def row_period(self) -> float:
+        """Time between rows that follow each other, s."""
+        return self.data[0].row_period
+
+    def rows(self, form: Form) -> Equations:
+        """The measured rows of a form.
+
+        Raises
+        ------
+        EstimationError
+            They do not show a parameter, which is named.
+        """
+        if type(form) in self._linear:
+            return self._linear[type(form)]
+        if not isinstance(form, InverseForm):
+            self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
+        every = [form.equations(data.signals) for data in self.data]
+        pieces = [e.reduced(data) for e, data in zip(every, self.data, strict=True)]
+        rows = Equations.stacked(pieces)
+        if isinstance(form, InverseForm):
+            self._check(every, rows)
+        if self.axis.is_linear:
+            self._linear[type(form)] = rows
+        return rows
+
+    def stacked(self, values: Callable[[FilteredRecord], Array]) -> Array:
+        """What each record gives for its rows, one after the other."""
+        pieces = [values(data) for data in self.data]
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def factored(self, form: Form, measured: Equations) -> QrFactors:
+        """The regressor of measured rows, or an error that says what the motion lacks."""
+        if measured is self._linear.get(type(form)) and type(form) in self._factored:
+            return self._factored[type(form)]
+        names = [q.label for q in form.quantities]
+        with adding(lambda: self.lacking):
+            regressor = factor(measured.regressor, names, neighbours=self.neighbours)
+        if measured is self._linear.get(type(form)):
+            self._factored[type(form)] = regressor
+        return regressor
+
+    def check_loop(self) -> None:
+        """Refuse what cannot be simulated; see `loop_reference`."""
+        for data in self.data:
+            loop_reference(self.axis, data.record)
+
+    def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
+        """The loops simulated with an estimate, and their known part and regressor, reduced."""
+        every = [simulated_loops(self.axis, data.record, physical) for data in self.data]
+        rights = [
+            simulated_right(form, loops, physical, data)
+            for loops, data in zip(every, self.data, strict=True)
+        ]
+        loops = tuple(loop for of_one in every for loop in of_one)
+        if len(rights) == 1:
+            return loops, *rights[0]
+        return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+
+    def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
+        """Simulated loops, one for each segment, by the record that they are of."""
+        ends = list(accumulate(len(data.record.spans) for data in self.data))
+        return tuple(loops[a:b] for a, b in zip([0, *ends], ends, strict=False))
+
+    @property
+    def rest(self) -> float:
+        """Part of the samples of a fit at which the axis stands still."""
+        weights = [int(data.used.sum()) for data in self.data]
+        rests = [data.rest for data in self.data]
+        return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
+
+    @property
+    def lacking(self) -> str:
+        """What the motion lacks, as a sentence; empty if nothing is known to lack."""
+        every = [motion_lacks(data.signals) for data in self.data]
+        facts = [fact for fact in every[0] if all(fact in others for others in every)]
+        where = "this record" if len(self.data) == 1 else "each of these records"
+        return f"In {where} {', and '.join(facts)}." if facts else ""
+
+    @cached_property
+    def _linear(self) -> dict[type[Form], Equations]:
+        """Rows by form, which are the same wherever they are asked for if the axis is linear."""
+        return {}
+
+    @cached_property
+    def _factored(self) -> dict[type[Form], QrFactors]:
+        """The regressors of `_linear`."""
+        return {}
+
+    def _check(self, every: list[Equations], rows: Equations) -> None:
+        """Refuse columns that the rows do not show, of what every sample has."""
+        found = [
+            Reach.of(data.signals, equations, data.kept)
+            for data, equations in zip(self.data, every, strict=True)
+        ]
+        reaches = [reach for reach in found if reach is not None]
+        with adding(lambda: self.lacking):
+            check_visible(
+                self.axis,
+                Reach.joined(reaches) if reaches else None,
+                rows.regressor,
+                rows.left - rows.known,
+                rows=len(rows.left),
+                source="the record" if len(self.data) == 1 else "the set of records",
+                without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),
+            )
+
+
+@contextmanager
+def adding(sentence: Callable[[], str]) -> Iterator[None]:
+    """Say more in an error, if there is more to say; asked for only then."""
+    try:
+        yield
+    except AxisidError as error:
+        if what := sentence():
+            more = error.remedy and Remedy.of(error.remedy, f" {what}")
+            problem = error.problem if more else f"{error.problem} {what}"
+            raise type(error)(problem, more, code=error.code) from error
+        raise

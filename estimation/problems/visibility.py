@@ -1,0 +1,240 @@
+"""Whether a record shows a parameter at all: said by name, before there is a number to print.
+
+Scaled to unit norm, a column of 1e-80 gives a number as any other does. What tells is how large the
+parameter would have to be for its part of the force to stand out of what the model leaves
+unexplained. A record does not show a parameter where that is more than all the force there was,
+at the place of the record where the term acts most; or where it is far beyond the size that the
+parameter's unit and its declaration give it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.regression import Equations
+from axisid.estimation.signals import Signals
+from axisid.estimation.thresholds.estimates import (
+    MAX_CANCELLED_FORCE,
+    MAX_TIMES_DECLARED,
+    MAX_TIMES_UNIT,
+    MIN_DISTANCE_FROM_NOISE,
+)
+from axisid.modeling.quantities import Parameter, parse_unit
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.remedy import Remedy, Setting
+
+_ROUNDING = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """How far the force, the motion and the columns of the inverse model go along a record.
+
+    Attributes
+    ----------
+    force : float
+        Largest.
+    columns : (p,) array
+        Largest of each column.
+    travel : (float, float)
+        Least and largest position.
+    velocity, acceleration : float
+        Largest.
+    """
+
+    force: float
+    columns: Array
+    travel: tuple[float, float]
+    velocity: float
+    acceleration: float
+
+    @classmethod
+    def of(cls, signals: Signals, equations: Equations, kept: NDArray[np.bool_]) -> "Reach | None":
+        """Over samples (N,) that are kept; None where there are none."""
+        if not kept.any():
+            return None
+        position = signals.position[kept]
+        columns = np.ascontiguousarray(equations.regressor[kept].T)  # quicker one by one
+        return cls(
+            force=float(np.abs(equations.left[kept]).max()),
+            columns=np.abs(columns).max(axis=1),
+            travel=(float(position.min()), float(position.max())),
+            velocity=float(np.abs(signals.velocity[kept]).max()),
+            acceleration=float(np.abs(signals.acceleration[kept]).max()),
+        )
+
+    @classmethod
+    def joined(cls, several: Sequence["Reach"]) -> "Reach":
+        """Over the samples of all."""
+        return reduce(cls._with, several)
+
+    def _with(self, other: "Reach") -> "Reach":
+        return Reach(
+            force=max(self.force, other.force),
+            columns=np.maximum(self.columns, other.columns),
+            travel=(min(self.travel[0], other.travel[0]), max(self.travel[1], other.travel[1])),
+            velocity=max(self.velocity, other.velocity),
+            acceleration=max(self.acceleration, other.acceleration),
+        )
+
+
+def check_identifiable(axis: GeneratedAxis) -> None:
+    """Refuse an axis of which no motion tells the parameters apart.
+
+    Raises
+    ------
+    EstimationError
+        With what is not told apart.
+    """
+    if axis.unidentifiable:
+        raise EstimationError(
+            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.unidentifiable)}. "
+            "Declare the combination as one parameter."
+        )
+
+
+def check_visible(
+    axis: GeneratedAxis,
+    reach: Reach | None,
+    regressor: Array,
+    left: Array,
+    *,
+    rows: int,
+    source: str,
+    without_turns: bool,
+) -> None:
+    """Refuse a regression with a column that the record does not show.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    reach : Reach or None
+        None where no sample is kept; nothing is refused then.
+    regressor, left : (n, p), (n,) arrays
+        Of the inverse model, the left side less what is known; or their triangular factor.
+    rows : int
+        Of the regression.
+    source : str
+        Of the record, for the message.
+    without_turns : bool
+        Whether samples near reversals and rests are left out.
+
+    Raises
+    ------
+    EstimationError
+        The parameters are named, with what they would have to be.
+    """
+    finite = np.all(np.isfinite(regressor)) and np.all(np.isfinite(left))
+    if reach is None or rows <= regressor.shape[1] or not finite:
+        return
+    noise = max(_unexplained(regressor, left, rows), _ROUNDING * reach.force)
+    if not np.isfinite(noise):
+        return  # the signals' size is refused where it is regressed
+    unseen = _unseen(axis, reach, np.linalg.norm(regressor, axis=0), noise)
+    if unseen:
+        turns = ", without the samples near reversals and rests" if without_turns else ""
+        raise EstimationError(
+            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. ",
+            Remedy.of(
+                "Record a motion that stays longer where the force depends on it, or ",
+                _without(axis, tuple(unseen)),
+            ),
+            code="not-shown",
+        )
+
+
+def natural_sizes(axis: GeneratedAxis, reach: Reach) -> Array:
+    """What a parameter of each unit is in an axis of this force and motion, (p,).
+
+    The force, the travel and the times that the motion gives, to the powers of the unit; infinite
+    where it has others (an ampere; a length on a rotary axis).
+    """
+    return np.array([_natural(axis, p.unit, reach) for p in axis.axis.parameters])
+
+
+def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> dict[str, str]:
+    """Parameters that a regression with columns of these norms, (p,), does not show, and why."""
+    found: dict[str, str] = {}
+    natural = natural_sizes(axis, reach)
+    for j, p in enumerate(axis.axis.parameters):
+        if axis.nonlinear[j]:
+            continue  # its column is a slope about a point
+        if norms[j] == 0:
+            found[p.name] = f"the column of {p.name} is zero in every row"
+            continue
+        needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
+        there = needed * float(reach.columns[j])
+        seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
+        if there > MAX_CANCELLED_FORCE.value * reach.force:
+            unit = axis.axis.coordinate.force_unit
+            found[p.name] = (
+                f"{seen}, a force of {there:.2g} {unit} where it acts most, in a record whose "
+                f"largest is {reach.force:.3g} {unit}"
+            )
+        elif needed > _farthest(p, float(natural[j])):
+            found[p.name] = f"{seen}; {_expected(p, float(natural[j]))}"
+    return found
+
+
+def _farthest(parameter: Parameter, natural: float) -> float:
+    """The largest value that is not absurd."""
+    bounds = max(abs(parameter.lower), abs(parameter.upper))
+    declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
+    if not declared:
+        return MAX_TIMES_UNIT.value * natural
+    return MAX_TIMES_DECLARED.value * max(declared, natural if np.isfinite(natural) else 0.0)
+
+
+def _expected(parameter: Parameter, natural: float) -> str:
+    """What size a parameter may be expected to have."""
+    said = []
+    if np.isfinite(natural):
+        said.append(
+            f"a force and a motion like these make a parameter in {parameter.unit} about "
+            f"{natural:.2g}"
+        )
+    if parameter.nominal:
+        said.append(f"its nominal value is {parameter.nominal:g}")
+    return " and ".join(said) or "its bounds are far below that"
+
+
+def _natural(axis: GeneratedAxis, unit: str, reach: Reach) -> float:
+    mass, length, time, current = (float(e) for e in parse_unit(unit).exponents)
+    travel = reach.travel[1] - reach.travel[0]
+    rotary = axis.axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
+    lengths, times = length - (2 if rotary else 1) * mass, time + 2 * mass
+    if current or (rotary and lengths):
+        return np.inf
+    with np.errstate(all="ignore"):
+        speed, push = np.float64(reach.velocity), np.float64(reach.acceleration)
+        clocks = np.array([travel / speed, speed / push, np.sqrt(travel / push)])
+        sizes = reach.force**mass * np.float64(travel) ** lengths * clocks**times
+    usable = sizes[np.isfinite(sizes)]
+    return float(usable.max()) if usable.size else np.inf
+
+
+def _unexplained(regressor: Array, left: Array, rows: int) -> float:
+    """Deviation of what the model leaves of the left side."""
+    norms = np.linalg.norm(regressor, axis=0)
+    unit = regressor[:, norms > 0] / norms[norms > 0]
+    # The triangular factor has the same residuals, and may be of fewer rows.
+    triangle = np.asarray(np.linalg.qr(np.column_stack([unit, left]), mode="r"))
+    unit, left = triangle[:, :-1], triangle[:, -1]
+    residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
+    return float(np.linalg.norm(residuals)) / float(np.sqrt(rows - regressor.shape[1]))
+
+
+def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> Remedy:
+    """How to do without parameters, each of which may be made of declared ones."""
+    made = {q.name: q.expression for q in axis.parameters if q.expression}
+    plain = [name for name in names if name not in made]
+    them = "it" if len(names) == 1 else "them"
+    settings = [Setting("leave-out", name) for name in plain]
+    said = Remedy.of(f"leave {them} out: ", *settings) if plain else None
+    others = [f"leave out a parameter of {made[name]}" for name in names if name in made]
+    return Remedy.of(said, "; " if said and others else "", "; ".join(others), ".")

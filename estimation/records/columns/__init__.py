@@ -1,0 +1,8 @@
+"""Which column is which role of a record, and its values in SI.
+
+In: the columns of a `Table`, what a user and an axis say of them. Out: columns by role, in SI.
+Knows nothing of clocks and of what may be wrong with values.
+"""
+
+from .roles import RoleColumns as RoleColumns
+from .units import modulus_si as modulus_si

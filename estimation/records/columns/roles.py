@@ -1,0 +1,278 @@
+"""Which column of a table is which role, in SI: names from the user, the axis, or the role."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+
+from axisid.estimation.tables import Samples, Table
+from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
+from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
+from axisid.support.errors import DataError, UsageError
+from axisid.support.remedy import Remedy, Setting
+
+from .units import assumed_units_text, to_si
+
+_NEEDED = ("position",)
+_CLOCKS = "the file's own clocks are taken"
+_COMPARED = 1000  # columns that a name is compared with
+
+
+class RoleColumns:
+    """Columns by role, in SI, with what was assumed on the way.
+
+    Of the columns that only the axis declares, the time may be missing where the period is given or
+    the file has clocks of its own, the reference and a test signal always, and the control where
+    there is a force.
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        axis: Axis | None,
+        requested: dict[str, str],
+        *,
+        has_period: bool = False,
+        injected_at: str | None = None,
+    ) -> None:
+        self.injected_at = _injected_at(axis, injected_at)
+        self.names: dict[str, str] = {}
+        self.samples: dict[str, Samples] = {}
+        notes: list[str] = []
+        without_unit: dict[str, str] = {}
+        chosen, without = _choose(table, axis, requested, has_period=has_period)
+        notes += self._placed(table.source, chosen, requested, axis, has_place=bool(injected_at))
+        for role, (name, unit, by_user) in chosen.items():
+            column = table.columns[name]
+            samples = column.read()
+            written = unit or column.unit
+            values, note = samples.values, ""
+            if written:
+                values, note = to_si(
+                    role,
+                    values,
+                    written,
+                    axis,
+                    requested=by_user and bool(unit),
+                    source=table.source,
+                    injected_at=self.injected_at,
+                )
+            else:
+                without_unit[role] = name
+            self.names[role] = name
+            self.samples[role] = replace(samples, values=values)
+            notes += [said for said in (column.note, note) if said and said not in notes]
+        if said := self._own_clocks(requested):
+            notes.append(said)
+            without_unit.pop("time", None)
+        taken = assumed_units_text(without_unit, axis, injected_at=self.injected_at)
+        self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
+
+    def _placed(
+        self,
+        source: str,
+        chosen: dict[str, tuple[str, str, bool]],
+        requested: Mapping[str, str],
+        axis: Axis | None,
+        *,
+        has_place: bool,
+    ) -> list[str]:
+        """What is said of where the test signal enters; without a place it is not taken.
+
+        Raises
+        ------
+        UsageError
+            It was named and nothing says where it enters, or the other way round.
+        """
+        if "injected" not in chosen:
+            if has_place:
+                raise UsageError(
+                    f"{source}: no column is the test signal that is added to the "
+                    f"{self.injected_at}; ",
+                    Remedy.of("name it with ", _to_name(["injected"]), "."),
+                    code="no-injected",
+                )
+            return []
+        name = chosen["injected"][0]
+        if self.injected_at:
+            return [f"{name!r} was added to the {self.injected_at}"]
+        if "injected" in requested or (axis is not None and "injected" in axis.columns):
+            raise UsageError(
+                f"{source}: {name!r} is a test signal, but nothing says what it was added to; ",
+                Remedy.of(
+                    "add ",
+                    Setting("injected-at", "control"),
+                    " or ",
+                    Setting("injected-at", "reference"),
+                    ".",
+                ),
+                code="injected-where",
+            )
+        del chosen["injected"]
+        return [f"{name!r} is left out, since nothing says whether it was added to the control"]
+
+    def _own_clocks(self, requested: Mapping[str, str]) -> str:
+        """Leave out a time column that no user named and that is of another group than the others.
+
+        Where the file has clocks of its own they serve. What is said of it; empty where it stays.
+        """
+        others = {role: s for role, s in self.samples.items() if role != "time"}
+        if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
+            return ""
+        rows, needed = len(self.samples["time"].values), len(others["position"].values)
+        if rows == needed:
+            return ""
+        name = self.names.pop("time")
+        del self.samples["time"]
+        return f"the column {name!r} has {rows} rows, the position {needed}: {_CLOCKS} in its place"
+
+
+def _injected_at(axis: Axis | None, given: str | None) -> str | None:
+    """What a test signal is added to, as the user says it or else the axis."""
+    if given is not None and given not in INJECTION_POINTS:
+        raise UsageError(
+            f"a test signal is said to be added to {given!r}; give "
+            f"{' or '.join(map(repr, INJECTION_POINTS))}."
+        )
+    return given or (axis.injected_at if axis is not None else "") or None
+
+
+def _has_clocks(columns: Iterable[Samples]) -> bool:
+    """Whether every column has times of its own."""
+    return all(samples.clock is not None for samples in columns)
+
+
+def _choose(
+    table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
+) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
+    """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
+    for role in requested:
+        if role not in ROLES:
+            raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
+    declared = dict(axis.columns) if axis is not None else {}
+    chosen: dict[str, tuple[str, str, bool]] = {}
+    missing: dict[str, str] = {}
+    unfit: dict[str, str] = {}
+    for role in ROLES:
+        wanted = requested.get(role) or declared.get(role) or role
+        name, unit = table.find(wanted), ""
+        if name is None and ":" in wanted:
+            head, _, unit = wanted.rpartition(":")
+            name = table.find(head.strip())
+            wanted = head if name is None else wanted
+        if name is not None:
+            chosen[role] = (name, unit.strip(), role in requested)
+        elif holds := table.holds(wanted):
+            unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
+        elif role in requested or role in declared or role in _NEEDED:
+            missing[role] = wanted
+    if unfit:
+        raise DataError(
+            f"{table.source}: {', '.join(unfit.values())}; ",
+            Remedy.of("give one of real numbers, or of time stamps, with ", _to_name(unfit), "."),
+            code="no-numbers",
+        )
+    without = _without(table, missing, chosen, has_period=has_period)
+    if any(role in requested or role not in without for role in missing):
+        raise _lacking(table, chosen, missing, declared=bool(declared))
+    _check_apart(table, chosen)
+    return chosen, tuple(without.values())
+
+
+def _timed(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> bool:
+    """Whether the chosen columns have times of their own."""
+    return bool(chosen) and _has_clocks(table.columns[name].read() for name, *_ in chosen.values())
+
+
+def _without(
+    table: Table,
+    missing: dict[str, str],
+    chosen: dict[str, tuple[str, str, bool]],
+    *,
+    has_period: bool,
+) -> dict[str, str]:
+    """What is said of columns that only the axis names, and that can be done without.
+
+    A name that several columns have is not missing, but to be told apart by the user.
+    """
+    spared = {}
+    if has_period:
+        spared["time"] = "counted by the sampling period"
+    if "time" in missing and _has_clocks(
+        table.columns[name].read() for name, *_ in chosen.values()
+    ):
+        spared["time"] = _CLOCKS
+    if "force" in chosen:
+        spared["control"] = "so the control law is not compared with the record"
+    spared["reference"] = "so least squares only, no instruments"
+    spared["injected"] = "so no test signal is reckoned with"
+    return {
+        role: f"no column {missing[role]!r} for the {role}, {what}"
+        for role, what in spared.items()
+        if role in missing and not table.alike(missing[role])
+    }
+
+
+def _lacking(
+    table: Table,
+    chosen: dict[str, tuple[str, str, bool]],
+    missing: dict[str, str],
+    *,
+    declared: bool,
+) -> DataError:
+    """The error of all columns that are not found, with those that may be meant.
+
+    Where the axis has not `declared` its columns, those of the other roles count as missing too.
+    """
+    wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
+    wanting = [role for role in ROLES if role != "injected"]
+    others = [role for role in wanting if role not in chosen and role not in missing]
+    others = [] if declared or not set(_NEEDED) & set(missing) else others
+    also = f", nor one named {' or '.join(others)}" if others else ""
+    several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
+    close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))
+    hint = ""
+    if several:
+        hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
+    elif close:
+        hint = f" Did you mean {' or '.join(map(repr, close))}?"
+    named = [*missing, *others]
+    columns = "column" if len(named) == 1 else "columns"
+    advice = Remedy.of(f"Name the {columns} with ", _to_name(named), ".")
+    own = (
+        " The columns have clocks of their own: leave the time out, and these serve."
+        if "time" in missing and _timed(table, chosen)
+        else ""
+    )
+    return DataError(
+        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} ",
+        Remedy.of(table.missing or advice, own),
+        code="no-column",
+    )
+
+
+def _to_name(roles: Iterable[str]) -> Setting:
+    """What names columns."""
+    return Setting("columns", ",".join(f"{role}=NAME" for role in roles))
+
+
+def _near(table: Table, wanted: str) -> list[str]:
+    """Columns whose names are nearly the one that is wanted."""
+    names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
+    plain = wanted.casefold()
+    close = get_close_matches(plain, names, n=2, cutoff=MIN_NAME_SIMILARITY.value)
+    close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
+    return [names[name] for name in close]
+
+
+def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:
+    """One column cannot be two things."""
+    roles: dict[str, str] = {}
+    for role, (name, *_) in chosen.items():
+        if name in roles:
+            raise DataError(
+                f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
+                f"{role}; ",
+                Remedy.of("name another for one of them, with ", _to_name([role]), "."),
+                code="column-twice",
+            )
+        roles[name] = role

@@ -1,0 +1,223 @@
+"""Samples that were cut off: by the drive's declared limit, by a recorder or by a sensor's range.
+
+A signal that is cut off keeps one value, its largest or smallest, and goes into and out of it by
+steps. A right one may keep its largest value too: a smooth or quantised one glides into it, an axis
+at rest holds its control, a commanded profile goes along straight ramps from one set value to
+another, and a control that is written less often than the position keeps every value for a while.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.tables import Repair
+from axisid.estimation.thresholds.records import (
+    HELD_VALUE_SHARE,
+    LIMIT_TOLERANCE,
+    MAX_LIMIT_EXCESS_AT_TOP,
+    MAX_QUANTUM_MULTIPLE,
+    MAX_QUANTUM_REMAINDER,
+    MAX_SMOOTH_STEP,
+    MIN_ABRUPT_STEP,
+    MIN_FLAT_SAMPLES,
+    MIN_MULTIPLE_SHARE,
+    MIN_RAMP_SAMPLES,
+    MIN_REST_SAMPLES,
+)
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array, runs
+from axisid.support.remedy import Note, Remedy, Setting
+
+Mask = NDArray[np.bool_]
+
+_ROUNDING = 8 * float(np.finfo(float).eps)
+
+
+def clipped(
+    columns: Mapping[str, Array],
+    axis: Axis | None,
+    clocks: Mapping[str, Array] | None = None,
+) -> tuple[dict[str, Mask], Repair]:
+    """Samples that are cut off, by role.
+
+    The control at the drive's limit; a control or a force that is cut off at its extreme; a
+    position likewise, unless it comes to rest there.
+
+    Parameters
+    ----------
+    columns : mapping of str to (N,) array
+        By role, SI.
+    axis : Axis or None
+        With the drive's limit.
+    clocks : mapping of str to (N,) array, optional
+        Times of the columns, s, where they differ.
+    """
+    found: dict[str, Mask] = {}
+    if "position" in columns:
+        found["position"] = _flat_extremes(columns["position"])
+    role = "force" if "force" in columns else "control"
+    if role in columns:
+        values = columns[role]
+        found[role] = _flat_tops(values, _still(columns, role, clocks))
+        if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
+            found[role] |= np.abs(values) >= axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
+    counts = {role: int(mask.sum()) for role, mask in found.items()}
+    counted = ", ".join(
+        f"{role} {count}{_at(columns[role], found[role])}" for role, count in counts.items()
+    )
+    text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
+    return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
+
+
+def clipping_notes(
+    columns: Mapping[str, Array],
+    axis: Axis | None,
+    clocks: Mapping[str, Array] | None = None,
+) -> list[Note]:
+    """What is said of a control or a force that is cut off, but for a control at the limit.
+
+    Parameters as of `clipped`.
+    """
+    role = "force" if "force" in columns else "control"
+    if role not in columns:
+        return []
+    values = columns[role]
+    cut = _flat_tops(values, _still(columns, role, clocks))
+    if role == "control" and axis is not None and math.isfinite(axis.drive.limit):
+        cut &= np.abs(values) < axis.drive.limit * (1 - MAX_LIMIT_EXCESS_AT_TOP.value)
+    if not cut.any():
+        return []
+    said = (
+        f"the {role} is cut off in {int(cut.sum())} samples{_at(values, cut)}, as by a recorder or "
+        "a converter: if the drive did not, leave them out with "
+    )
+    return [Note(said, Remedy.of(Setting("mask", "clipped")))]
+
+
+def _at(values: Array, mask: Mask) -> str:
+    """The values that were masked, where these are few."""
+    kept = np.unique(values[mask])
+    return f" (at {' and '.join(f'{value:.6g}' for value in kept)})" if 0 < len(kept) <= 2 else ""
+
+
+def _flat_extremes(values: Array) -> Mask:
+    """Runs of equal samples at the position's largest or smallest value with abrupt ends, (N,)."""
+    signal = _Signal(values)
+    mask = np.zeros(len(values), dtype=bool)
+    least = MIN_ABRUPT_STEP.value * float(np.abs(np.diff(values)).max(initial=0.0))
+    for extreme in (signal.least, signal.most):
+        for start, stop in runs(values == extreme):
+            abrupt = max(signal.ends(start, stop), default=0.0) >= least > 0
+            if stop - start >= MIN_FLAT_SAMPLES.value and abrupt and signal.is_steep(start, stop):
+                mask[start:stop] = True
+    return mask
+
+
+def _still(
+    columns: Mapping[str, Array], role: str, clocks: Mapping[str, Array] | None
+) -> Array | None:
+    """The position at the times of a column; None where it is not known."""
+    position = columns.get("position")
+    if position is None or clocks is None:
+        return position if position is not None and len(position) == len(columns[role]) else None
+    return np.interp(clocks[role], clocks["position"], position)
+
+
+def _flat_tops(values: Array, position: Array | None) -> Mask:
+    """Samples at an extreme at which a signal is cut off, (N,)."""
+    signal = _Signal(values)
+    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, position)]
+    # What is cut off on one side is so on the other at the same value, be it for a sample.
+    either = [side for side in (signal.least, signal.most) if -side in cut]
+    return np.isin(values, [*cut, *either])
+
+
+def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
+    """Whether a signal is cut off at an extreme."""
+    flat = [
+        (start, stop)
+        for start, stop in runs(signal.values == extreme)
+        if stop - start >= MIN_FLAT_SAMPLES.value * signal.held
+        and not _rests(position, start, stop)
+        and signal.is_steep(start, stop)
+    ]
+    commanded = sum(signal.is_set(start, stop) for start, stop in flat)
+    return 2 * commanded < len(flat)
+
+
+class _Signal:
+    """A signal around the runs at its extremes."""
+
+    def __init__(self, values: Array) -> None:
+        self.values, self.quantum, self.held = values, _quantum(values), _held(values)
+        self.least, self.most = float(values.min()), float(values.max())
+        signs = np.sign(np.diff(values))
+        self.turns = np.flatnonzero(np.diff(signs)) + 1  # samples between steps of other signs
+
+    def ends(self, start: int, stop: int) -> list[float]:
+        """The steps into and out of a run, those that there are."""
+        values = self.values
+        return [abs(float(values[k] - values[k - 1])) for k in (start, stop) if 0 < k < len(values)]
+
+    def is_steep(self, start: int, stop: int) -> bool:
+        """Whether a run begins and ends by more than a smooth signal's rounding."""
+        ends = self.ends(start, stop)
+        return bool(ends) and min(ends) > MAX_SMOOTH_STEP.value * self.quantum
+
+    def is_set(self, start: int, stop: int) -> bool:
+        """Whether a run is one of a commanded profile, which goes straight from value to value."""
+        last = len(self.values) - 1
+        before = int(self.turns[k - 1]) if (k := np.searchsorted(self.turns, start)) else 0
+        k = np.searchsorted(self.turns, stop)  # the first after the run's own end, at stop - 1
+        after = int(self.turns[k]) if k < len(self.turns) else last
+        ramps = [(start, before, -1)] if start else []
+        ramps += [(stop - 1, after, 1)] if stop <= last else []
+        return all(self._is_straight(*ramp) for ramp in ramps)
+
+    def _is_straight(self, top: int, end: int, way: int) -> bool:
+        """Whether the signal goes straight from a sample at an extreme to another value it keeps.
+
+        In a few samples to one between the extremes, or along a ramp of more to any. Where in its
+        first and last sample a ramp has its corners is not known.
+        """
+        beyond = np.arange(end, end + way * MIN_FLAT_SAMPLES.value * self.held, way)
+        kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
+        if np.any(kept != kept[0]):
+            return False
+        inner = self.values[min(top, end) + 1 : max(top, end)]
+        if len(inner) < MIN_RAMP_SAMPLES.value:
+            return bool(self.least < self.values[end] < self.most)
+        off = inner - np.linspace(inner[0], inner[-1], len(inner))
+        return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
+
+
+def _quantum(values: Array) -> float:
+    """What the values are rounded to: the least difference of two, if others are multiples of it.
+
+    Else they are as fine as floating point numbers.
+    """
+    finest = _ROUNDING * float(np.abs(values).max(initial=0.0))
+    apart = np.diff(np.unique(values))
+    apart = apart[apart > finest]
+    least = float(apart.min(initial=np.inf))
+    few = apart[apart < MAX_QUANTUM_MULTIPLE.value * least] / least
+    whole = np.abs(few - np.round(few)) < MAX_QUANTUM_REMAINDER.value
+    return least if np.isfinite(least) and np.mean(whole) > MIN_MULTIPLE_SHARE.value else finest
+
+
+def _held(values: Array) -> int:
+    """Samples for which each value is kept, between the extremes; one of a control of every row."""
+    edges = np.flatnonzero(np.diff(values)) + 1
+    lengths = np.diff(edges)
+    inner = values[edges[:-1]]
+    lengths = lengths[(inner > values.min()) & (inner < values.max())]
+    return max(int(np.quantile(lengths, HELD_VALUE_SHARE.value)), 1) if len(lengths) else 1
+
+
+def _rests(position: Array | None, start: int, stop: int) -> bool:
+    """Whether the axis does not move during a run of samples."""
+    if position is None or stop - start < MIN_REST_SAMPLES.value:
+        return False
+    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _quantum(position)

@@ -1,0 +1,110 @@
+"""Spikes: samples that leave a signal for a moment and come back, with where and how large.
+
+They are looked for against the median of their neighbours, which steps, kinks and slow motion leave
+where it is; what counts as large is told by how the signal bends elsewhere.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from axisid.estimation.tables import Samples
+from axisid.estimation.thresholds.records import (
+    MAX_STEP_ACROSS_SPIKE,
+    MAX_STEP_BESIDE_SPIKE,
+    MIN_SPIKE,
+    MIN_SPIKE_SHARE,
+    MIN_SPIKE_TIP,
+    MIN_SPIKE_WINDOWS,
+    SELDOM_EXCEEDED,
+)
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
+from axisid.support.remedy import Note, Remedy, Setting
+
+_REACH = 3  # samples to each side that a spike's median is of; it is shorter than that
+_BEYOND = 2  # samples beyond them, over which the signal is to be quiet
+_SHOWN = 3
+
+
+def spike_notes(
+    samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool = True
+) -> list[Note]:
+    """What is said of spikes in the measured columns of a log.
+
+    Parameters
+    ----------
+    samples : mapping of str to Samples
+        By role, SI, each with its clock.
+    axis : Axis, optional
+        For the units.
+    numbered : bool
+        Whether the samples are the log's rows, so that these can be named.
+    """
+    units = {
+        "position": "m or rad" if axis is None else axis.coordinate.unit,
+        "control": "" if axis is None else axis.drive.unit,
+        "force": "" if axis is None else axis.coordinate.force_unit,
+    }
+    sentences = []
+    for role, unit in units.items():
+        found = spikes(samples[role].values) if role in samples else []
+        if not found:
+            continue
+        clock = samples[role].clock
+        shown = [
+            f"by {size:+.4g} {unit}".rstrip()
+            + (f" in data row {row + 1}" if numbered else "")
+            + ("" if clock is None else f" at {clock[row]:.9g} s")
+            for row, size in found[:_SHOWN]
+        ]
+        more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
+        sentences.append(
+            Note(
+                f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is "
+                "no motion, ",
+                Remedy.of("empty such cells and add ", Setting("resample", "auto")),
+            )
+        )
+    return sentences
+
+
+def spikes(values: Array) -> list[tuple[int, float]]:
+    """Samples at which spikes of (N,) values are largest, and by how much, the largest first."""
+    around = 2 * _REACH + 1
+    if len(values) < MIN_SPIKE_WINDOWS.value * around:
+        return []
+    bends = np.abs(np.diff(values, 2))
+    least = max(
+        MIN_SPIKE.value * float(np.quantile(bends, SELDOM_EXCEEDED.value)),
+        MIN_SPIKE_SHARE.value * float(np.ptp(values)),
+    )
+    # A spike bends at its tip by as much as it is large, or nearly.
+    tips = np.flatnonzero(bends > MIN_SPIKE_TIP.value * least) + 1
+    rows = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
+    rows = rows[(rows >= _REACH) & (rows < len(values) - _REACH)]
+    windows = np.lib.stride_tricks.sliding_window_view(values, around)
+    off = dict(zip(rows, values[rows] - np.median(windows[rows - _REACH], axis=1), strict=True))
+    found = [
+        (int(row), float(values[row] - (values[row - _REACH] + values[row + _REACH]) / 2))
+        for row, size in off.items()
+        if abs(size) > least
+        and all(abs(size) >= abs(off.get(row + k, 0.0)) for k in range(-_REACH, _REACH + 1))
+        and _is_quiet(values, int(row), abs(float(size)))
+    ]
+    return sorted(found, key=lambda spike: -abs(spike[1]))
+
+
+def _is_quiet(values: Array, row: int, size: float) -> bool:
+    """Whether the signal goes on after a spike as before it, but for a part of its size."""
+    before = values[max(row - _REACH - _BEYOND, 0) : row - _REACH + 1]
+    after = values[row + _REACH : row + _REACH + _BEYOND + 1]
+    if len(before) < 2 or len(after) < 2:
+        return False
+    steps = np.concatenate([np.diff(before), np.diff(after)])
+    slope = float(steps.mean())
+    across = float(after[0] - before[-1]) - 2 * _REACH * slope
+    return (
+        float(np.abs(steps - slope).max()) <= MAX_STEP_BESIDE_SPIKE.value * size
+        and abs(across) <= MAX_STEP_ACROSS_SPIKE.value * size
+    )

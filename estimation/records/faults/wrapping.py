@@ -1,0 +1,199 @@
+"""Positions that start again after a turn: their jumps undone on request."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.tables import Repair, Samples
+from axisid.estimation.thresholds.records import MAX_SEAM_BEND, MAX_WRAPPED_SPAN, MIN_SEAM_BEND
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+from axisid.support.remedy import Remedy, Setting
+
+Places = NDArray[np.int64]
+#: First row, the one after the last, and by how many moduli.
+_Move = tuple[int, int, int]
+
+#: A modulus of a turn.
+IN_DEGREES = Setting("wrap", "360:deg")
+#: Code of an error about a position that is not wrapped by the modulus that was given.
+OTHER_MODULUS = "other-modulus"
+_SHOWN = 3  # pieces that are listed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Modulus:
+    """What a position starts again after.
+
+    Attributes
+    ----------
+    si : float
+    factor : float
+        To SI, of the unit in which it was given.
+    unit : str
+    """
+
+    si: float
+    factor: float
+    unit: str
+
+    def __str__(self) -> str:
+        return self.written(self.si)
+
+    def written(self, size: float) -> str:
+        """A distance, SI, in the unit in which the modulus was given."""
+        return f"{size / self.factor:.6g} {self.unit}"
+
+
+def undone(values: Array, modulus: float) -> tuple[Array, Places]:
+    """Values without their jumps by whole moduli, and the steps in which they were.
+
+    Parameters
+    ----------
+    values : (N,) array
+        In the unit of `modulus`.
+    modulus : float
+
+    Returns
+    -------
+    (N,) array, (n,) array of int
+    """
+    turns = np.round(np.diff(values) / modulus)
+    unwrapped = values - modulus * np.concatenate([[0.0], np.cumsum(turns)])
+    return unwrapped, np.flatnonzero(turns)
+
+
+def unwrapped(
+    source: str, samples: Mapping[str, Samples], modulus: Modulus, gap: float
+) -> tuple[dict[str, Samples], Repair]:
+    """Undo the jumps of position and reference by whole moduli.
+
+    Where there were jumps, the reference begins on the position's turn, unless it spans more than
+    the modulus. Where samples are missing, the turns in between are not known: the position is
+    taken to have moved by less than half a modulus, and the reference to begin again on the
+    position's turn. Without a jump nothing is moved.
+
+    Parameters
+    ----------
+    source : str
+        File name, for messages.
+    samples : mapping of str to Samples
+        By role, SI, each with its clock.
+    modulus : Modulus
+    gap : float
+        A longer step of time is a gap, in median steps.
+
+    Raises
+    ------
+    DataError
+        The position is not within one modulus, or jumps by something else: it is not wrapped by it.
+    """
+    repaired, counts = dict(samples), {}
+    for role in ("position", "reference"):
+        if role not in samples:
+            continue
+        values, counts[role] = samples[role].values, 0
+        if float(np.ptp(values)) <= MAX_WRAPPED_SPAN.value * modulus.si:
+            unwrapped, places = undone(values, modulus.si)
+            if role == "position":  # a reference may well step across its seam
+                _check_seams(source, unwrapped, places, long_steps(samples[role], gap), modulus)
+            repaired[role], counts[role] = replace(samples[role], values=unwrapped), len(places)
+        elif role == "position":
+            raise DataError(
+                f"{source}: the position spans {modulus.written(np.ptp(values))}, more than the "
+                f"modulus {modulus}, so it is not wrapped by it; ",
+                Remedy.of("give the modulus with its unit, or ", Setting("wrap", given=False), "."),
+                code=OTHER_MODULUS,
+            )
+    moves: list[_Move] = []
+    # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
+    if "reference" in samples and any(counts.values()):
+        own_turn = float(np.ptp(samples["reference"].values)) > MAX_WRAPPED_SPAN.value * modulus.si
+        repaired["reference"], moves = _beside(repaired, modulus.si, gap, own_turn=own_turn)
+    counted = ", ".join(f"{role} {count}" for role, count in counts.items())
+    text = f"jumps by the modulus {modulus} undone: {counted}"
+    if not any(counts.values()):
+        text = f"no jumps by the modulus {modulus} found: {counted}"
+    if gaps := len(long_steps(samples["position"], gap)):
+        across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
+        text += f"; across {across} the motion is taken to be less than half of it"
+    text += _moves_text(moves)
+    return repaired, Repair(kind="wrap", count=sum(counts.values()) + len(moves), text=text)
+
+
+def long_steps(samples: Samples, longest: float) -> Places:
+    """Steps over missing samples: of more time than so many median ones."""
+    steps = np.diff(_clock(samples))
+    return np.flatnonzero(steps > longest * np.median(steps)) if len(steps) else np.zeros(0, int)
+
+
+def _clock(samples: Samples) -> Array:
+    """Times of the samples, or their numbers."""
+    if samples.clock is not None:
+        return samples.clock
+    return np.arange(len(samples.values), dtype=np.float64)
+
+
+def _beside(
+    samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
+) -> tuple[Samples, list[_Move]]:
+    """The reference, moved by whole moduli to where the position is, and the pieces that moved.
+
+    It is moved at its start, unless it has a turn of its own there, and after each gap.
+    """
+    position, reference = samples["position"], samples["reference"]
+    clock, own = _clock(position), _clock(reference)
+    after = np.searchsorted(own, clock[long_steps(position, gap) + 1])
+    starts = np.unique(np.concatenate([[0], after, long_steps(reference, gap) + 1]))
+    starts = starts[starts < len(own)]
+    beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
+    turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
+    if own_turn:
+        turns[0] = 0.0
+    stops = np.append(starts[1:], len(own))
+    moved = replace(reference, values=reference.values + modulus * np.repeat(turns, stops - starts))
+    pieces = zip(starts, stops, turns, strict=True)
+    return moved, [(int(a), int(b), int(turn)) for a, b, turn in pieces if turn]
+
+
+def _moves_text(moves: list[_Move]) -> str:
+    """What is said of pieces of the reference that were moved; empty for none."""
+    if not moves:
+        return ""
+    shown = [f"{turns:+d} in data rows {a + 1} to {b}" for a, b, turns in moves[:_SHOWN]]
+    more = [f"{len(moves) - _SHOWN} more pieces"] if len(moves) > _SHOWN else []
+    return f"; reference moved by whole moduli: {', '.join(shown + more)}"
+
+
+def _check_seams(
+    source: str, unwrapped: Array, places: Places, gaps: Places, modulus: Modulus
+) -> None:
+    """Refuse a modulus that leaves a jump where it undid one.
+
+    There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
+    """
+    steps = np.diff(unwrapped)
+    smooth = np.ones(len(steps), dtype=bool)
+    smooth[places] = smooth[gaps] = False
+    steady = np.where(smooth, steps, np.nan)
+    nowhere = [np.nan]
+    beside = np.concatenate([nowhere, steady[:-1]]) + np.concatenate([steady[1:], nowhere])
+    bends = steps - beside / 2
+    known = np.isfinite(bends)
+    seams = np.setdiff1d(places, gaps)
+    seams = seams[known[seams]]
+    elsewhere = np.abs(bends[known & smooth])
+    if not len(seams) or not len(elsewhere):
+        return
+    left = float(np.median(np.abs(bends[seams])))
+    if left > max(MAX_SEAM_BEND.value * float(elsewhere.max()), MIN_SEAM_BEND.value * modulus.si):
+        raise DataError(
+            f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
+            f"{modulus} was taken out, as before data row {seams[0] + 2}; ",
+            Remedy.of(
+                "give the modulus that it is wrapped by, with its unit, as in ", IN_DEGREES, "."
+            ),
+            code=OTHER_MODULUS,
+        )

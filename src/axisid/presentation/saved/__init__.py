@@ -1,0 +1,20 @@
+"""Results read back from the files that they were written to.
+
+In: a file of JSON. Out: results that are summarised, drawn, validated and exported like live ones.
+Knows nothing of how statistics are computed.
+"""
+
+from .estimate import SavedEstimate as SavedEstimate
+from .file import load_result as load_result
+from .fitted_axis import FittedAxis as FittedAxis
+from .fitted_axis import fitted_axis as fitted_axis
+from .identification import SavedIdentification as SavedIdentification
+from .identification import SavedPhysical as SavedPhysical
+from .identification import SavedRecord as SavedRecord
+from .result_comparison import ResultComparison as ResultComparison
+from .result_comparison import compare_results as compare_results
+from .result_comparison import result_comparison_document as result_comparison_document
+from .views import saved_document as saved_document
+from .views import saved_estimate_document as saved_estimate_document
+from .views import saved_plot as saved_plot
+from .views import saved_repeats_plot as saved_repeats_plot

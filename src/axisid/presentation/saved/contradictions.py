@@ -1,0 +1,194 @@
+"""What a result's file may hold by its schema, and a result cannot be."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.methods import METHODS
+from axisid.presentation.schema import (
+    Matrix,
+    WrittenEstimate,
+    WrittenIdentification,
+    WrittenPrefilter,
+    WrittenRecord,
+    WrittenStream,
+    WrittenStreamRecord,
+    WrittenValue,
+)
+from axisid.support.errors import DataError
+from axisid.support.files.result_file import WRITE_AGAIN
+from axisid.support.given import given
+
+from .estimate import (
+    written_covariances,
+    written_ddm_covariances,
+    written_deviations,
+    written_physical_covariances,
+)
+
+_SAME = 1e-6  # relative, of a variance and a deviation: writing and reading change neither
+_NOTHING = 1e-300  # a variance whose root squared loses digits
+
+
+def refuse_contradictions(document: WrittenIdentification | WrittenStream, file: str) -> None:
+    """Refuse a file whose members do not belong together.
+
+    Raises
+    ------
+    DataError
+    """
+    if not isinstance(document, WrittenStream):
+        _refuse_unknown(document, file)
+    found = _streamed(document) if isinstance(document, WrittenStream) else _identified(document)
+    if problem := next(found, ""):
+        raise contradiction(file, problem)
+
+
+def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
+    """Refuse a file of a program that has a covariance more: it may well be whole."""
+    for estimate in document.estimates:
+        if estimate.chosen_covariance not in COVARIANCES:
+            raise DataError(
+                f"{file} has intervals by the covariance {given(estimate.chosen_covariance)}, "
+                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
+                "register it as the program did that wrote the file, or identify again."
+            )
+
+
+def contradiction(file: str, problem: str) -> DataError:
+    """The refusal of a file, with what is wrong with it and what to do."""
+    return DataError(f"{file} contradicts itself: {problem}. ", WRITE_AGAIN)
+
+
+def _streamed(document: WrittenStream) -> Iterator[str]:
+    yield from _record(document.record, document.prefilter, document.rows)
+    yield from _values(document.parameters, {}, "idm-ls")
+
+
+def _identified(document: WrittenIdentification) -> Iterator[str]:
+    methods = [estimate.method for estimate in document.estimates]
+    if document.judged not in methods:
+        yield f"there is no {document.judged!r}"
+    if len({*methods}) != len(methods):
+        yield "it has two estimates of one method"
+    for estimate in document.estimates:
+        yield from _estimate(estimate)
+        yield from _record(document.record, document.prefilter, estimate.rows)
+    for first, end in (*document.record.segments, *document.record.masked):
+        if not 0 <= first < end <= document.record.samples:
+            yield f"the rows {first} to {end} are not of its {document.record.samples} samples"
+
+
+def _record(
+    record: WrittenRecord | WrittenStreamRecord, prefilter: WrittenPrefilter, rows: int
+) -> Iterator[str]:
+    samples, period = record.samples, record.sample_period
+    if period <= 0:
+        yield f"the sample period is {period:g} s"
+    if rows > samples:
+        yield f"there are {rows} rows of {samples} samples"
+    if min(*prefilter.drop, prefilter.silent) < 0 or prefilter.silent > samples:
+        yield f"of {samples} samples it drops {prefilter.drop} and {prefilter.silent} at reversals"
+
+
+def _estimate(of: WrittenEstimate) -> Iterator[str]:
+    if of.method not in METHODS:
+        yield f"there is no method {of.method!r}"
+    covariances = written_covariances(of)
+    if of.chosen_covariance not in covariances:
+        yield f"there is no covariance {of.chosen_covariance!r}"
+    if any(len(c) != len(of.parameters) for c in (*covariances.values(), of.correlation)):
+        yield f"the covariances of {of.method} are not of its {len(of.parameters)} parameters"
+    yield from _values(of.parameters, covariances, of.method)
+    yield from _direct(of)
+    yield from _gain(of)
+    yield from _iterations(of)
+    sizes = (of.equation_error_percent, of.simulation_error_percent or 0.0)
+    if min(*sizes, *(c or 0.0 for c in of.curvatures.values())) < 0:
+        yield f"an error or a curvature of {of.method} is negative"
+    regressed = len(of.parameters if of.theta_ddm is None else of.theta_ddm)
+    if of.rows <= regressed:
+        yield f"{of.method} has {of.rows} rows for {regressed} parameters"
+    if of.physical:
+        covariances = written_physical_covariances(of.physical)
+        yield from _values(of.physical.parameters, covariances, of.method)
+
+
+def _direct(of: WrittenEstimate) -> Iterator[str]:
+    """Of the direct model's parameters, which have covariances of their own."""
+    always = (of.theta_ddm_covariance, of.theta_ddm_covariance_hac)
+    if any((matrix is None) != (of.theta_ddm is None) for matrix in always):
+        yield f"the direct model's parameters of {of.method} and their covariances are not of one"
+    yield from _values(of.theta_ddm or {}, written_ddm_covariances(of), of.method)
+
+
+def _gain(of: WrittenEstimate) -> Iterator[str]:
+    """What the drive gain's deviation adds, against the slopes by the gain."""
+    if not 0 <= of.gain_relative_sd < 1:
+        yield f"the drive gain of {of.method} has the relative deviation {of.gain_relative_sd:g}"
+    for values, slopes in (
+        (of.parameters, of.gain_slopes),
+        (of.theta_ddm or {}, of.theta_ddm_gain_slopes),
+    ):
+        if slopes is not None and {*slopes} != {*values}:
+            yield f"the slopes by the drive gain of {of.method} are of other parameters"
+            return
+        for name, value in values.items():
+            moved = of.gain_relative_sd * abs(slopes[name]) if slopes else 0.0
+            if not _same(value.sd_gain, moved):
+                yield f"what the drive gain adds to {name} by {of.method} is not of its slope"
+
+
+def _iterations(of: WrittenEstimate) -> Iterator[str]:
+    names, direct = {*of.parameters}, {*(of.theta_ddm or {})}
+    drawn = {*(of.drawn or {})}
+    if any({*each} != names for each in (of.curvatures, *of.iterations)) or drawn - names:
+        yield f"the iterations, curvatures or draws of {of.method} are of other parameters"
+    if any({*each} != direct for each in of.theta_ddm_iterations or ()):
+        yield f"the iterations of {of.method} are of other parameters of the direct model"
+    of_iterations = (of.theta_ddm_iterations, of.iteration_simulation_errors_percent)
+    if any(len(each) != len(of.iterations) for each in of_iterations if each is not None):
+        yield f"the iterations of {of.method} have errors of other ones"
+
+
+def _values(
+    values: Mapping[str, WrittenValue], covariances: Mapping[str, Matrix], method: str
+) -> Iterator[str]:
+    """Deviations and intervals, against covariances in the order of the values."""
+    for name, matrix in covariances.items():
+        if problem := _misshapen(matrix, len(values)):
+            yield f"the covariance {name} of {method} {problem}"
+            return
+    for i, (name, value) in enumerate(values.items()):
+        deviations = written_deviations(value)
+        low, high = value.interval_95
+        if low > high:
+            yield f"the interval of {name} by {method} ends before it begins"
+        if min(*deviations.values(), value.sd_gain) < 0:
+            yield f"a deviation of {name} by {method} is negative"
+        for covariance, matrix in covariances.items():
+            deviation = deviations.get(covariance)
+            if deviation is None:
+                yield f"{name} by {method} has no deviation for the covariance {covariance!r}"
+            elif not _same(deviation**2 if deviation < 1e150 else math.inf, matrix[i][i]):
+                yield f"the deviation {covariance} of {name} by {method} is not its covariance's"
+
+
+def _misshapen(matrix: Sequence[Sequence[float]], size: int) -> str:
+    if {len(matrix), *map(len, matrix)} != {size}:
+        return f"is not of {size} parameters"
+    if any(matrix[i][i] < 0 for i in range(size)):
+        return "has a negative variance"
+    if not all(_symmetric(matrix, i, j) for i in range(size) for j in range(i)):
+        return "is not symmetric"
+    return ""
+
+
+def _symmetric(matrix: Sequence[Sequence[float]], i: int, j: int) -> bool:
+    """Whether two members are one, to within what rounding is of their deviations."""
+    size = math.sqrt(matrix[i][i]) * math.sqrt(matrix[j][j])
+    return abs(matrix[i][j] - matrix[j][i]) <= _SAME * size + _NOTHING
+
+
+def _same(first: float, second: float) -> bool:
+    return math.isclose(first, second, rel_tol=_SAME, abs_tol=_NOTHING)

@@ -1,0 +1,198 @@
+"""An identification as a file has it: read, checked, and joined with its axis."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from axisid.codegen.artefacts import signature
+from axisid.modeling.declaration import Axis, fix, leave_out
+from axisid.modeling.derivation import AxisModel, derive
+from axisid.modeling.library import LIBRARY
+from axisid.modeling.text import load_axis
+from axisid.presentation.schema import (
+    WrittenIdentification,
+    WrittenKnown,
+    WrittenStream,
+    read_document,
+    schema_of,
+)
+from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
+from axisid.support.given import given
+from axisid.support.remedy import Note, Remedy, Setting
+
+from .contradictions import contradiction, refuse_contradictions
+from .identification import SavedIdentification
+
+_REFUSED = {
+    schema_of(WrittenStream): Note(
+        "is of a log that was read in blocks, which has no verdict and no covariances; ",
+        Remedy.of("to have them, ", Setting("stream", given=False), "."),
+    )
+}
+
+
+def read_identification(file: str | Path) -> SavedIdentification:
+    """Read a file without its axis, and refuse what its schema allows and a result cannot be.
+
+    Raises
+    ------
+    UsageError
+        It is no file's name.
+    DataError
+        The file cannot be read, or is no whole result.
+    """
+    path = _path(file)
+    return _checked(path, read_document(path, WrittenIdentification, refused=_REFUSED))
+
+
+def read_fit(file: str | Path) -> SavedIdentification | WrittenStream:
+    """Read a file as `read_identification` does, or one of a log that was read in blocks."""
+    path = _path(file)
+    document = read_document(path, WrittenIdentification, WrittenStream)
+    if isinstance(document, WrittenIdentification):
+        return _checked(path, document)
+    refuse_contradictions(document, str(path))
+    return document
+
+
+def _path(file: object) -> Path:
+    if not isinstance(file, (str, Path)):
+        raise UsageError(
+            f"the result is {given(file)}; ",
+            Remedy.of("give the file of a result of identify, ", AS_WRITTEN, "."),
+        )
+    return Path(file)
+
+
+def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
+    """Refuse what does not belong together, and what cannot be computed from."""
+    refuse_contradictions(document, str(file))
+    saved = SavedIdentification(file=str(file), document=document)
+    try:
+        _ = saved.prefilter, saved.requested, saved.physical, saved.diagnosis
+        _ = [estimate.residual_tests for estimate in saved.estimates.values()]
+    except (AxisidError, ArithmeticError, ValueError) as error:
+        problem = " ".join(str(error).split()).removesuffix(".")
+        raise contradiction(str(file), problem) from error
+    return saved
+
+
+def load_result(
+    path: str | Path | SavedIdentification, axis: Axis | str | Path | None = None
+) -> SavedIdentification:
+    """Read an identification that was written as JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        What ``axisid identify --json`` wrote, or ``result.to_dict()`` as JSON.
+    axis : Axis, str or Path, optional
+        The axis that was identified, or what `load_axis` takes. An axis of the library is found by
+        itself; of another one the estimates can be read without it, but not be exported or held
+        against another record.
+
+    Returns
+    -------
+    SavedIdentification
+        With the estimates by method, their covariances, the verdict, and what is made of them:
+        ``derive``, ``summary``, ``plot`` and `export`.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or is no whole result.
+    UsageError
+        The axis is not the one that was identified.
+    """
+    if isinstance(path, SavedIdentification):
+        return path if axis is None else _joined(path, axis)
+    return _joined(read_identification(path), axis)
+
+
+def _joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> SavedIdentification:
+    model = joined_model(saved.document, saved.file, axis)
+    return replace(saved, declared=None if model is None else model.base.declared)
+
+
+def joined_model(
+    document: WrittenIdentification | WrittenStream, file: str, given: Axis | str | Path | None
+) -> AxisModel | None:
+    """Derive the axis that a file is of: the one that is given, or the library's of its name.
+
+    Returns
+    -------
+    AxisModel or None
+        None where no axis is given and the library has not the one that was identified.
+
+    Raises
+    ------
+    UsageError
+        The axis that is given is not the one that was identified.
+    DataError
+        The file's parameters are not those of its axis.
+    """
+    if given is None and document.axis not in LIBRARY:
+        return None
+    source = document.axis if given is None else given
+    axis = source if isinstance(source, Axis) else load_axis(source)
+    model = derive(_as_identified(document, axis))
+    made = signature(model)
+    if made == document.signature:
+        _check_parameters(document, file, model)
+        _check_fixed(document, file, model)
+        return model
+    if given is None:
+        return None
+    whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
+    raise UsageError(
+        f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
+        f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, or "
+        "identify again."
+    )
+
+
+def _as_identified(document: WrittenIdentification | WrittenStream, axis: Axis) -> Axis:
+    """The axis without what was left out, and with what was fixed where it fixes nothing itself."""
+    left = leave_out(axis, **(document.left_out or {}))
+    free = {p.name for p in left.parameters if p.known is None}
+    fixed = {n: (v.value, v.sd) for n, v in _fixed(document).items() if n in free}
+    return fix(left, **fixed)
+
+
+def _fixed(document: WrittenIdentification | WrittenStream) -> Mapping[str, WrittenKnown]:
+    """What was declared as known, by name; a log that was read in blocks makes no use of it."""
+    if isinstance(document, WrittenStream) or not document.estimates[0].physical:
+        return {}
+    return document.estimates[0].physical.fixed
+
+
+def _check_fixed(
+    document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
+) -> None:
+    """Refuse an axis with other fixed values than those that the physical parameters are from."""
+    if isinstance(document, WrittenStream):
+        return
+    then, now = _fixed(document), {p.name: p for p in model.base.known}
+    for name in dict.fromkeys([*then, *now]):
+        old, new = then.get(name), now.get(name)
+        if old is None or new is None or (old.value, old.sd) != (new.known, new.known_sd):
+            said = "free" if old is None else _known(old.value, old.sd)
+            is_now = "free" if new is None else _known(new.known, new.known_sd)
+            raise UsageError(
+                f"{file} was identified with {name} {said}, but {model.axis.name!r} as it is "
+                f"declared now has it {is_now}; give the axis as it was then, or identify again."
+            )
+
+
+def _known(value: float | None, sd: float) -> str:
+    return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
+
+
+def _check_parameters(
+    document: WrittenIdentification | WrittenStream, file: str, model: AxisModel
+) -> None:
+    wanted = sorted(p.name for p in model.axis.parameters)
+    estimates = [document] if isinstance(document, WrittenStream) else document.estimates
+    if any(sorted(estimate.parameters) != wanted for estimate in estimates):
+        raise DataError(f"{file} lacks parameters of the axis {model.axis.name!r}. ", WRITE_AGAIN)

@@ -1,0 +1,350 @@
+"""An identification that was written as JSON, read again."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+from msgspec.structs import asdict
+
+from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import Diagnosis
+from axisid.estimation.estimates import NamedValues
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
+from axisid.estimation.studies import Validation, validate
+from axisid.estimation.tables import Provenance, Repair
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Parameter
+from axisid.presentation.schema import (
+    WrittenIdentification,
+    WrittenPrefilter,
+    WrittenRecord,
+)
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import UsageError
+from axisid.support.given import given
+from axisid.support.presentable import Presentable, view_of
+
+from .diagnosis import read_diagnosis
+from .estimate import SavedEstimate, arrays, named, written_physical_covariances
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SavedRecord:
+    """A record without its samples.
+
+    Attributes
+    ----------
+    provenance : Provenance
+    samples : int
+    period : float
+        s.
+    segments, masked : tuple of (int, int)
+        First row and the one after the last of each.
+    digest : str
+        Of the samples, as `Record.digest`.
+    injected_at : str or None
+        What a recorded test signal was added to.
+    """
+
+    provenance: Provenance
+    samples: int
+    period: float
+    segments: tuple[tuple[int, int], ...]
+    masked: tuple[tuple[int, int], ...]
+    digest: str
+    injected_at: str | None = None
+
+    def __len__(self) -> int:
+        return self.samples
+
+    @property
+    def has_force(self) -> bool:
+        """Whether the force was measured, not made of the control."""
+        return "force" in self.provenance.columns
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+        pieces = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SavedBase:
+    """How base parameters are made.
+
+    Attributes
+    ----------
+    known : tuple of Parameter
+        What was declared as known.
+    combined : tuple of (Parameter, str)
+        Base parameters that are no declared ones, in declared ones.
+    """
+
+    known: tuple[Parameter, ...]
+    combined: tuple[tuple[Parameter, str], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SavedPhysical(Exact):
+    """Declared parameters that follow from base parameters and known values, as `Physical`.
+
+    Attributes
+    ----------
+    method : str
+    parameters : NamedValues
+        The declared parameters that follow, by name.
+    covariances : mapping of str to array
+        Of these, in their order: ``hac`` and the one that was chosen.
+    base : SavedBase
+    undetermined : tuple of str
+        Which parameters do not follow and what would have to be known.
+    statistic, dof, p_value : float, int, float or None
+        Distance of what was fixed from the record, chi-squared.
+    remarks : tuple of str
+    shows_more : bool
+        Whether it says anything that the base parameters do not.
+    """
+
+    method: str
+    parameters: NamedValues
+    covariances: Mapping[str, Array]
+    base: SavedBase
+    undetermined: tuple[str, ...]
+    statistic: float
+    dof: int
+    p_value: float | None
+    remarks: tuple[str, ...]
+    shows_more: bool
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SavedIdentification(Presentable):
+    """An identification that was read from a file; see `load_result`.
+
+    It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
+    `plot`; what needs the rows of the record is refused with a sentence.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenIdentification
+        What the file holds.
+    declared : Axis or None
+        The axis that was identified, if it is known.
+    """
+
+    file: str
+    document: WrittenIdentification
+    declared: Axis | None = None
+
+    def __getitem__(self, method: str) -> SavedEstimate:
+        name = str(method).lower()
+        if name not in self.estimates:
+            raise UsageError(
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
+            )
+        return self.estimates[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __contains__(self, method: object) -> bool:
+        return isinstance(method, str) and method.lower() in self.estimates
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def __repr__(self) -> str:
+        source = self.record.provenance.source
+        return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is computed when it is asked for."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @property
+    def name(self) -> str:
+        """Of the axis."""
+        return self.document.axis
+
+    @property
+    def signature(self) -> str:
+        """Of the generated code that identified it."""
+        return self.document.signature
+
+    @cached_property
+    def axis(self) -> GeneratedAxis:
+        """The axis that was identified, built when it is first asked for.
+
+        Raises
+        ------
+        UsageError
+            It is none of the library, and was not given.
+        """
+        return build(self.known_axis)
+
+    @property
+    def known_axis(self) -> Axis:
+        """The declaration of the axis; a `UsageError` where it is not known."""
+        if self.declared is None:
+            raise UsageError(
+                f"{self.file} does not hold the axis {self.name!r}; give the one it was "
+                f"identified with: load_result(..., axis=...)."
+            )
+        return self.declared
+
+    @cached_property
+    def estimates(self) -> Mapping[str, SavedEstimate]:
+        """Estimates by method."""
+        written = self.document.estimates
+        step = self.document.record.sample_period * self.document.prefilter.decimate
+        return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
+
+    @property
+    def requested(self) -> Prefilter | None:
+        """The prefilter before what it left open was chosen for the record, if that is known."""
+        written = self.document.requested
+        return None if written is None else Prefilter(**asdict(written))
+
+    @property
+    def skipped(self) -> Mapping[str, str]:
+        """Methods that axis or record did not allow, with the reason."""
+        return self.document.skipped
+
+    @property
+    def failed(self) -> Mapping[str, str]:
+        """Methods that came to nothing, with the reason."""
+        return self.document.failed
+
+    @property
+    def preferred(self) -> SavedEstimate:
+        """The estimate that is judged."""
+        return self[self.document.judged]
+
+    @cached_property
+    def diagnosis(self) -> Diagnosis:
+        """What the tests of the result measured."""
+        return read_diagnosis(self.document)
+
+    @property
+    def verdict(self) -> tuple[Check, ...]:
+        """What was checked, against what, and what it means."""
+        return self.diagnosis.verdict
+
+    @cached_property
+    def record(self) -> SavedRecord:
+        """The record that it was identified from, without its samples."""
+        return _record(self.document.record)
+
+    @cached_property
+    def prefilter(self) -> Prefilter:
+        """The filter, with what was chosen for the record."""
+        return _prefilter(self.document.prefilter, self.record.period)
+
+    @property
+    def sampling(self) -> Sampling:
+        """The samples that counted; of those near reversals how many, not which."""
+        excluded = self.document.prefilter.silent
+        return Sampling(
+            prefilter=self.prefilter,
+            samples=self.record.samples,
+            period=self.record.period,
+            segments=self.record.segments,
+            masked=self.record.masked,
+            excluded=((0, excluded),) if excluded else (),
+        )
+
+    @cached_property
+    def physical(self) -> Mapping[str, SavedPhysical]:
+        """Declared parameters by method; empty where the estimates are of them already."""
+        found = {method: _physical(estimate) for method, estimate in self.estimates.items()}
+        return {method: each for method, each in found.items() if each is not None}
+
+    def summary(self, draws: int = 0, *, full: bool = False) -> str:
+        """The same text as `Identification.summary`, of what the file holds.
+
+        Parameters
+        ----------
+        draws : int
+            As many as were drawn when the file was written, for their table; 0 for none.
+        full : bool
+            Add intervals, correlations and every diagnostic with its figures.
+        """
+        return str(view_of("as_text", self, draws=draws, full=full))
+
+    def validate(self, record: Record) -> Validation:
+        """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
+        return validate(self, record)
+
+
+def _record(written: WrittenRecord) -> SavedRecord:
+    return SavedRecord(
+        provenance=Provenance(
+            source=written.source,
+            sha256=written.sha256 or "",
+            given=written.given or "",
+            path=written.path or "",
+            columns=dict(written.columns),
+            truth=dict(written.truth or {}),
+            assumed=written.assumed,
+            repairs=tuple(Repair(kind=r.kind, count=r.count, text=r.text) for r in written.repairs),
+        ),
+        samples=written.samples,
+        period=written.sample_period,
+        segments=written.segments,
+        masked=written.masked,
+        digest=written.samples_sha256,
+        injected_at=written.injected_at or None,
+    )
+
+
+def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
+    made = Prefilter(
+        cutoff=written.cutoff,
+        order=written.order,
+        decimate=written.decimate,
+        decimation=written.decimation,
+        hold=written.hold,
+        reversals=written.reversals,
+    )
+    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    transient = SampledFilter(made, period).dropped
+    return made if transient == written.drop else replace(made, drop=written.drop)
+
+
+def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
+    written = estimate.document.physical
+    if not written:
+        return None
+    parameters = named(written.parameters, estimate.chosen)
+    own = {*estimate.parameters}
+    return SavedPhysical(
+        method=estimate.method,
+        parameters=parameters,
+        covariances=arrays(written_physical_covariances(written)),
+        base=SavedBase(
+            known=tuple(
+                Parameter(
+                    name,
+                    parameters[name].unit if name in parameters else "1",
+                    known=fixed.value,
+                    known_sd=fixed.sd,
+                )
+                for name, fixed in written.fixed.items()
+            ),
+            combined=tuple(
+                (Parameter(name, estimate.parameters[name].unit), made)
+                for name, made in written.base.items()
+            ),
+        ),
+        undetermined=written.unsettled,
+        statistic=written.statistic,
+        dof=written.dof,
+        p_value=written.p_value,
+        remarks=written.remarks,
+        shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
+    )

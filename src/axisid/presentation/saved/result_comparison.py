@@ -1,0 +1,337 @@
+"""Two results that were written as JSON, side by side."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from axisid.estimation.identification import Identification
+from axisid.presentation.blocks import (
+    Block,
+    Document,
+    Notes,
+    Paragraph,
+    Sentence,
+    Table,
+    paragraph,
+    text_columns,
+)
+from axisid.presentation.documents import identification_document
+from axisid.presentation.schema import (
+    WrittenAlone,
+    WrittenCheck,
+    WrittenDifference,
+    WrittenEstimate,
+    WrittenIdentification,
+    WrittenResultComparison,
+    WrittenValue,
+    plain,
+)
+from axisid.support.errors import DataError
+from axisid.support.presentable import Presentable
+
+from .file import read_identification
+from .identification import SavedIdentification
+
+_LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
+#: A result, or the file that holds it.
+ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
+_Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """One parameter in two results.
+
+    Attributes
+    ----------
+    method, name, unit : str
+    first, second : float
+    sd_first, sd_second : float
+        HAC.
+    deviations : float or None
+        Of the second from the first, in combined deviations; None where both are zero.
+    """
+
+    method: str
+    name: str
+    unit: str
+    first: float
+    second: float
+    sd_first: float
+    sd_second: float
+    deviations: float | None
+
+    @property
+    def difference(self) -> float:
+        """The second less the first."""
+        return self.second - self.first
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResultComparison(Presentable):
+    """What two results have in common, and where they part.
+
+    Attributes
+    ----------
+    sources : (str, str)
+        File, axis and record of each, in words.
+    differences : tuple of Difference
+        By method and parameter, where both have them in one unit.
+    errors : mapping of str to ((float or None), (float or None))
+        Simulation and equation errors in percent, by method and kind.
+    alone : (tuple of str, tuple of str)
+        Methods and parameters that only one has.
+    settings : mapping of str to (value, value)
+        Those that differ.
+    checks : mapping of str to (check, check)
+        Those whose status differs; None where a result does not have it.
+    """
+
+    sources: tuple[str, str]
+    differences: tuple[Difference, ...]
+    errors: Mapping[str, tuple[float | None, float | None]]
+    alone: tuple[tuple[str, ...], tuple[str, ...]]
+    settings: Mapping[str, tuple[Any, Any]]
+    checks: Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``--json`` writes."""
+        first, second = self.sources
+        return plain(
+            WrittenResultComparison(
+                first=first,
+                second=second,
+                differences=tuple(
+                    WrittenDifference(**asdict(d), difference=d.difference)
+                    for d in self.differences
+                ),
+                errors_percent=dict(self.errors),
+                alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
+                settings=dict(self.settings),
+                verdict=dict(self.checks),
+            )
+        )
+
+
+def result_comparison_document(results: ResultComparison) -> Document:
+    """Tables of parameters and errors, then settings and checks that differ."""
+    pairs = zip("AB", results.sources, strict=True)
+    methods = dict.fromkeys(d.method for d in results.differences)
+    alone = (
+        paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
+        for side, names in zip("AB", results.alone, strict=True)
+        if names
+    )
+    other = "These are results of different axes."
+    return (
+        paragraph(*(f"{side:<8}{source}" for side, source in pairs), filled=False),
+        *((paragraph(other),) if "axis" in results.settings else ()),
+        *(_table(results, method) for method in methods),
+        *alone,
+        *_settings_blocks(results.settings),
+        _verdict(results),
+        Notes((_NOTE,)),
+    )
+
+
+_NOTE = (
+    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC deviations: for records of their own. Two results of one "
+    "record share its noise; there the figure is a scale, not a test."
+)
+
+
+def _table(results: ResultComparison, method: str) -> Table:
+    rows = [
+        (
+            d.name,
+            d.unit,
+            *(f"{x:.6g}" for x in (d.first, d.second)),
+            *(f"{x:.3g}" for x in (d.sd_first, d.sd_second)),
+            f"{d.difference:+.3g}",
+            "-" if d.deviations is None else f"{d.deviations:+.2f}",
+        )
+        for d in results.differences
+        if d.method == method
+    ]
+    for kind in ("equation error", "simulation error"):
+        pair = results.errors.get(f"{method} {kind}", (None, None))
+        cells = ["-" if x is None else f"{x:.4g}" for x in pair]
+        apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
+        rows.append((kind, "%", *cells, "", "", apart, ""))
+    heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")
+    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2)
+
+
+def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
+    if not settings:
+        return [paragraph("the settings are the same")]
+    shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
+    long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
+    rows = tuple((name, *pair) for name, pair in shown.items() if name not in long)
+    columns = text_columns(["settings that differ", "A", "B"])
+    tables: list[Block] = [Table(columns=columns, rows=rows)] if rows else []
+    return tables + [
+        paragraph(
+            *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
+            title=f"{name} differs:",
+        )
+        for name, pair in shown.items()
+        if name in long
+    ]
+
+
+def _verdict(results: ResultComparison) -> Paragraph:
+    sentences = []
+    for name, (first, second) in results.checks.items():
+        states = [_status(first), _status(second)]
+        line = f"{name}: {states[0]} in A, {states[1]} in B"
+        sentences.append(Sentence(text=line, filled=False))
+        sentences += [
+            Sentence(text=f"    {side}: {check.meaning}", hang=7)
+            for side, check in zip("AB", (first, second), strict=True)
+            if check is not None and check.status != "pass"
+        ]
+    return paragraph(*sentences) if sentences else paragraph("the verdicts are the same")
+
+
+def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
+    """Set two results side by side.
+
+    Parameters
+    ----------
+    first, second : Identification, SavedIdentification, str or Path
+        A file as ``axisid identify --json`` wrote it, or what `identify` and `load_result` give.
+
+    Raises
+    ------
+    DataError
+        A file cannot be read or is no result.
+    """
+    (name_a, a), (name_b, b) = map(_named_document, (first, second))
+    return _compared((name_a, name_b), a, b)
+
+
+def _compared(
+    names: tuple[str, str], a: WrittenIdentification, b: WrittenIdentification
+) -> ResultComparison:
+    by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
+    common = [method for method in by_method[0] if method in by_method[1]]
+    labels = [_labelled(estimates) for estimates in by_method]
+    alone = [_alone(labels[i], labels[1 - i], common) for i in (0, 1)]
+    checks = [{check.name: check for check in result.verdict} for result in (a, b)]
+    settings = [_settings(result) for result in (a, b)]
+    return ResultComparison(
+        sources=(_source(names[0], a), _source(names[1], b)),
+        differences=tuple(
+            _difference(method, name, value, labels[1][label][2])
+            for label, (method, name, value) in labels[0].items()
+            if label in labels[1]
+        ),
+        errors={
+            f"{method} {kind} error": (
+                getattr(by_method[0][method], f"{kind}_error_percent"),
+                getattr(by_method[1][method], f"{kind}_error_percent"),
+            )
+            for method in common
+            for kind in ("equation", "simulation")
+        },
+        alone=(alone[0], alone[1]),
+        settings={
+            name: (settings[0].get(name), settings[1].get(name))
+            for name in dict.fromkeys([*settings[0], *settings[1]])
+            if settings[0].get(name) != settings[1].get(name)
+        },
+        checks={
+            name: (checks[0].get(name), checks[1].get(name))
+            for name in dict.fromkeys([*checks[0], *checks[1]])
+            if _status(checks[0].get(name)) != _status(checks[1].get(name))
+        },
+    )
+
+
+def _labelled(estimates: Mapping[str, WrittenEstimate]) -> dict[str, _Labelled]:
+    """Every parameter by method, name and unit: what can be compared."""
+    return {
+        f"{method} {name} [{value.unit}]": (method, name, value)
+        for method, estimate in estimates.items()
+        for name, value in estimate.parameters.items()
+    }
+
+
+def _alone(
+    own: Mapping[str, _Labelled], others: Mapping[str, _Labelled], common: Sequence[str]
+) -> tuple[str, ...]:
+    """What only one has: methods, and parameters of methods that both have."""
+    return tuple(
+        dict.fromkeys(
+            label if method in common else method
+            for label, (method, _, _) in own.items()
+            if label not in others
+        )
+    )
+
+
+def _difference(method: str, name: str, first: WrittenValue, second: WrittenValue) -> Difference:
+    combined = math.hypot(first.sd_hac, second.sd_hac)
+    apart = _within_floats(second.value - first.value, f"the difference of {method} {name}")
+    return Difference(
+        method=method,
+        name=name,
+        unit=first.unit,
+        first=first.value,
+        second=second.value,
+        sd_first=first.sd_hac,
+        sd_second=second.sd_hac,
+        deviations=_within_floats(apart / combined, f"the distance of {method} {name}")
+        if combined
+        else None,
+    )
+
+
+def _within_floats(number: float, what: str) -> float:
+    if not math.isfinite(number):
+        raise DataError(f"{what} is beyond floating point; compare results of one size.")
+    return number
+
+
+def _settings(result: WrittenIdentification) -> dict[str, Any]:
+    """What a result was made from and how."""
+    record = result.record
+    return {
+        "axis": result.axis,
+        "generated code": result.signature,
+        "left out": result.left_out or None,
+        "record": record.source,
+        "sha256": record.sha256,
+        "samples": record.samples,
+        "sample period": record.sample_period,
+        "columns": record.columns,
+        "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
+        **plain(result.prefilter),
+    }
+
+
+def _source(name: str, result: WrittenIdentification) -> str:
+    return f"{name}{result.axis}, {result.record.source}"
+
+
+def _status(check: WrittenCheck | None) -> str:
+    return "absent" if check is None else check.status
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
+    text = "-" if value is None else str(value)
+    is_digest = len(text) == 64 and " " not in text
+    return text[:12] if is_digest else text
+
+
+def _named_document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
+    """The file of a result as the head of a line, if there is one, and what it holds."""
+    if isinstance(result, Identification):
+        return "", identification_document(result)
+    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
+    return f"{saved.file}: ", saved.document

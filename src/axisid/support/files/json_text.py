@@ -1,0 +1,36 @@
+"""Results as JSON, which knows no infinite numbers."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A result as JSON on several lines.
+
+    Raises
+    ------
+    EstimationError
+        A number in it is infinite or none; where it stands is said.
+    """
+    from axisid.support.errors import EstimationError
+
+    try:
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
+    except ValueError as error:
+        place, value = next(_not_finite(document, ""))
+        raise EstimationError(
+            f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
+            "of motion over the positions and speeds of the record, and its units: something in it "
+            "is beyond floating point."
+        ) from error
+
+
+def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
+    """Where numbers stand that JSON does not know."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield place, value
+    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, inner in value.items() if isinstance(value, Mapping) else items:
+        yield from _not_finite(inner, f"{place}.{key}" if place else str(key))

@@ -1,0 +1,122 @@
+"""How much memory reading a log may take: a small packed file can unfold to any size.
+
+What is read is counted before it is held, so that a log that does not fit is refused with a
+sentence instead of ending the program, or slowing the whole machine down.
+"""
+
+import contextlib
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from axisid.support.errors import DataError, UsageError
+from axisid.support.given import given
+from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Remedy, Setting
+
+GIGABYTE = 1e9
+#: How to read what memory cannot hold, the end of a sentence.
+IN_BLOCKS = Remedy.of("delimited text or Parquet in blocks (", Setting("stream"), ")")
+_SHARE = 0.5  # of the machine's memory, which reads no log alone
+_UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
+_LIMITS = (  # of a container
+    Path("/sys/fs/cgroup/memory.max"),
+    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
+)
+_TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes held for each byte and each line of a text, beside itself
+
+
+@dataclass(slots=True)
+class Room:
+    """The memory that reading one log may take.
+
+    Attributes
+    ----------
+    source : str
+        The log, for messages.
+    limit : float
+        Bytes.
+    given : bool
+        Whether the user set it.
+    taken : float
+        Bytes, as counted so far; what was let go again is not subtracted.
+    """
+
+    source: str
+    limit: float
+    given: bool = False
+    taken: float = 0.0
+
+    @property
+    def left(self) -> float:
+        """Bytes that may yet be taken."""
+        return self.limit - self.taken
+
+    def take(self, amount: float) -> None:
+        """Count bytes that are about to be held.
+
+        Raises
+        ------
+        DataError
+            They are more than there is room for.
+        """
+        self.check(amount)
+        self.taken += amount
+
+    def check(self, amount: float) -> None:
+        """Refuse bytes that there is no room for, without counting them.
+
+        Raises
+        ------
+        DataError
+            As `take` does.
+        """
+        if amount <= self.left:
+            return
+        whose = "as much as it may" if self.given else "half of what there is"
+        raise DataError(
+            f"reading {self.source} would take more than {self.limit / GIGABYTE:.3g} GB of memory, "
+            f"{whose}. ",
+            Remedy.of(
+                "Read a piece of the log, read ",
+                IN_BLOCKS,
+                ", or allow more (",
+                Setting("max-memory", "GB"),
+                ").",
+            ),
+            code="memory",
+        )
+
+    def take_text(self, content: bytes) -> None:
+        """The same of a text in bytes that is about to be read as a table."""
+        self.take(_TEXT_BYTE * len(content) + _TEXT_LINE * max(map(content.count, (b"\n", b"\r"))))
+
+
+def room_for(source: str | Path, max_memory: float | None) -> Room:
+    """The room for a log: what is given, in bytes, or half of the machine's memory.
+
+    Raises
+    ------
+    UsageError
+        It is no positive number.
+    """
+    if max_memory is None:
+        return Room(str(source), _SHARE * machine_memory())
+    if not (is_real(max_memory) and max_memory > 0):
+        raise UsageError(
+            f"max_memory is {given(max_memory)}; give a positive number of bytes, such as 4e9."
+        )
+    return Room(str(source), float(max_memory), given=True)
+
+
+def machine_memory() -> float:
+    """Bytes of memory that this process can have: the machine's, or its container's."""
+    found = [math.inf]
+    with contextlib.suppress(AttributeError, ValueError, OSError):  # not every system tells
+        found.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
+    for file in _LIMITS:
+        with contextlib.suppress(OSError, ValueError):  # "max" where there is no limit
+            found.append(float(file.read_text(encoding="ascii")))
+    known = min(found)
+    return known if 0 < known < math.inf else _UNKNOWN

@@ -1,0 +1,54 @@
+"""The one way from a result to what it looks like: results hold data, presentation shows them."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Presentable:
+    """A result that can be looked at: as text, as plain data, in a figure, in a notebook.
+
+    What it looks like is the affair of `axisid.presentation`, which is imported when it is asked.
+    """
+
+    __slots__ = ()
+
+    def summary(self) -> str:
+        """The result as text."""
+        return str(view_of("as_text", self))
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``--json`` writes: plain numbers, texts and lists."""
+        return dict(view_of("as_document", self))
+
+    def plot(self, what: str = "", **how: Any) -> "Figure":
+        """Draw one of the result's figures.
+
+        Parameters
+        ----------
+        what : str
+            Which one, if there are several.
+        **how
+            Of which method, if there are several: ``method="idm-ls"``.
+
+        Raises
+        ------
+        UsageError
+            There is no such figure, or nothing to draw in it.
+        """
+        drawn: Figure = view_of("figure_of", self, what, **how)
+        return drawn
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return str(view_of("as_html", self))
+
+
+def view_of(view: str, result: Presentable, *what: str, **how: Any) -> Any:
+    """A view of a result, by the view's name in `axisid.presentation.views`."""
+    return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)

@@ -1,0 +1,522 @@
+"""Compiled code: the same numbers as the virtual machine, whatever happens around its building."""
+
+import functools
+import multiprocessing
+import os
+import shlex
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.native.compiler import FLAGS, find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.library_cache import _digest, cached_library
+from axisid.codegen.native.native import Native
+from axisid.control import cascade_pd
+from axisid.elements import coulomb
+from axisid.modeling import LIBRARY
+from axisid.modeling.declaration.axis import Axis
+from axisid.modeling.declaration.drive import Drive
+from axisid.modeling.quantities.symbols import Parameter
+from tests.axes.bodies import body, rotor, turn
+from tests.axes.simulated import AXES
+from tests.codegen.native.placed import placed_library
+
+DECLARED = {**{name: load_axis(name) for name in LIBRARY}, **AXES}
+STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]
+
+
+@functools.cache
+def text_of(name: str) -> str:
+    return axis_artefacts(derive(DECLARED[name]))["native.c"]
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for temporary files of this test's own."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    return folder
+
+
+@pytest.fixture
+def cache(tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache of this test's own."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("AXISID_CACHE", str(folder))
+    return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler() -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+
+
+def fresh(axis: Axis | None = None) -> GeneratedAxis:
+    return build(axis or load_axis("emps"))
+
+
+PROGRAM = """
+import sys
+from axisid import build, load_axis
+native = build(load_axis("emps")).native
+library = native.library()
+print(library.path.name if library else native.refusal)
+"""
+
+
+def in_process(**environment: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", PROGRAM],
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize("optimise", ["-O0", "-O2"])
+@pytest.mark.parametrize("name", DECLARED)
+def test_generated_c_compiles_without_a_warning(name: str, optimise: str, tmp_path: Path) -> None:
+    source = tmp_path / "native.c"
+    source.write_text(text_of(name))
+    command = [*find_compiler().command, *STRICT, optimise, "-c", str(source), "-o", os.devnull]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_flags_keep_ieee_semantics() -> None:
+    assert "-ffp-contract=off" in FLAGS
+    assert not {"-ffast-math", "-Ofast", "-funsafe-math-optimizations"} & set(FLAGS)
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_rows_equal_the_virtual_machine_bit_for_bit_or_to_rounding(
+    name: str, rng: np.random.Generator
+) -> None:
+    axis = build(AXES[name])
+    library = axis.native.library()
+    assert library is not None, axis.native.refusal
+    machine = build(AXES[name], native=False)
+    theta = rng.uniform(0.5, 2.0, len(axis.parameters))
+    motion = rng.normal(size=(3, 200))
+    direction = rng.uniform(-1, 1, 200)
+    for function, arguments in (
+        ("inverse_dynamics", (*motion, direction, theta)),
+        ("direct_dynamics", (*motion, direction, theta)),
+        ("idm_regressor", (*motion, direction)),
+    ):
+        for native, virtual in zip(
+            library.rows(function, arguments), machine.rows(function, *arguments), strict=True
+        ):
+            assert native == pytest.approx(virtual, rel=1e-13, abs=1e-13)
+
+
+def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path.parent == cache
+    assert stat.S_IMODE(cache.stat().st_mode) == 0o700
+    built = library.path.stat().st_mtime_ns
+    again = fresh().native.library()
+    assert again is not None
+    assert again.path.stat().st_mtime_ns == built
+    assert cached_library(text_of("emps")) == library.path
+
+
+def test_nothing_but_the_library_its_digest_and_its_lock_stay_in_the_cache(cache: Path) -> None:
+    fresh().native.library()
+    assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
+
+
+def test_edited_axis_never_meets_old_code(cache: Path) -> None:
+    axis = load_axis("emps")
+    old = fresh().native.library()
+    edited = fresh(replace(axis, drive=Drive(gain=70.0, limit=10.0))).native.library()
+    assert old is not None
+    assert edited is not None
+    assert old.path != edited.path
+    step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1), np.ones(4)]
+    step[3] = np.array([1e-5])
+    forces = [
+        lib.rows("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0] for lib in (old, edited)
+    ]
+    assert forces[1] / forces[0] == pytest.approx(70.0 / axis.drive.gain)
+
+
+def test_changed_nominal_value_needs_no_new_code(cache: Path) -> None:
+    axis = load_axis("emps")
+    heavier = replace(axis, parameters=(Parameter("M", "kg", nominal=200.0), *axis.parameters[1:]))
+    first, second = fresh().native.library(), fresh(heavier).native.library()
+    assert first is not None
+    assert second is not None
+    assert first.path == second.path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", ["flip", "truncate", "empty", "no digest"])
+def test_damaged_library_is_found_before_it_is_loaded_and_rebuilt(cache: Path, damage: str) -> None:
+    path = placed_library(text_of("emps"), cache)
+    content = path.read_bytes()
+    if damage == "flip":
+        path.write_bytes(content[:2000] + bytes([content[2000] ^ 1]) + content[2001:])
+    elif damage == "no digest":
+        path.with_suffix(".sha256").unlink()
+    else:
+        path.write_bytes(content[: len(content) // 2] if damage == "truncate" else b"")
+    assert cached_library(text_of("emps")) is None
+    library = fresh().native.library()
+    assert library is not None
+    assert cached_library(text_of("emps")) == path
+
+
+@pytest.mark.slow
+def test_two_processes_building_at_once_share_one_library(cache: Path) -> None:
+    processes = [in_process() for _ in range(2)]
+    outputs = [process.communicate(timeout=120) for process in processes]
+    assert all(process.returncode == 0 for process in processes), outputs
+    assert len({out for out, _ in outputs}) == 1
+    assert len(list(cache.glob("*.so"))) == 1
+
+
+def slow_compiler(tmp_path: Path, seconds: float) -> Path:
+    script = tmp_path / "slow-cc"
+    real = shlex.join(find_compiler().command)
+    script.write_text(f'#!/bin/sh\nsleep {seconds}\nexec {real} "$@"\n')
+    script.chmod(0o755)
+    return script
+
+
+@pytest.mark.slow
+def test_kill_during_a_build_leaves_nothing_that_is_loaded(cache: Path, tmp_path: Path) -> None:
+    process = in_process(CC=str(slow_compiler(tmp_path, 30)))
+    deadline = time.monotonic() + 60
+    while not list(cache.glob("build-*/native.c")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    subprocess.run(["pkill", "-f", str(tmp_path / "slow-cc")], check=False)
+    assert not list(cache.glob("*.so"))
+    after = in_process()
+    out, err = after.communicate(timeout=120)
+    assert after.returncode == 0, err
+    assert out.strip().endswith(".so")
+
+
+def test_hanging_compiler_is_ended_and_the_virtual_machine_serves(
+    cache: Path, tmp_path: Path
+) -> None:
+    script = slow_compiler(tmp_path, 600)
+    begin = time.monotonic()
+    process = in_process(CC=str(script), AXISID_COMPILE_SECONDS="0.5")
+    out, _ = process.communicate(timeout=240)
+    assert time.monotonic() - begin < 200  # not the 600 s that the compiler takes
+    assert "did not finish within 0.5 s" in out
+    assert not list(cache.glob("build-*"))
+    listed = subprocess.run(["pgrep", "-f", str(script)], capture_output=True, check=False)
+    assert listed.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("compiler", "reason"),
+    [
+        ("absent-cc", "CC='absent-cc' is not found"),
+        ("cc '", "cannot be read: No closing quotation"),
+        ("false", "failed: exit code 1"),
+        ("true", "failed: exit code 0"),
+    ],
+)
+def test_no_working_compiler_means_no_library_and_a_reason(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, compiler: str, reason: str
+) -> None:
+    monkeypatch.setenv("CC", compiler)
+    native = fresh().native
+    assert native.library() is None
+    assert reason in native.refusal
+    assert not list(cache.glob("*.so"))
+
+
+def test_no_working_compiler_means_the_virtual_machine_and_one_line(
+    cache: Path,
+    run: Callable[..., tuple[int, str, str]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("CC", "absent-cc")
+    code, out, err = run("identify", "emps2015", "--method", "idm-iv")
+    assert code == 0
+    assert "CC='absent-cc' is not found" in err
+    assert "the CasADi virtual machine simulates" in err
+    assert len(err.splitlines()) == 1
+    assert "IDM-IV" in out
+
+
+def test_no_native_switch_compiles_nothing_and_says_nothing(
+    cache: Path, run: Callable[..., tuple[int, str, str]]
+) -> None:
+    code, _, err = run("identify", "emps2015", "--no-native")
+    assert code == 0
+    assert err == ""
+    assert not cache.exists()
+
+
+def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
+    import resource
+
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", PROGRAM],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert not done.stdout.strip().endswith(".so")
+    assert not list(cache.glob("*.so"))
+
+
+def test_unwritable_cache_means_one_folder_for_the_user_and_nothing_else(
+    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path is not None
+    assert library.path.parent == temporary / f"axisid-{os.getuid()}"
+    built = library.path.stat().st_mtime_ns
+    context = multiprocessing.get_context("spawn")
+    with context.Pool(2) as pool:
+        assert pool.map(_library, range(2)) == [str(library.path)] * 2
+    assert library.path.stat().st_mtime_ns == built
+    assert [p.name for p in temporary.iterdir()] == [library.path.parent.name]
+
+
+def _library(_: int) -> str:
+    library = fresh().native.library()
+    return str(library and library.path)
+
+
+@pytest.mark.parametrize("squatter", ["link", "writable by all"])
+def test_temporary_folder_of_somebody_else_is_not_trusted(
+    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch, squatter: str
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
+    own = tmp_path / "own"
+    own.mkdir(mode=0o700)
+    folder = temporary / f"axisid-{os.getuid()}"
+    if squatter == "link":
+        folder.symlink_to(own)
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    native = fresh().native
+    assert native.library() is None
+    assert "others can write to it" in native.refusal
+    assert not list(own.iterdir())
+
+
+def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
+    path = placed_library(text_of("emps"), cache)
+    cache.chmod(0o500)
+    try:
+        library = fresh().native.library()
+        assert library is not None
+        assert library.path == path
+        other = fresh(load_axis("emps2015")).native.library()
+        assert other is not None
+    finally:
+        cache.chmod(0o700)
+
+
+def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
+    path = placed_library(text_of("emps"), cache)
+    cache.chmod(0o777)
+    assert cached_library(text_of("emps")) is None
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path != path
+
+
+def test_library_of_something_else_under_the_right_name_is_built_again(cache: Path) -> None:
+    path = placed_library(text_of("emps"), cache)
+    source = cache / "other.c"
+    source.write_text("int other(void) { return 1; }")
+    subprocess.run(
+        [*find_compiler().command, "-shared", "-fPIC", str(source), "-o", str(path)], check=True
+    )
+    digest = _digest(path, path.name)
+    path.with_suffix(".sha256").write_text(digest)
+    assert cached_library(text_of("emps")) == path
+    assert np.all(np.isfinite(fresh().rows("direct_dynamics", 0.0, 0.0, 1.0, 1.0, np.ones(4))[0]))
+    fresh().native.library()  # this process has the other one under the name; the next does not
+    out, err = in_process().communicate(timeout=120)
+    assert out.strip() == path.name, err
+    assert path.with_suffix(".sha256").read_text() != digest
+
+
+def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
+    axis = fresh()
+    wrong = text_of("emps").replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")
+    assert wrong != text_of("emps")
+    native = Native(wrong, axis.functions)
+    assert native.library() is None
+    assert native.refusal == "the compiled idm_regressor computes wrong values"
+    assert not list(cache.glob("*.so"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("put(position, k, q);", "put(position, k, q + 1e-6);"),
+        ("put(control, k, u);", "put(control, k, 1.01 * u);"),
+        ("b->dq1[l] = moved.dq;", "b->dq1[l] = 0.999 * moved.dq;"),
+        ("noise ? noise[k] : 0.0", "noise ? noise[0] : 0.0"),
+        ("floor(measured / resolution + 0.5)", "floor(measured / resolution)"),
+        ("parameters[from * PARAMETERS + j]", "parameters[j]"),
+        ("reference + first * reference_lane", "reference"),
+        ("allowed[from]", "allowed[0]"),
+        ("start[from]", "start[0]"),
+        ("stopped[l] = k;", "stopped[l] = 0;"),
+        ("mode.direction = lane.direction;", ";"),
+        ("move(q, dq, held, &mode, p, step)", "move(q, dq, held, &mode, p, 0.5 * step)"),
+    ],
+)
+def test_time_loop_that_computes_wrong_values_is_refused(
+    cache: Path, right: str, wrong: str
+) -> None:
+    axis = fresh()
+    assert right in text_of("emps")
+    native = Native(text_of("emps").replace(right, wrong), axis.functions)
+    assert native.library() is None
+    assert native.refusal == "the compiled time loop computes wrong values"
+
+
+def test_rows_refuse_wrong_arguments_before_they_reach_memory() -> None:
+    axis = fresh(load_axis("emps2015"))
+    assert axis.native.library() is not None
+    q = np.zeros(5)
+    for arguments in ((q, q), (q, q, q, q, np.ones(2)), (q, q, q[:3], q, np.ones(3))):
+        with pytest.raises(UsageError, match="direct_dynamics"):
+            axis.rows("direct_dynamics", *arguments)
+
+
+@pytest.mark.parametrize(
+    "name", ["INFINITY", "HUGE_VAL", "k", "samples", "NAN", "NULL", "ptrdiff_t", "M_PI", "errno"]
+)
+def test_names_that_c_knows_are_harmless(name: str, cache: Path) -> None:
+    x, m = Coordinate(name), Parameter(f"{name}_1", "kg", nominal=1.0)
+    law = cascade_pd(kp=10.0, kv=10.0, period=1e-3)
+    friction = Parameter("stdin", "N")
+    axis = body(coulomb(friction, x), coordinate=x, inertia=m, parameters=(friction,), control=law)
+    built = build(axis)
+    assert built.native.library() is not None, built.native.refusal
+
+
+def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path) -> None:
+    x, c = turn, Parameter("c", "N m")
+    axis = rotor(
+        c * sympy.Min(5, sympy.sqrt(x.symbol - 1)),
+        Constant(1.0, "N m") * sympy.Max(3, sympy.log(x.symbol)),
+        parameters=(c,),
+        control=cascade_pd(kp=10.0, kv=10.0, period=1e-3),
+    )
+    built = build(axis)
+    library = built.native.library()
+    assert library is not None, built.native.refusal
+    native = library.rows("idm_regressor", ([0.5], [0.0], [0.0], [0.0]))
+    virtual = build(axis, native=False).rows("idm_regressor", 0.5, 0.0, 0.0, 0.0)
+    for a, b in zip(native, virtual, strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ziglang")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    assert find_compiler().command[1:] == ("-m", "ziglang", "cc")
+
+
+def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:
+    emps, other = (placed_library(text_of(name), cache) for name in ("emps", "emps2015"))
+    emps.write_bytes(other.read_bytes())
+    emps.with_suffix(".sha256").write_text(other.with_suffix(".sha256").read_text())
+    assert cached_library(text_of("emps")) is None
+
+
+def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
+    path = placed_library(text_of("emps"), cache)
+    path.write_bytes(b"junk")
+    path.with_suffix(".sha256").write_text(_digest(path, path.name))
+    assert cached_library(text_of("emps")) == path
+    axis = fresh()
+    assert axis.rows("idm_regressor", 0.0, 1.0, 2.0, 1.0)[0].tolist() == [[2.0, 1.0, 1.0, 1.0]]
+    library = axis.native.library()
+    assert library is not None
+    assert library.simulate
+
+
+@pytest.mark.parametrize("seconds", ["abc", "", "nan", "-1", "1e300"])
+def test_senseless_time_limits_are_ignored(
+    cache: Path, seconds: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AXISID_COMPILE_SECONDS", seconds)
+    assert fresh().native.library() is not None
+
+
+def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
+    cache: Path, tmp_path: Path
+) -> None:
+    script = tmp_path / "cc"
+    script.write_text(f'#!/bin/sh\nsleep 250 &\nexec {shlex.join(find_compiler().command)} "$@"\n')
+    script.chmod(0o755)
+    begin = time.monotonic()
+    out, err = in_process(CC=str(script)).communicate(timeout=240)
+    assert out.strip().endswith(".so"), err
+    assert time.monotonic() - begin < 200  # not the 250 s of the child
+
+
+def test_relative_cache_and_compiler_paths_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("AXISID_CACHE", ".")
+    wrapper = tmp_path / "my cc"
+    wrapper.write_text(f'#!/bin/sh\nexec {shlex.join(find_compiler().command)} "$@"\n')
+    wrapper.chmod(0o755)
+    monkeypatch.setenv("CC", "'./my cc' -g0")
+    tmp_path.chmod(0o700)
+    library = fresh().native.library()
+    assert library is not None
+    assert library.path.parent == tmp_path
+
+
+def test_no_home_means_a_folder_for_the_user(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def homeless(_: str) -> Path:
+        raise RuntimeError("could not determine the home directory")
+
+    monkeypatch.delenv("AXISID_CACHE")
+    monkeypatch.setattr("axisid.codegen.native.library_cache.user_cache_path", homeless)
+    assert cached_library(text_of("emps")) is None
+    assert fresh().native.library() is not None

@@ -1,0 +1,128 @@
+"""The self-test of native code: right code of any model passes, and a fault in any is found."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+from axisid import Axis, Constant, Parameter, build, derive
+from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings, LoopStart
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.native import Native
+from axisid.codegen.runtime.virtual_loop import VirtualLoop
+from axisid.control import cascade_pd
+from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
+from tests.axes.bodies import body, x
+
+pytestmark = pytest.mark.slow
+
+m, fv = Parameter("m", "kg", nominal=95.0), Parameter("fv", "N/(m/s)", nominal=200.0)
+fc, c = Parameter("fc", "N", nominal=20.0), Parameter("c", "N/m^12", nominal=1.0)
+k = Parameter("k", "N/m^3", nominal=1.0)
+SAMPLED = cascade_pd(kp=160.18, kv=243.45, period=1e-3)
+CONTINUOUS = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
+METRE, SECOND = Constant(1.0, "m"), Constant(1.0, "s")
+
+
+def declared(
+    name: str, *resistance: sympy.Expr, law: object = SAMPLED, gain: float = 35.15
+) -> Axis:
+    parameters, drive = (fv, fc, c, k), Drive(gain=gain)
+    more = {"parameters": parameters, "drive": drive, "control": law}
+    return body(*resistance, coordinate=x, inertia=m, name=name, **more)
+
+
+# Faster than a millisecond somewhere about 1: what the plant or the loop does to rounding in a
+# few samples of that length says nothing of the code.
+FAST = {
+    axis.name: axis
+    for axis in (
+        declared("published_law", viscous(fv, x), coulomb(fc, x), law=CONTINUOUS),
+        declared("viscous_1e4", viscous(Constant(1e4, "N/(m/s)"), x)),
+        declared("power_of_12", c * (x.symbol + SECOND * x.velocity + METRE) ** 12),
+        declared("exponential", fc * sympy.exp(50 * x.symbol / METRE)),
+        declared("high_gain", viscous(fv, x), gain=1e6),
+        declared("hard_stop", coulomb(fc, x), end_stop(x, lower=-0.05, upper=0.05, stiffness=1e8)),
+        declared("far_spring", cubic_spring(k, x, rest=1)),
+        declared("fine_wave", fc * sympy.cos(2000 * x.symbol / METRE)),
+        declared("root", coulomb(fc, x), fc * sympy.sqrt(x.symbol / METRE)),
+    )
+}
+
+
+@pytest.fixture(autouse=True)
+def _cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_right_code_of_a_fast_model_passes(name: str) -> None:
+    native = build(FAST[name]).native
+    assert native.library() is not None, native.refusal
+
+
+FAULTS = [
+    ("b->dq1[l] = moved.dq;", "b->dq1[l] = 0.999 * moved.dq;"),
+    ("put(control, k, u);", "put(control, k, 1.0001 * u);"),
+    ("put(position, k, q);", "put(position, k, q + 1e-9);"),
+    ("parameters[from * PARAMETERS + j]", "parameters[j]"),
+    ("start[from]", "start[0]"),
+    (
+        "move(q, dq, held, &mode, p, step)",
+        "move(q, dq, held, &mode, p, 0.5 * step)",
+    ),
+]
+
+
+@pytest.mark.parametrize("name", ["published_law", "exponential"])
+@pytest.mark.parametrize(("right", "wrong"), FAULTS)
+def test_fault_in_the_loop_of_a_fast_model_is_found(name: str, right: str, wrong: str) -> None:
+    text = axis_artefacts(derive(FAST[name]))["native.c"]
+    assert right in text
+    native = Native(text.replace(right, wrong), build(FAST[name], native=False).functions)
+    assert native.library() is None
+    assert native.refusal == "the compiled time loop computes wrong values"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "function"),
+    [
+        ("tau_out[0] = ", "tau_out[0] = 1.00000001 * ", "inverse_dynamics"),
+        ("ddx_out[0] = ", "ddx_out[0] = 1e-7 + ", "direct_dynamics"),
+        ("(double)((a > 0.0) - (a < 0.0))", "(double)(a > 0.0)", "plant_step"),
+        ("x_next_out[0] = ", "x_next_out[0] = 1e-9 * step_ + ", "plant_step"),
+    ],
+)
+def test_fault_in_a_function_of_a_fast_model_is_found(
+    right: str, wrong: str, function: str
+) -> None:
+    axis = FAST["published_law"]
+    if "sign" in right or "a > 0.0" in right:
+        axis = declared("one_way", fc * sympy.sign(x.symbol), law=CONTINUOUS)
+    text = axis_artefacts(derive(axis))["native.c"]
+    assert right in text
+    native = Native(text.replace(right, wrong, 1), build(axis, native=False).functions)
+    assert native.library() is None
+    assert native.refusal.endswith("computes wrong values")
+
+
+def test_model_that_is_no_number_anywhere_is_not_refused() -> None:
+    axis = declared("imaginary", fc * sympy.sqrt(-1 - (x.symbol / METRE) ** 2))
+    native = build(axis).native
+    assert native.library() is not None, native.refusal
+
+
+def test_overflow_in_the_virtual_machine_ends_as_not_finite_without_a_warning() -> None:
+    functions = build(FAST["power_of_12"], native=False).functions
+    settings = LoopSettings(period=1.0, resolution=1e-6, allowed=np.inf, substeps=1)
+    loop = VirtualLoop(functions, np.array([1.0, 1.0]), settings)
+    status, stopped, _ = loop.run(np.full(20, 1e30), None, None, LoopStart(position=0.0))
+    assert STATUSES[status] == "not finite"
+    assert stopped < 20

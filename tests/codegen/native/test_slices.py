@@ -1,0 +1,176 @@
+"""Long native calls: interrupted at once, and with the results of short ones."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from axisid import build, load_axis, simulate
+from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.slices import StoppableRuns, slices
+
+module = import_module("axisid.codegen.native.slices")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler() -> None:
+    try:
+        find_compiler()
+    except NativeUnavailableError as error:
+        pytest.skip(str(error))
+
+
+def interrupted_after(run: Callable[[], object], seconds: float) -> float:
+    """Seconds of the processor between Ctrl-C and the end of the run, whoever else computes."""
+    sent = []
+
+    def interrupt() -> None:
+        sent.append(time.process_time())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(seconds, interrupt)
+    # Whoever starts the tests in the background may have them ignore Ctrl-C.
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run()
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, usual)
+    return time.process_time() - sent[0]
+
+
+REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)
+
+#: A process of its own, as a user's is: how long after Ctrl-C a long simulation ends.
+LONG = """
+import os, signal, sys, threading, time
+import numpy as np
+from axisid import build, load_axis, simulate
+from axisid.estimation import simulate_batch
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+lanes = int(sys.argv[1])
+axis = build(load_axis("emps"))
+assert axis.native.library() is not None
+reference = 0.1 * np.sin(np.arange(400_000 // max(lanes, 1)) * 1e-3)
+simulate(axis, axis.nominal, reference[:10], 1e-3)
+sent = []
+
+def interrupt():
+    sent.append(time.process_time())
+    os.kill(os.getpid(), signal.SIGINT)
+
+threading.Timer(0.3, interrupt).start()
+try:
+    for _ in range(5):
+        if lanes:
+            parameters = np.tile(axis.nominal, (lanes, 1))
+            simulate_batch(axis, parameters, reference, 1e-3, substeps=1024)
+        else:
+            simulate(axis, axis.nominal, reference, 1e-3, substeps=1024)
+except KeyboardInterrupt:
+    print(time.process_time() - sent[0])
+"""
+
+
+@pytest.mark.parametrize("lanes", [0, 1, 64])
+def test_long_simulation_ends_at_once_at_an_interrupt(lanes: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LONG, str(lanes)], capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) < 1.0, done.stderr  # of two threads
+
+
+def test_long_evaluation_ends_at_once_at_an_interrupt() -> None:
+    axis = build(load_axis("crank"))
+    assert axis.native.library() is not None
+    motion = np.ones((4, 4_000_000))
+
+    def run() -> None:
+        while True:
+            axis.rows("inverse_dynamics", *motion, axis.nominal)
+
+    assert interrupted_after(run, 0.5) < 0.6
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_slices_change_no_bit(
+    native: bool, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    axis = build(load_axis("crank"), native=native)
+    assert (axis.native.library() is not None) == native
+    arguments = (*rng.normal(size=(4, 5000)), axis.nominal)
+    whole = axis.rows("idm_regressor", *arguments[:4])
+    monkeypatch.setattr(module, "_FIRST", 7)
+    for a, b in zip(whole, axis.rows("idm_regressor", *arguments[:4]), strict=True):
+        assert a.tobytes() == b.tobytes()
+    assert axis.rows("inverse_dynamics", *arguments)[0].shape == (5000, 1)
+    none = [np.empty(0)] * 4
+    assert [each.shape for each in axis.rows("idm_regressor", *none)] == [(0, 4), (0, 1)]
+
+
+def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    axis = build(load_axis("emps"))
+    here = simulate(axis, axis.nominal, REFERENCE[:20_000], 1e-3)
+    monkeypatch.setattr(module, "_FEW_STEPS", 0)
+    apart = simulate(axis, axis.nominal, REFERENCE[:20_000], 1e-3)
+    for name in ("position", "velocity", "force", "direction_before"):
+        assert getattr(here, name).tobytes() == getattr(apart, name).tobytes()
+
+
+def test_slices_cover_every_sample_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = itertools.count()
+    monkeypatch.setattr(time, "perf_counter", lambda: float(next(now)))  # each part takes 1 s
+    parts = list(slices(40_000))
+    assert parts[0].start == 0
+    assert parts[-1].stop == 40_000
+    assert all(a.stop == b.start for a, b in itertools.pairwise(parts))
+    assert parts[1].stop - parts[1].start == 3276  # a tenth as long as the first
+    assert list(slices(0)) == []
+
+
+def test_error_in_one_run_stops_the_others() -> None:
+    def fails(_: object) -> int:
+        raise ValueError("no")
+
+    def waits(stop: np.ndarray) -> int:
+        until = time.process_time() + 20
+        while not stop[0] and time.process_time() < until:
+            time.sleep(0.01)
+        return 1
+
+    begin = time.process_time()
+    with pytest.raises(ValueError, match="no"):
+        StoppableRuns().run([fails, waits], 10**9)
+    assert time.process_time() - begin < 5
+
+
+def test_what_was_short_is_run_here_and_what_was_long_in_a_thread() -> None:
+    seen = []
+
+    def here(_: object) -> int:
+        seen.append(threading.get_ident() == threading.main_thread().ident)
+        return 0
+
+    def long(stop: object) -> int:
+        time.sleep(0.1)
+        return here(stop)
+
+    runs = StoppableRuns()
+    for run in (here, here, long, here, here):
+        assert runs.run([run], 10**6) == [0]
+    assert seen == [False, True, True, False, True]
+    seen.clear()
+    runs.run([here], 10**12)
+    assert seen == [False], "a longer one is expected to take longer"

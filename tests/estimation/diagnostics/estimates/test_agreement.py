@@ -1,0 +1,132 @@
+"""Estimates that agree and that do not: shifted by known parts of their deviations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Record, fix, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks.check import Check
+from axisid.estimation.diagnostics.estimates.agreement import (
+    delta_method_check,
+    fixed_check,
+    ls_against_iv,
+    self_test,
+)
+from axisid.estimation.diagnostics.estimates.instruments import NO_ENDOGENEITY, Endogeneity
+from axisid.estimation.estimates import Estimate
+from axisid.support.missing import Missing
+
+SURE = Endogeneity(statistic=9.0, p_value=1e-9, by_parameter=())
+UNSURE = replace(SURE, p_value=0.5)
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+@pytest.fixture(scope="module")
+def iv(result: Identification) -> Estimate:
+    return result["idm-iv"]
+
+
+def shifted(estimate: Estimate, deviations: float, parameter: int = 0) -> Estimate:
+    """An estimate with one parameter moved by so many i.i.d. deviations."""
+    physical = estimate.physical.copy()
+    physical[parameter] += deviations * np.sqrt(estimate.covariance[parameter, parameter])
+    return replace(estimate, physical=physical)
+
+
+def widened(estimate: Estimate, relative: float) -> Estimate:
+    """An estimate whose deviations are this part of its values."""
+    covariance = np.diag((relative * estimate.physical) ** 2)
+    return replace(estimate, covariances=dict.fromkeys(estimate.covariances, covariance))
+
+
+@pytest.mark.parametrize("parameter", [0, 1, 2])
+@pytest.mark.parametrize(("deviations", "status"), [(2.9, "pass"), (-2.9, "pass"), (3.1, "fail")])
+def test_least_squares_may_differ_by_three_deviations_of_the_instruments(
+    iv: Estimate, deviations: float, status: str, parameter: int
+) -> None:
+    check = ls_against_iv(shifted(iv, deviations, parameter), iv, UNSURE, weak=False)
+    assert check.status == status
+    assert check.figure == pytest.approx(abs(deviations))
+    assert check.threshold == 3.0
+    name = list(iv.parameters)[parameter]
+    assert (f"instruments, {name} by " in check.meaning) is (status == "fail")
+
+
+@pytest.mark.parametrize(
+    ("percent", "tested", "status"),
+    [
+        (9.0, SURE, "pass"),
+        (11.0, SURE, "fail"),
+        (11.0, UNSURE, "pass"),
+        (11.0, NO_ENDOGENEITY, "pass"),
+    ],
+)
+def test_a_bias_of_a_tenth_counts_within_three_deviations_if_the_test_rejects(
+    iv: Estimate, percent: float, tested: Endogeneity | Missing, status: str
+) -> None:
+    wide = widened(iv, 0.1)
+    check = ls_against_iv(shifted(wide, percent / 10), wide, tested, weak=False)
+    assert check.status == status
+    if status == "fail":
+        assert check.figure == pytest.approx(percent)
+        assert check.threshold == pytest.approx(10.0)
+
+
+def test_nothing_is_compared_without_both_estimates_or_with_weak_instruments(iv: Estimate) -> None:
+    for ls, other, weak in ((None, iv, False), (iv, None, False), (iv, iv, True)):
+        assert isinstance(ls_against_iv(ls, other, SURE, weak=weak), Missing)
+    assert isinstance(self_test(iv, None), Missing)
+    assert isinstance(self_test(None, iv), Missing)
+
+
+@pytest.mark.parametrize(("apart", "status"), [(0.0, "pass"), (9e-7, "pass"), (2e-6, "fail")])
+def test_both_forms_of_the_instruments_are_one_estimate_to_a_millionth(
+    iv: Estimate, apart: float, status: str
+) -> None:
+    moved = replace(iv, physical=iv.physical * np.array([1.0, 1.0 - apart, 1.0]))
+    check = self_test(iv, moved)
+    assert isinstance(check, Check)
+    assert check.status == status
+    assert check.figure == pytest.approx(apart, abs=1e-9)
+
+
+@pytest.mark.parametrize(("relative", "status"), [(0.01, "pass"), (0.9, "fail")])
+def test_the_map_from_a_direct_model_is_straight_within_small_deviations_only(
+    result: Identification, relative: float, status: str
+) -> None:
+    direct = result["ddm-iv"]
+    spread = np.diag((relative * direct.theta_ddm) ** 2)
+    wide = replace(direct, ddm_covariances=dict.fromkeys(direct.ddm_covariances, spread))
+    check = delta_method_check(wide)
+    assert isinstance(check, Check)
+    assert check.status == status
+    assert check.figure is not None
+    assert check.threshold is not None
+    assert (check.figure > check.threshold) is (status == "fail")
+    assert isinstance(delta_method_check(None), Missing)
+
+
+@pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])
+def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
+    emps2015: GeneratedAxis, twin: Record, iv: Estimate, deviations: float, status: str
+) -> None:
+    """At 1 %, one degree of freedom allows 2.6 deviations."""
+    mass = iv.parameters["M"]
+    value = mass.corrected + deviations * mass.sd_hac
+    result = identify(fix(emps2015.axis, M=value), twin, methods="idm-iv")
+    check = fixed_check(result["idm-iv"])
+    assert isinstance(check, Check)
+    assert check.status == status
+    assert check.p_value is not None
+    assert (check.p_value < 0.01) is (status == "fail")
+    assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
+
+
+def test_nothing_is_asked_where_nothing_was_fixed(iv: Estimate) -> None:
+    assert fixed_check(iv) is None

@@ -1,0 +1,135 @@
+"""The delay between force and motion, on twins whose delay is known and on the real record."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, identify, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.loop.alignment import profile_alignment
+from axisid.support.missing import Missing
+
+FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
+
+
+def in_pieces(record: Record, order: Sequence[int]) -> Record:
+    """A record cut into as many segments of equal length, in an order."""
+    edges = np.linspace(0, len(record), len(order) + 1).astype(int)
+    chosen = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in order])
+    columns = {r: v[chosen] for r, v in record.channels().items() if r != "time"}
+    joined = np.cumsum([0, *np.diff(edges)[list(order)]]).tolist()
+    spans = tuple(pairwise(joined))
+    return replace(record, **columns, segments=spans)  # type: ignore[arg-type]
+
+
+def test_held_force_of_a_noise_free_twin_is_half_a_sample_late(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert profile_alignment(emps2015, record, FINE).best == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("early", [-1, 1, 2])
+def test_whole_samples_of_delay_are_found(emps2015: GeneratedAxis, early: int) -> None:
+    """A control that is written down early has to be taken from earlier rows."""
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    shifted = replace(record, control=np.roll(record.control, -early))
+    best = profile_alignment(emps2015, shifted, FINE).best
+    assert best == pytest.approx(0.5 + early, abs=0.05)
+
+
+def test_real_record_moves_viscous_friction_by_four_and_a_half_per_half_sample(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    profile = profile_alignment(
+        emps, emps_record, Prefilter(cutoff=100.0, drop=(49, 0), reversals="keep")
+    )
+    assert 0.1 < profile.best < 0.5
+    assert profile.sensitivity[1] / 2 == pytest.approx(4.4, abs=0.2)
+
+
+def test_profile_holds_the_estimates_of_both_holds(emps2015: GeneratedAxis, twin: Record) -> None:
+    profile = profile_alignment(emps2015, twin, Prefilter())
+    for hold, delay in (("raw", 0.0), ("zoh", 0.5)):
+        estimate = identify(emps2015, twin, Prefilter(hold=hold), ["idm-ls"])["idm-ls"]  # type: ignore[arg-type]
+        i = int(np.flatnonzero(profile.delays == delay)[0])
+        assert profile.physical[i] == pytest.approx(estimate.physical, rel=1e-3 if delay else 1e-9)
+        assert profile.errors_percent[i] == pytest.approx(
+            estimate.equation_error_percent, rel=1e-2 if delay else 1e-9
+        )
+
+
+def test_alignment_does_not_depend_on_the_prefilters_hold(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    raw, zoh = (profile_alignment(emps2015, twin, Prefilter(hold=h)).best for h in ("raw", "zoh"))  # type: ignore[arg-type]
+    assert raw == zoh
+
+
+@pytest.mark.slow
+def test_deviation_of_the_delay_is_the_scatter_of_its_estimates(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    rng = np.random.default_rng(8)
+    found = []
+    for _ in range(60):
+        noise = rng.normal(0.0, 1.0, len(record))
+        noisy = replace(record, control=record.control + noise)
+        found.append(profile_alignment(emps2015, noisy, Prefilter()))
+    scatter = float(np.std([p.best for p in found], ddof=1))
+    assert np.mean([p.deviation for p in found]) == pytest.approx(scatter, rel=0.3)
+
+
+def test_delay_beyond_the_range_is_said_to_be_there(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    late = replace(record, control=np.roll(record.control, -5))
+    profile = profile_alignment(emps2015, late, FINE)
+    assert profile.at_the_end
+    (check,) = (
+        c for c in identify(emps2015, late, FINE, "idm-ls").verdict if c.name == "alignment"
+    )
+    assert check.status == "fail"
+    assert "best 3 samples, the end" in check.meaning
+
+
+def test_delay_that_the_record_does_not_tell_is_not_judged(emps2015: GeneratedAxis) -> None:
+    record = twin_record(emps2015, position_noise=0.0)
+    assert record.control is not None
+    noise = np.random.default_rng(8).normal(0.0, 30.0, len(record))
+    noisy = replace(record, control=record.control + noise)
+    verdict = identify(emps2015, noisy, methods="idm-ls").verdict
+    (check,) = (c for c in verdict if c.name == "alignment")
+    assert check.status == "not evaluated"
+    assert "samples only" in check.meaning
+
+
+@pytest.mark.parametrize("method", ["idm-ls", "idm-iv"])
+@pytest.mark.parametrize("drop", [None, (0, 0)])
+def test_order_of_segments_does_not_matter(
+    emps2015: GeneratedAxis, twin: Record, method: str, drop: tuple[int, int] | None
+) -> None:
+    """And their delay is that of the whole record."""
+    prefilter = Prefilter(drop=drop)
+    orders = (range(10), (7, 2, 9, 0, 4, 8, 1, 6, 3, 5))
+    first, other = (
+        identify(emps2015, in_pieces(twin, order), prefilter, method).diagnosis.alignment
+        for order in orders
+    )
+    whole = identify(emps2015, twin, prefilter, method).diagnosis.alignment
+    assert not isinstance(first, Missing)
+    assert not isinstance(other, Missing)
+    assert not isinstance(whole, Missing)
+    assert other.best == pytest.approx(first.best, rel=1e-9)
+    assert other.errors_percent == pytest.approx(first.errors_percent, rel=1e-9)
+    assert abs(first.best - whole.best) < 2 * (first.deviation + whole.deviation)
+
+
+def test_segments_are_found_without_a_prefilter_that_knows_them(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    record = in_pieces(twin, (3, 1, 2, 0))
+    told = profile_alignment(emps2015, record, Prefilter())
+    assert profile_alignment(emps2015, record, Prefilter()).best == told.best

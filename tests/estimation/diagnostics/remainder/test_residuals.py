@@ -1,0 +1,135 @@
+"""Checks of residuals: which status each figure has, and whether the numbers suffer of it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from axisid.estimation.diagnostics.remainder.residuals import (
+    independence,
+    normality,
+    residuals_against_motion,
+    sign_runs,
+)
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.regression import ResidualTests
+from axisid.estimation.regression.residual_tests import residual_tests
+from axisid.support.missing import Missing
+
+ROWS = 400
+
+
+def white(seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """Independent normal residuals, at right angles to two instruments."""
+    rng = np.random.default_rng(seed)
+    W = rng.normal(size=(ROWS, 2))
+    residuals = rng.normal(size=ROWS)
+    return residuals - W @ np.linalg.lstsq(W, residuals, rcond=None)[0], W
+
+
+def judged(residuals: np.ndarray) -> ResidualTests:
+    return residual_tests(residuals, white()[1])
+
+
+@pytest.fixture(scope="module")
+def good() -> ResidualTests:
+    return judged(white()[0])
+
+
+def estimate(residuals: np.ndarray, **more: Any) -> Estimate:
+    """What the checks ask of an estimate."""
+    coordinate = SimpleNamespace(force_unit="N", acceleration_unit="m/s^2")
+    form = SimpleNamespace(
+        left="force",
+        axis=SimpleNamespace(axis=SimpleNamespace(coordinate=coordinate)),
+        quantities=[
+            SimpleNamespace(name="M", label="M", expression=""),
+            SimpleNamespace(name="Fv", label="Fv", expression=""),
+        ],
+    )
+    settled = {"y": residuals, "Z": None, "period": 1e-3, "times": None}
+    rows = 10 * np.arange(len(residuals))
+    return cast(
+        Estimate,
+        SimpleNamespace(residuals=residuals, form=form, rows=rows, **{**settled, **more}),
+    )
+
+
+def test_white_residuals_pass_every_check(good: ResidualTests) -> None:
+    fitted = estimate(white()[0])
+    found = [
+        independence(good, "iid"),
+        sign_runs(good, ROWS, "iid"),
+        residuals_against_motion(good, fitted),
+        normality(good, fitted),
+    ]
+    assert [check.status for check in found] == ["pass"] * 4
+
+
+@pytest.mark.parametrize(
+    ("chosen", "status"), [("hac", "note"), ("iid", "fail"), ("robust", "fail")]
+)
+def test_dependence_matters_unless_the_covariance_allows_for_it(chosen: str, status: str) -> None:
+    slow = np.convolve(white()[0], np.ones(3) / 3, "same")
+    check = independence(judged(slow), chosen)
+    assert check.status == status
+    assert check.figure is not None
+    assert check.threshold is not None
+    assert check.figure > check.threshold
+
+
+@pytest.mark.parametrize(
+    ("weight", "chosen", "status"),
+    [(0.8, "hac", "note"), (0.8, "iid", "fail"), (-0.8, "hac", "note"), (-0.8, "iid", "fail")],
+)
+def test_a_sign_that_is_kept_or_changes_often_matters_where_neighbours_may_not_be_alike(
+    weight: float, chosen: str, status: str
+) -> None:
+    """Residuals of an autoregression: its weight says whether they keep or change their sign."""
+    from scipy.signal import lfilter
+
+    check = sign_runs(judged(lfilter([1.0], [1.0, -weight], white()[0])), ROWS, chosen)
+    assert check.status == status
+    assert check.figure is not None
+    assert np.sign(check.figure) == -np.sign(weight)
+
+
+def test_rows_without_neighbours_are_not_judged(good: ResidualTests) -> None:
+    alone = replace(good, ljung_box_freedom=0, runs_z=float("nan"))
+    assert isinstance(independence(alone, "iid"), Missing)
+    assert isinstance(sign_runs(alone, ROWS, "iid"), Missing)
+
+
+@pytest.mark.parametrize("lag", [-3, 4])
+def test_what_is_left_of_a_column_is_told_with_its_lag(lag: int) -> None:
+    residuals, W = white()
+    late = residual_tests(residuals + 0.5 * np.roll(W[:, 1], lag), W)
+    check = residuals_against_motion(late, estimate(residuals, Z=W))
+    assert check.status == "fail"
+    assert (
+        f"instrument of Fv, {abs(lag)} rows {'before' if lag < 0 else 'after'} it" in check.meaning
+    )
+
+
+@pytest.mark.parametrize(
+    ("rows", "kurtosis", "status"),
+    [(99, 1.0, "fail"), (100, 1.0, "note"), (1000, 6.1, "fail"), (1000, 5.9, "note")],
+)
+def test_tails_matter_where_rows_are_few_or_outliers_decide(
+    good: ResidualTests, rows: int, kurtosis: float, status: str
+) -> None:
+    tails = replace(good, jarque_bera=50.0, jarque_bera_p=1e-9, excess_kurtosis=kurtosis)
+    assert normality(tails, estimate(np.resize(white()[0], rows))).status == status
+
+
+def test_the_largest_residual_is_told_with_its_sample_and_time(good: ResidualTests) -> None:
+    residuals = white()[0].copy()
+    residuals[123] = -40.0
+    tails = replace(good, jarque_bera_p=0.0, excess_kurtosis=50.0)
+    assert "sample 1231, 1.23 s" in normality(tails, estimate(residuals)).meaning
+    times = 5.0 + np.arange(ROWS)
+    assert "sample 1231, 128 s" in normality(tails, estimate(residuals, times=times)).meaning
+    light = replace(tails, excess_kurtosis=-1.0)
+    assert "sample" not in normality(light, estimate(residuals)).meaning

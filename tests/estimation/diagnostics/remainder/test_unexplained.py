@@ -1,0 +1,105 @@
+"""What is left in the residuals: a constant force, a ripple; nothing where the model is right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Parameter, Record, build, identify, load_axis, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import cogging
+from axisid.estimation.checks.check import Check
+
+GAIN = 35.15
+
+
+def found(result: Identification, name: str) -> Check:
+    (check,) = (c for c in result.verdict if c.name == name)
+    return check
+
+
+def of_plant(*parameters: Parameter, force: object, truth: dict[str, float]) -> Record:
+    """The twin of the paper's axis with terms that its model lacks."""
+    axis = load_axis("emps2015")
+    assert axis.experiment is not None
+    return twin_record(
+        replace(
+            axis,
+            name="plant",
+            parameters=(*axis.parameters, *parameters),
+            force=axis.force + force,
+            experiment=replace(axis.experiment, truth={**axis.experiment.truth, **truth}),
+        )
+    )
+
+
+@pytest.mark.parametrize("methods", [["idm-ls"], ["idm-ls", "idm-iv"]])
+def test_an_offset_of_the_plant_is_proposed_with_its_size(methods: list[str]) -> None:
+    F0 = Parameter("F0", "N")
+    record = of_plant(F0, force=F0.symbol, truth={"F0": 5.0})
+    check = found(identify(load_axis("emps2015"), record, methods=methods), "constant force")
+    assert check.status == "fail"
+    assert check.meaning.startswith("a constant force of 5 ")
+    assert "(offset(F0), F0 about 5)" in check.meaning
+
+
+def test_a_converter_that_is_off_is_told_from_an_offset(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert twin.control is not None
+    result = identify(emps2015, replace(twin, control=twin.control + 2 / GAIN))
+    check = found(result, "constant force")
+    assert check.status == "fail"
+    assert "recorded control (0.0568)" in check.meaning
+
+
+def test_a_model_with_an_offset_has_none_left(emps: GeneratedAxis) -> None:
+    assert found(identify(emps, twin_record(emps)), "constant force").status == "pass"
+
+
+@pytest.mark.parametrize("hertz", [12.0, 25.0, 33.0])
+def test_a_ripple_is_told_with_its_frequency_and_a_cut_off(
+    emps2015: GeneratedAxis, twin: Record, hertz: float
+) -> None:
+    assert twin.control is not None
+    wave = 5 / GAIN * np.sin(2 * np.pi * hertz * twin.time)
+    check = found(identify(emps2015, replace(twin, control=twin.control + wave)), "ripple")
+    assert check.status == "note"
+    assert check.meaning.startswith(f"a ripple of {hertz:.3g} Hz is ")
+    assert f"a cut-off of {0.8 * hertz:.2g} Hz" in check.meaning
+
+
+def test_a_ripple_over_the_position_is_told_with_its_period() -> None:
+    a, b = Parameter("a", "N"), Parameter("b", "N")
+    q = load_axis("emps2015").coordinate
+    record = of_plant(a, b, force=cogging(a, b, q, period=5e-3), truth={"a": 3.0, "b": 1.0})
+    check = found(identify(load_axis("emps2015"), record), "ripple")
+    assert check.status == "note"
+    period = float(check.meaning.split("every ")[1].split()[0])
+    assert period == pytest.approx(5e-3, rel=0.02)
+    assert "cogging(a, b, q, period=" in check.meaning
+
+
+def test_a_ripple_that_the_filter_takes_off_is_not_told(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    assert twin.control is not None
+    wave = 5 / GAIN * np.sin(2 * np.pi * 80.0 * twin.time)
+    result = identify(emps2015, replace(twin, control=twin.control + wave))
+    assert found(result, "ripple").status == "pass"
+
+
+@pytest.mark.parametrize("name", ["emps2015", "pendulum", "belt_axis", "rotary_table", "crank"])
+def test_nothing_is_left_by_right_models(name: str) -> None:
+    axis = build(load_axis(name))
+    for seed in range(2):
+        result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls", "idm-iv"])
+        assert {found(result, c).status for c in ("constant force", "ripple")} == {"pass"}
+
+
+def test_a_direct_model_alone_is_not_asked_for_a_constant(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, methods="ddm-ls")
+    assert found(result, "constant force").status == "not evaluated"
+    assert found(result, "ripple").status == "pass"

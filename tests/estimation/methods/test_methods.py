@@ -1,0 +1,129 @@
+"""Methods are rows of a table: the recipe's goes through text, JSON, page and command."""
+
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+
+from axisid import Prefilter, Record, UsageError, compare, identify, sweep
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices import methods
+from axisid.estimation.methods import METHODS
+from axisid.estimation.methods.methods import method_of
+from axisid.presentation.plots import sweep_plot
+from axisid.presentation.report.page import report_html, report_sweep
+from tests.recipes import commands_with, recipe_blocks
+
+NAME, RECIPE = "idm-wls", "Add a method of estimation"
+MODULE = "axisid.estimation.estimates.weighted"
+
+
+@pytest.fixture
+def added(monkeypatch: pytest.MonkeyPatch) -> None:
+    text, written = recipe_blocks(RECIPE)
+    module = ModuleType(MODULE)
+    module.__package__ = MODULE.rpartition(".")[0]
+    exec(text, vars(module))
+    monkeypatch.setitem(sys.modules, MODULE, module)
+    row = eval(written, dict(vars(methods)))  # noqa: S307
+    monkeypatch.setattr(methods, "METHOD_ROWS", (*methods.METHOD_ROWS, row))
+    monkeypatch.setitem(METHODS, NAME, method_of(row))
+
+
+@pytest.mark.usefixtures("added")
+def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, Prefilter())
+    assert list(result) == [*METHODS]
+    alone = identify(emps2015, twin, Prefilter(), NAME)
+    assert alone.preferred.method == NAME
+    for each in (result, alone):
+        written = json.loads(json.dumps(each.to_dict()))
+        assert NAME in [e["method"] for e in written["estimates"]]
+        assert "IDM-WLS" in each.summary()
+        assert "IDM-WLS" in report_html(each)
+
+
+@pytest.mark.usefixtures("added")
+def test_what_the_recipe_estimates_is_that_of_statsmodels(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = identify(emps2015, twin, Prefilter(), NAME)
+    found, data = result[NAME], result.data
+    speed = np.abs(data.reduce(data.signals.velocity))
+    weighted = sm.WLS(found.y, found.X, weights=1 / (0.1 * speed.max() + speed)).fit()
+    robust = weighted.get_robustcov_results("HC1").cov_params()
+    assert found.physical == pytest.approx(weighted.params, rel=1e-9)
+    assert found.covariances["robust"] == pytest.approx(robust, rel=1e-6)
+    ratio = np.sqrt(np.diag(found.covariances["robust"]) / np.diag(found.covariances["iid"]))
+    assert np.all((ratio > 0.5) & (ratio < 2)), "of one size, whatever the unit of the weights"
+
+
+@pytest.mark.usefixtures("added")
+def test_checks_of_the_loop_say_that_the_method_simulates_none(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    verdict = {c.name: c for c in identify(emps2015, twin, Prefilter(), NAME).verdict}
+    for name in ("simulation", "filter bias"):
+        assert verdict[name].status == "not evaluated"
+        assert verdict[name].meaning == "the method simulates no loop"
+
+
+def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:
+    with pytest.raises(UsageError, match="there is no method 'idm-wls'"):
+        identify(emps2015, twin, methods=[NAME])
+    assert list(METHODS) == [method.name for method in METHODS.values()]
+
+
+@pytest.mark.usefixtures("added")
+def test_a_sweep_is_drawn_with_the_methods_that_are_there(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    alone = sweep(emps2015, twin, [40, 60.0], methods=[NAME])
+    alone.plot()
+    assert [s.label for s in sweep_plot(alone).panels[0].series] == ["IDM-WLS"]
+    every = sweep(emps2015, twin, [40, 60.0])
+    drawn = sweep_plot(every).panels[0].series
+    assert [s.label for s in drawn] == ["DDM-LS", "IDM-LS", "IDM-WLS", "IDM-IV"]
+    assert len({s.tone for s in drawn}) == len(drawn)
+    assert [s.dashed for s in drawn] == [True, True, True, False]
+    assert "IDM-WLS M" in str(every)
+
+
+@pytest.mark.usefixtures("added")
+def test_the_sweep_of_a_report_has_the_new_method(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, Prefilter(), ["idm-ls", "ddm-ls", NAME])
+    assert report_sweep(result).methods == ("idm-ls", NAME)
+
+
+@pytest.mark.usefixtures("added")
+def test_models_are_compared_by_methods_whose_row_says_so(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    with pytest.raises(UsageError, match="by 'idm-wls'; choose idm-ls or idm-iv"):
+        compare([emps2015, emps2015.axis], twin, method=NAME)
+
+
+def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> None:
+    done = commands_with(
+        tmp_path,
+        RECIPE,
+        f"identify emps2015 --method {NAME} --json result.json --report report.html --no-sweep",
+        f"export result.json --axis emps2015 --to csv --method {NAME} -o out.csv",
+        "identify --help",
+        "export --help",
+        module=MODULE,
+        table="axisid.estimation.choices.methods",
+        rows="METHOD_ROWS",
+    )
+    assert done.returncode == 0, done.stderr
+    (estimate,) = json.loads((tmp_path / "result.json").read_text())["estimates"]
+    assert estimate["method"] == NAME
+    assert "IDM-WLS" in (tmp_path / "report.html").read_text()
+    assert f"emps2015,{NAME},M," in (tmp_path / "out.csv").read_text()
+    help_pages = "".join(done.stdout.split())
+    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|idm-wls|all]" in help_pages
+    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|idm-wls]" in help_pages

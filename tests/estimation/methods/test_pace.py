@@ -1,0 +1,71 @@
+"""Steps of an iteration: halved where they swing, whole elsewhere, never of no size."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid.estimation.methods.pace import Pace
+from axisid.estimation.thresholds.estimates import CONVERGED
+
+
+@pytest.mark.parametrize("slope", [-0.9, -1.0, -1.5, -2.5])
+def test_pace_comes_to_rest_where_whole_steps_swing(slope: float) -> None:
+    """The next estimate is a line through the fixed point at 1."""
+    pace, at, one = Pace(), np.array([5.0]), np.ones(1)
+    for _ in range(20):
+        goal = 1.0 + slope * (at - 1.0)
+        if pace.step(at, goal, one) <= CONVERGED.value:
+            break
+        at = at + pace.share * (goal - at)
+    assert at == pytest.approx(1.0, abs=2 * CONVERGED.value)
+
+
+def test_pace_takes_whole_steps_where_they_do() -> None:
+    pace, at, one = Pace(), np.array([5.0]), np.ones(1)
+    for _ in range(8):
+        goal = 1.0 - 0.3 * (at - 1.0)
+        pace.step(at, goal, one)
+        at = goal
+    assert pace.share == 1.0
+
+
+def test_pace_without_noise_counts_digits() -> None:
+    pace = Pace()
+    assert pace.step(np.array([1.0, 0.0]), np.array([1.0, 0.0]), np.zeros(2)) == 0.0
+    assert pace.step(np.ones(1), 1 + 1e-10 * np.ones(1), np.zeros(1)) <= CONVERGED.value
+    assert pace.step(np.ones(1), 1 + 1e-6 * np.ones(1), np.zeros(1)) > CONVERGED.value
+
+
+@given(scale=st.floats(1e-6, 1e6), slopes=st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=3))
+def test_pace_is_the_same_in_any_unit(scale: float, slopes: list[float]) -> None:
+    """The pace of parameters in millimetres is that of the same in metres."""
+
+    def shares(unit: float) -> list[float]:
+        pace, slope, at = Pace(), np.array(slopes), 5.0 * unit * np.ones(len(slopes))
+        found = []
+        for _ in range(8):
+            goal = unit + slope * (at - unit)
+            pace.step(at, goal, unit * np.ones(len(slopes)))
+            at = at + pace.share * (goal - at)
+            found.append(pace.share)
+        return found
+
+    assert shares(scale) == shares(1.0)
+    assert all(0.125 <= share <= 1.0 for share in shares(1.0))
+
+
+def test_the_first_steps_may_swing() -> None:
+    """They come from the nominal values; from the fourth on a step that swings is halved."""
+    pace, found = Pace(), []
+    for k in range(8):
+        pace.step(np.zeros(1), np.array([(-1.0) ** k]), np.ones(1))
+        found.append(pace.share)
+    assert found == [1.0, 1.0, 1.0, 0.5, 0.25, 0.125, 0.125, 0.125]
+
+
+def test_a_step_back_that_is_half_the_last_does_not_swing() -> None:
+    pace = Pace()
+    for k in range(8):
+        pace.step(np.zeros(1), np.array([(-0.49) ** k]), np.ones(1))
+    assert pace.share == 1.0

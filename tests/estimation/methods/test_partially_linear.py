@@ -1,0 +1,292 @@
+"""Parameters that enter nonlinearly: the linearised regressor, the search, and instruments."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from jsonschema import Draft202012Validator
+from scipy.optimize import least_squares as scipy_least_squares
+
+from axisid import (
+    Axis,
+    EstimationError,
+    Experiment,
+    Identification,
+    Parameter,
+    Prefilter,
+    Record,
+    back_and_forth,
+    build,
+    compare,
+    derive,
+    identify,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import Drive
+from axisid.estimation import Comparison
+from axisid.estimation.methods import bound_record
+from axisid.estimation.regression.forms import InverseForm
+from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
+from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
+from tests.axes.bodies import b, c, m, stage, x
+
+s = Parameter("s", "N")
+v = Parameter("v", "m/s", nominal=0.05, lower=1e-4)
+d = Parameter("d", "1", nominal=1.0, lower=0.2, upper=4.0)
+TRUTH = {"m": 6.2, "b": 14.0, "c": 7.5, "s": 4.0, "v": 0.1}
+FILTER = Prefilter(cutoff=100.0)
+
+
+def stribeck_axis(*further: Parameter, exponent: sympy.Expr | int = 2) -> Axis:
+    dq = x.velocity
+    return stage(
+        s * sympy.exp(-((sympy.Abs(dq) / v) ** exponent)) * sympy.sign(dq),
+        parameters=(s, v, *further),
+        drive=Drive(gain=18.0, unit="A", relative_sd=0.01),
+        experiment=Experiment(
+            moves=back_and_forth(
+                speeds=(0.05, 0.1, 0.2, 0.4), acceleration=3.0, seconds=0.5, repeat=2
+            ),
+            truth=TRUTH,
+            position_noise=1e-6,
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def axis() -> GeneratedAxis:
+    return build(stribeck_axis())
+
+
+@pytest.fixture(scope="module")
+def record(axis: GeneratedAxis) -> Record:
+    return twin_record(axis)
+
+
+@pytest.fixture(scope="module")
+def result(axis: GeneratedAxis, record: Record) -> Identification:
+    return identify(axis, record, FILTER)
+
+
+def test_only_what_bends_is_nonlinear() -> None:
+    model = derive(stribeck_axis(d, exponent=d.symbol))
+    assert model.idm.nonlinear == (v.symbol, d.symbol)
+    assert derive(stribeck_axis()).idm.nonlinear == (v.symbol,)
+
+
+def test_linearised_force_is_the_force_where_it_is_linearised() -> None:
+    model = derive(stribeck_axis(d, exponent=d.symbol))
+    symbols = [p.symbol for p in model.axis.parameters]
+    row = sum(p * column for p, column in zip(symbols, model.idm.columns, strict=True))
+    values = {"m": 6, "b": 14, "c": 7, "s": 4, "v": 0.1, "d": 1.5}
+    for dq in (0.3, -0.02, 1e-6):
+        motion = {x.symbol: 0.1, x.velocity: dq, x.acceleration: 2.0, "direction": np.sign(dq)}
+        point = {**motion, **values}
+        left = (row + model.idm.known - model.force).subs(point)
+        assert float(left) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_columns_are_the_slopes_of_the_inverse_dynamics(rng: np.random.Generator) -> None:
+    axis = build(stribeck_axis(d, exponent=d.symbol))
+    motion = (*rng.normal(size=(3, 40)), np.sign(rng.normal(size=40)))
+    motion = (motion[0], np.abs(motion[1]) * motion[3], motion[2], motion[3])
+    theta = np.array([6.2, 14.0, 7.5, 4.0, 0.6, 1.5])
+    row, known = axis.rows("idm_regressor", *motion, theta)
+    (force,) = axis.rows("inverse_dynamics", *motion, theta)
+    assert row @ theta + known[:, 0] == pytest.approx(force[:, 0])
+    for j in range(6):
+        step = 1e-6 * theta[j] * (np.arange(6) == j)
+        ahead, behind = (
+            axis.rows("inverse_dynamics", *motion, theta + way)[0][:, 0] for way in (step, -step)
+        )
+        assert row[:, j] == pytest.approx((ahead - behind) / (2 * step[j]), abs=1e-6)
+
+
+def test_columns_are_finite_at_rest() -> None:
+    """x**p log(x) is 0 at 0; as floating-point numbers it would be 0 times minus infinity."""
+    axis = build(stribeck_axis(d, exponent=d.symbol))
+    theta = [6.2, 14.0, 7.5, 4.0, 0.1, 1.5]
+    row, known = axis.rows("idm_regressor", [0.0], [0.0], [1.0], [0.5], theta)
+    assert np.all(np.isfinite(row))
+    assert row[0, 4:] == pytest.approx([0.0, 0.0])
+    assert np.isfinite(known).all()
+
+
+def test_search_finds_what_a_full_search_over_all_parameters_finds(
+    axis: GeneratedAxis, record: Record, result: Identification
+) -> None:
+    """SciPy's, from the truth, on the inverse dynamics and not on the regressor."""
+    estimate = result["idm-ls"]
+    data = bound_record(axis, record, FILTER)
+    s_, y = data.signals, data.reduce(data.signals.force)
+
+    def residuals(theta: np.ndarray) -> np.ndarray:
+        (force,) = axis.rows(
+            "inverse_dynamics", s_.position, s_.velocity, s_.acceleration, s_.direction, theta
+        )
+        return y - data.reduce(force[:, 0])
+
+    start = np.array(list(TRUTH.values()))
+    found = scipy_least_squares(residuals, start, x_scale=start, xtol=1e-14, ftol=1e-14)
+    assert estimate.physical == pytest.approx(found.x, rel=1e-5)
+    assert estimate.residuals == pytest.approx(residuals(estimate.physical), abs=1e-6)
+    jacobian = found.jac
+    variance = float(found.fun @ found.fun) / (len(y) - 1)
+    covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
+    assert np.diag(estimate.covariance) == pytest.approx(np.diag(covariance), rel=1e-3)
+
+
+def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identification) -> None:
+    for method in ("idm-ls", "idm-iv"):
+        assert result[method].physical == pytest.approx(list(TRUTH.values()), rel=0.01)
+    assert result["idm-iv"].iterates[0].physical == pytest.approx(result["idm-ls"].physical)
+
+
+def test_instruments_solve_their_nonlinear_equations(
+    axis: GeneratedAxis, record: Record, result: Identification
+) -> None:
+    iv = result["idm-iv"]
+    assert iv.Z is not None
+    data = bound_record(axis, record, FILTER)
+    reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
+    residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
+    seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
+    assert np.abs(seen).max() < 1e-2
+
+
+def test_direct_model_is_refused_with_the_reason(result: Identification) -> None:
+    for method in ("ddm-ls", "ddm-iv"):
+        assert "not linear in v; use idm-ls or idm-iv" in result.skipped[method].text
+
+
+def test_gain_scales_forces_and_not_velocities(result: Identification) -> None:
+    parameters = result["idm-ls"].parameters
+    assert parameters["s"].sd_gain == pytest.approx(0.01 * parameters["s"].value, rel=1e-6)
+    assert parameters["v"].sd_gain == pytest.approx(0.0, abs=1e-9)
+
+
+def test_everything_else_takes_such_an_axis(
+    axis: GeneratedAxis, record: Record, result: Identification
+) -> None:
+    (ls, iv) = validate(result, twin_record(axis, seed=5))
+    assert iv.equation_error_percent == pytest.approx(ls.equation_error_percent, rel=0.1)
+    assert "v" in result.summary()
+    assert result.to_dict()["excitation"]["v"]["share"] > 0
+    assert len(sweep(axis, record, (60.0, 100.0), methods=["idm-ls"]).results) == 2
+
+
+def test_search_needs_a_start(record: Record) -> None:
+    blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
+    with pytest.raises(EstimationError, match="v enters nonlinearly, so its search needs a start"):
+        identify(blind, record, FILTER, "idm-ls")
+
+
+def bounded(lower: float, upper: float, nominal: float) -> GeneratedAxis:
+    v_bounded = Parameter("v", "m/s", nominal=nominal, lower=lower, upper=upper)
+    return build(replace(stribeck_axis(), parameters=(m, b, c, s, v_bounded)))
+
+
+def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: Record) -> None:
+    """Least squares ends at the bound; that is not where the instruments' equations hold."""
+    axis = bounded(1e-4, 0.09, nominal=0.05)
+    result = identify(axis, record, FILTER)
+    assert result["idm-ls"].parameters["v"].value == pytest.approx(0.09)
+    found = re.search(r"lead to v = (\S+) m/s, beyond its bound 0.09", result.failed["idm-iv"].text)
+    assert found
+    assert float(found[1]) == pytest.approx(0.0995, abs=1e-4)
+    with pytest.raises(EstimationError, match="Widen the bounds if such a value is possible"):
+        identify(axis, record, FILTER, "idm-iv")
+
+
+def test_damped_iterates_show_the_error_of_their_own_loop(
+    axis: GeneratedAxis, record: Record
+) -> None:
+    """The first whole step is beyond the lower bound, the solution is not."""
+    kept = replace(FILTER, reversals="keep")
+    narrow = bounded(0.099, np.inf, nominal=0.1)
+    damped = identify(narrow, record, kept, "idm-iv")["idm-iv"]
+    free = identify(axis, record, kept, "idm-iv")["idm-iv"]
+    assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
+    assert damped.physical == pytest.approx(free.physical, rel=1e-4)
+    data = bound_record(axis, record, kept)
+    for iterate in damped.iterates:
+        loops = simulated_loops(axis, record, iterate.physical)
+        form = InverseForm(axis)
+        known, regressor = simulated_right(form, loops, iterate.physical, data)
+        left = damped.y - known - regressor @ iterate.physical
+        own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
+        assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)
+        assert iterate.simulation_error_percent == pytest.approx(own, rel=1e-9)
+
+
+def test_estimate_is_the_point_that_was_simulated(result: Identification) -> None:
+    iv = result["idm-iv"]
+    assert iv.physical == pytest.approx(iv.iterates[-1].physical, rel=1e-12)
+    assert iv.simulation_error_percent == pytest.approx(iv.iterates[-1].simulation_error_percent)
+
+
+@pytest.fixture(scope="module")
+def compared(axis: GeneratedAxis, record: Record) -> Comparison:
+    """With and without the excess that the record has."""
+    plain = stage(name="plain", drive=axis.axis.drive)
+    return compare({"plain": build(plain), "Stribeck": axis}, record, FILTER)
+
+
+def test_no_p_value_where_only_the_larger_model_has_a_velocity(compared: Comparison) -> None:
+    """Without an excess its velocity means nothing, so that no statistic is F distributed."""
+    (test,) = compared.tests
+    assert (test.smaller, test.larger, test.restrictions) == ("plain", "Stribeck", 2)
+    assert test.f_p is None
+    assert test.wald_p is None
+    text = " ".join(compared.summary().split())
+    assert "plain in Stribeck is not tested: Stribeck estimates v, of no meaning" in text
+    assert "one linearised step from the whole record's" in text
+    assert compared.recommended == "Stribeck"
+
+
+def test_parameters_that_no_test_judges_are_not_said_to_carry_information(
+    compared: Comparison,
+) -> None:
+    checks = {check.name: check for check in compared["Stribeck"].checks}
+    assert (checks["v"].p_value, checks["v"].informed) == (None, None)
+    assert checks["s"].p_value is None
+    assert checks["s"].not_tested == "at zero, v would mean nothing"
+    # Without the excess, and so without its velocity, the model is the one before it.
+    plain = compared["plain"].equation.error_percent
+    assert checks["s"].without_percent == pytest.approx(plain, rel=1e-9)
+    assert checks["s"].informed
+    assert all(checks[name].p_value is not None for name in ("m", "b", "c"))
+    text = " ".join(compared.summary().split())
+    assert "Every linear parameter of every candidate carries information" in text
+    assert "v of Stribeck is not judged: it enters nonlinearly" in text
+
+
+def test_comparison_without_p_values_is_what_the_schema_documents(
+    compared: Comparison, root: Path
+) -> None:
+    schema = json.loads((root / "docs/schema/results-1.json").read_text(encoding="utf-8"))
+    written = json.loads(json.dumps(compared.to_dict(), allow_nan=False))
+    Draft202012Validator(schema).validate(written)
+    assert written["tests"][0]["wald_p"] is None
+    assert "Stribeck estimates v" in written["tests"][0]["not_tested"]
+
+
+def test_blocks_are_simulated_within_the_bounds(
+    record: Record, result: Identification, compared: Comparison
+) -> None:
+    """A linearised step may leave them, where the loop cannot be simulated or means nothing."""
+    axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
+    blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
+    beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
+    settings = bound_record(axis, record, FILTER), estimate, blocks
+    found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
+    assert isinstance(found, HeldOut)
+    assert isinstance(expected, HeldOut)
+    assert found.squares == pytest.approx(expected.squares, rel=1e-12)

@@ -1,0 +1,181 @@
+"""What a record does not show of a model: named before it is solved, by every method."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    EstimationError,
+    Prefilter,
+    Record,
+    build,
+    compare,
+    friction_ladder,
+    identify,
+    leave_out,
+    load_axis,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation import identify_stream
+from axisid.estimation.diagnostics import conclusion
+from axisid.estimation.problems.visibility import Reach, check_visible, natural_sizes
+from axisid.estimation.regression.forms import InverseForm
+from axisid.estimation.signals.filtered_record import FilteredRecord
+from axisid.modeling import LIBRARY
+from tests.axes.unseen import with_bump, with_stribeck
+from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
+
+
+def reach_of(axis: GeneratedAxis, record: Record) -> Reach:
+    data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
+    found = Reach.of(data.signals, InverseForm(axis).equations(data.signals), data.kept)
+    assert found is not None
+    return found
+
+
+def leaves_out(error: EstimationError) -> list[str]:
+    """The parameters that the remedy of an error leaves out."""
+    assert error.remedy is not None
+    assert {setting.name for setting in error.remedy.settings} == {"leave-out"}
+    return [setting.value for setting in error.remedy.settings]
+
+
+@pytest.mark.parametrize("speed", [1e-3, 3e-3, 5e-3])
+@pytest.mark.parametrize("method", ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"])
+def test_friction_at_speeds_that_no_row_has_is_named(speed: float, method: str) -> None:
+    axis = build(with_stribeck(speed))
+    with pytest.raises(
+        EstimationError,
+        match=r"does not show Fs, without the samples near reversals and rests: Fs would have to "
+        r"be .* N where it acts most, in a record whose largest is 15\d N\.",
+    ) as refused:
+        identify(axis, twin_record(axis), methods=method)
+    assert (refused.value.code, leaves_out(refused.value)) == ("not-shown", ["Fs"])
+
+
+@pytest.mark.parametrize(("nominal", "place"), [(10.0, 0.15), (10.0, 0.09), (0.0, 0.15)])
+def test_a_place_that_the_axis_never_reaches_is_named(nominal: float, place: float) -> None:
+    axis = build(with_bump(place, nominal))
+    with pytest.raises(
+        EstimationError, match=r"Fb would have to be .* make a parameter in N about"
+    ):
+        identify(axis, twin_record(axis))
+
+
+@pytest.mark.parametrize("place", [0.07, 0.075])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: int) -> None:
+    """Its part of the force is below 1 %, and yet nothing is known of it."""
+    axis = build(with_bump(place))
+    result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls", "idm-iv"])
+    (check,) = (c for c in result.verdict if c.name == "precision")
+    assert check.status == "fail"
+    assert check.meaning.startswith("Fb is not identified by this record")
+
+
+@pytest.mark.parametrize("speed", [0.008, 0.01])
+def test_friction_in_few_slow_rows_is_never_believed(speed: float) -> None:
+    axis = build(with_stribeck(speed))
+    for seed in range(3):
+        try:
+            result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls"])
+        except EstimationError as refused:
+            assert "does not show Fs" in str(refused)
+        else:
+            assert not conclusion(result.verdict).startswith("Nothing")
+
+
+def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> None:
+    axis = with_stribeck(1e-3)
+    record = twin_record(build(axis))
+    result = identify(leave_out(axis, "Fs"), record)
+    assert result["idm-iv"].physical == pytest.approx([100.2, 236.9, 24.8], rel=4e-3)
+    assert conclusion(result.verdict).startswith("Nothing")
+    assert "left out   Fs = 0 N" in result.summary()
+    assert result.to_dict()["left_out"] == {"Fs": 0.0}
+
+
+def test_streams_sweeps_and_comparisons_name_it_too() -> None:
+    axis = build(with_stribeck(1e-3))
+    record = twin_record(axis)
+    blocks = [{"time": record.time, "position": record.position, "control": record.control}]
+    with pytest.raises(EstimationError, match="does not show Fs") as refused:
+        identify_stream(axis, blocks)  # type: ignore[arg-type]
+    assert leaves_out(refused.value) == ["Fs"]
+    with pytest.raises(EstimationError, match="does not show Fs"):
+        sweep(axis, record, (40.0, 60.0))
+    ladder = friction_ladder(load_axis("emps2015"), stribeck=1e-3)
+    found = compare({name: build(a) for name, a in ladder.items()}, record)
+    assert list(found.failures) == ["Stribeck"]
+    assert "does not show Fs" in found.failures["Stribeck"].text
+    assert found.recommended == "Coulomb"
+
+
+def test_streamed_without_it_gives_what_the_whole_gives() -> None:
+    axis = with_stribeck(1e-3)
+    record = twin_record(build(axis))
+    blocks = [{"time": record.time, "position": record.position, "control": record.control}]
+    plain = build(leave_out(axis, "Fs"))
+    streamed = identify_stream(plain, blocks)  # type: ignore[arg-type]
+    measured = replace(record, reference=None)  # a stream simulates nothing
+    whole = identify(plain, measured, methods="idm-ls")["idm-ls"]
+    assert streamed.physical == pytest.approx(whole.physical, rel=1e-9)
+    assert "left out   Fs = 0 N" in streamed.summary()
+    assert streamed.to_dict()["left_out"] == {"Fs": 0.0}
+
+
+def test_a_frozen_estimate_is_held_against_a_record_that_shows_more() -> None:
+    """What was left out is told by the error on a motion that has it."""
+    axis = with_stribeck(0.03)
+    result = identify(leave_out(axis, "Fs"), twin_record(build(axis)), methods="idm-ls")
+    held = validate(result, twin_record(build(axis), seed=1))
+    assert held["idm-ls"].equation_error_percent < 10
+
+
+def test_a_search_keeps_to_speeds_that_the_record_shows() -> None:
+    """At a hundredth of the true speed every level of the friction would fit."""
+    declared = stribeck_axis()
+    small = tuple(replace(p, nominal=1e-3) if p.name == "v" else p for p in declared.parameters)
+    axis = build(replace(declared, parameters=small))
+    record = twin_record(axis)
+    with pytest.raises(EstimationError, match=r"no start of v .* At the first, .*not show s"):
+        identify(axis, record, methods="idm-ls")
+    found = identify(stribeck_axis(), record, methods="idm-ls")["idm-ls"].parameters
+    assert found["s"].value == pytest.approx(TRUTH["s"], rel=0.2)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_sizes_by_unit_are_of_the_order_of_the_library_s_parameters(name: str) -> None:
+    axis = build(load_axis(name))
+    record = twin_record(axis)
+    sizes = natural_sizes(axis, reach_of(axis, record))
+    truth = np.array([record.provenance.truth[p] for p in axis.names])
+    known = np.isfinite(sizes)
+    assert known.sum() >= len(known) - 1  # a mass on a lever has no size without its length
+    assert np.all(sizes[known] > np.abs(truth[known]))
+    assert np.all(sizes[known] < 1e3 * np.abs(truth[known]))
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
+    """Even if each term acted 100 times as strongly somewhere else along the record."""
+    axis = build(load_axis(name))
+    for seed in range(3):
+        record = twin_record(axis, seed=seed)
+        reach = reach_of(axis, record)
+        stretched = replace(reach, columns=100 * reach.columns)
+        data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
+        rows = InverseForm(axis).equations(data.signals).reduced(data)
+        check_visible(
+            axis,
+            stretched,
+            rows.regressor,
+            rows.left - rows.known,
+            rows=len(rows.left),
+            source="the record",
+            without_turns=True,
+        )

@@ -1,0 +1,121 @@
+"""Units of columns: factors against closed forms, and what is refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import DataError, UsageError, load_axis, read_record
+from axisid.estimation.records.columns.units import modulus_si
+from axisid.modeling.declaration.axis import Axis
+from axisid.modeling.declaration.drive import Drive
+from tests.axes.bodies import rotor
+
+N = 20
+TIME = np.arange(N) * 1e-3
+VALUES = np.sin(np.arange(N))
+
+
+@pytest.fixture(scope="module")
+def rotary() -> Axis:
+    return rotor(name="motor", drive=Drive(gain=2.0, unit="A"))
+
+
+def test_units_come_from_the_user_over_those_of_the_file(rotary: Axis) -> None:
+    log = {"time [us]": 1e6 * TIME, "angle [rad]": VALUES, "i": VALUES}
+    record = read_record(log, rotary, columns={"position": "angle:deg", "control": "i:mA"})
+    assert record.time == pytest.approx(TIME)
+    assert record.position == pytest.approx(np.radians(VALUES))
+    assert record.control == pytest.approx(1e-3 * VALUES)
+    assert record.provenance.assumed == (
+        "time: us -> s",
+        "position: deg -> rad",
+        "control: mA -> A",
+    )
+
+
+def test_units_come_from_the_axis_too(rotary: Axis) -> None:
+    axis = replace(rotary, columns={"position": "enc:rev", "time": "clock:us"})
+    log = {"clock": 1e6 * TIME, "enc": VALUES}
+    record = read_record(log, axis)
+    assert record.time == pytest.approx(TIME)
+    assert record.position == pytest.approx(2 * math.pi * VALUES)
+    wrong = replace(rotary, columns={"position": "enc:mm", "time": "clock:us"})
+    with pytest.raises(DataError, match="the position of axis 'motor' is measured in rad"):
+        read_record(log, wrong)
+
+
+def test_label_as_it_stands_in_the_file_names_the_column(rotary: Axis) -> None:
+    log = {"time": TIME, "angle [deg]": VALUES}
+    record = read_record(log, rotary, columns={"position": "angle [deg]"})
+    assert record.position == pytest.approx(np.radians(VALUES))
+
+
+def test_name_with_a_colon_needs_no_unit(rotary: Axis) -> None:
+    log = {"time": TIME, "axis:deg": VALUES}
+    record = read_record(log, rotary, columns={"position": "axis:deg"})
+    assert np.array_equal(record.position, VALUES)
+
+
+def test_no_unit_is_si_and_says_so(rotary: Axis) -> None:
+    record = read_record({"time": TIME, "position": VALUES, "control": VALUES}, rotary)
+    (note,) = record.provenance.assumed
+    assert note == "no unit given, so SI: time s, position rad, control A"
+
+
+def test_what_is_no_unit_in_parentheses_is_told(rotary: Axis) -> None:
+    record = read_record({"time": TIME, "q (act)": VALUES}, rotary, columns={"position": "q (act)"})
+    (note,) = record.provenance.assumed
+    assert note == "no unit given, so SI: time s, position rad ('act' is no unit known)"
+
+
+@pytest.mark.parametrize("name", ["angle", "angle [inc]"])
+def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
+    rotary: Axis, name: str
+) -> None:
+    log = {"time": TIME, "angle [inc]": VALUES}
+    with pytest.raises(DataError, match=r"unit 'inc', which is not known; encoder counts: scale"):
+        read_record(log, rotary, columns={"position": name})
+    record = read_record(log, rotary, columns={"position": f"{name}:mrad"})
+    assert record.position == pytest.approx(1e-3 * VALUES)
+
+
+def test_columns_whose_names_differ_by_the_unit_only_are_all_there(rotary: Axis) -> None:
+    log = {"time": TIME, "angle [deg]": VALUES, "angle [rad]": 7 * VALUES}
+    record = read_record(log, rotary, columns={"position": "angle [deg]"})
+    assert record.position == pytest.approx(np.radians(VALUES))
+    with pytest.raises(DataError, match=r"Did you mean 'angle \[deg\]' or 'angle \[rad\]'"):
+        read_record(log, rotary, columns={"position": "angle"})
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"position": "q:mm"}, "the position of axis 'motor' is measured in rad"),
+        ({"position": "q:Nm"}, "the position of axis 'motor' is measured in rad"),
+        ({"position": "q:inc"}, "position has the unit 'inc', which is not known"),
+        ({"position": "q", "control": "u:mV"}, "the control of axis 'motor' is measured in A"),
+        ({"position": "q", "force": "u:N"}, "the force of axis 'motor' is measured in N m"),
+        ({"position": "q", "time": "time:mm"}, "the time of axis 'motor' is measured in s"),
+    ],
+)
+def test_unit_of_another_kind_is_refused(
+    rotary: Axis, columns: dict[str, str], message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        read_record({"time": TIME, "q": VALUES, "u": VALUES}, rotary, columns=columns)
+
+
+def test_unit_of_another_kind_in_the_file_is_a_data_error() -> None:
+    log = {"t": TIME, "qm [deg]": VALUES, "qg": VALUES, "vir": VALUES}
+    with pytest.raises(DataError, match="'deg', but the position of axis 'emps' is measured in m"):
+        read_record(log, load_axis("emps"))
+
+
+def test_modulus_has_a_unit_too(rotary: Axis) -> None:
+    assert modulus_si("360:deg", rotary) == pytest.approx(2 * math.pi)
+    assert modulus_si("6.5", None) == 6.5
+    for text in ("0", "-1", "x", "inf", "1:mm"):
+        with pytest.raises(UsageError):
+            modulus_si(text, rotary)

@@ -1,0 +1,169 @@
+"""Positions that start again after a turn are unwrapped on request, and recognised without one."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import DataError, load_axis, read_record
+from axisid.estimation import Repairs
+from axisid.estimation.records.blocks import extent
+from axisid.estimation.records.faults.wrapping import undone
+
+N = 400
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(N)
+TURN = 2 * np.pi
+TURNING = 3 + 4 * np.sin(10 * TIME) + 2 * TIME  # rad, over the seam and back
+
+
+def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
+    return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
+
+
+@given(
+    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
+    start=st.floats(-20, 20),
+    modulus=st.floats(0.1, 100),
+)
+def test_unwrapping_undoes_wrapping(steps: list[float], start: float, modulus: float) -> None:
+    true = modulus * (start + np.cumsum(steps))
+    found, places = undone(np.mod(true, modulus), modulus)
+    assert np.diff(found) == pytest.approx(np.diff(true), abs=1e-9 * modulus)
+    assert len(places) == np.count_nonzero(np.diff(np.floor(true / modulus)))
+
+
+def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
+    true = 3 * np.sin(8 * TIME)
+    behind = true - 0.02
+    wrapped = log(np.mod(behind, TURN), reference=np.mod(true, TURN))
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert record.reference - record.position == pytest.approx(0.02, abs=1e-12)
+    (repair,) = record.provenance.repairs
+    assert repair.kind == "wrap"
+    assert repair.count > 0
+    assert repair.text == (
+        "jumps by the modulus 360 deg undone: position 2, reference 1; "
+        "reference moved by whole moduli: +1 in data rows 1 to 400"
+    )
+    assert repair.count == 4
+
+
+def test_reference_far_from_a_position_that_is_not_wrapped_stays_where_it_is() -> None:
+    position = np.deg2rad(100) * np.sin(8 * TIME) ** 2
+    reference = np.deg2rad(190 + 10 * np.sin(8 * TIME))
+    record = read_record(log(position, reference=reference), repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    (repair,) = record.provenance.repairs
+    assert repair.count == 0
+    assert repair.text == "no jumps by the modulus 360 deg found: position 0, reference 0"
+
+
+def test_reference_over_several_turns_keeps_its_own() -> None:
+    true = 20 * np.sin(8 * TIME) ** 2
+    reference = true + 2 * TURN
+    wrapped = log(np.mod(true, TURN), reference=reference)
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert np.array_equal(record.reference, reference)
+    assert "moved" not in record.provenance.repairs[0].text
+
+
+def test_reference_may_step_across_its_seam() -> None:
+    step = np.where(TIME < 0.2, 6.0, 6.6)
+    settling = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
+    wrapped = log(np.mod(settling, TURN), reference=np.mod(step, TURN))
+    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    assert record.reference == pytest.approx(step, abs=1e-12)
+    assert record.position == pytest.approx(settling, abs=1e-12)
+
+
+def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
+    true = np.where(TIME < 0.15, 6.0, 6.0 + 0.45 * TURN) + 0.005 * np.sin(60 * TIME)
+    ahead = true + np.where(TIME < 0.15, 0.0, 0.5)  # more than half a turn on from before
+    kept = (TIME < 0.1) | (TIME > 0.2)
+    wrapped = {
+        role: values[kept]
+        for role, values in log(np.mod(true, TURN), reference=np.mod(ahead, TURN)).items()
+    }
+    for more in ({}, {"resample": 1000.0}):
+        record = read_record(wrapped, repairs=Repairs(wrap=TURN, gaps="split", **more))  # type: ignore[arg-type]
+        apart = np.asarray(record.reference) - record.position
+        assert apart[[0, -1]] == pytest.approx([0, 0.5], abs=1e-9)
+        told = next(r for r in record.provenance.repairs if r.kind == "wrap").text
+        assert "across a gap the motion is taken to be less than half of it" in told
+        assert re.search(r"reference moved by whole moduli: [+-]1 in data rows 101 to 299", told)
+
+
+def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
+    with pytest.raises(DataError, match=r"spans .* more than the modulus 1 m or rad"):
+        read_record(log(), repairs=Repairs(wrap=1.0))
+
+
+@pytest.mark.parametrize("wrap", ["400:deg", "361:deg", "6.29", "7"])
+def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
+    with pytest.raises(DataError, match=r"position still jumps by \S+( deg)? ") as refused:
+        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+    assert refused.value.code == "other-modulus"
+    assert "360:deg" in str(refused.value.remedy)
+
+
+@pytest.mark.parametrize("wrap", ["360", "1000:deg"])
+def test_modulus_that_undoes_no_jump_is_refused(wrap: str) -> None:
+    with pytest.raises(DataError, match=r"position jumps by 6\..*does not undo; .*360:deg"):
+        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+
+
+def test_wrapped_position_is_recognised_unasked() -> None:
+    for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
+        wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
+        with pytest.raises(DataError, match=r"\(\d such jumps\)") as refused:
+            read_record(wrapped)
+        assert refused.value.code == "wrapped"
+        assert refused.value.remedy is not None
+        assert [each.name for each in refused.value.remedy.settings] == settings
+    by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
+    assert any("the position jumps by 1." in note.text for note in by_range.provenance.doubts)
+
+
+def in_blocks(position: np.ndarray, rows: int) -> list[dict[str, np.ndarray]]:
+    return [
+        {"time": TIME[a : a + rows], "position": position[a : a + rows]} for a in range(0, N, rows)
+    ]
+
+
+def test_wrapped_position_is_recognised_block_by_block() -> None:
+    wrapped = np.mod(TURNING, TURN)
+    first = 2 + int(np.flatnonzero(np.abs(np.diff(wrapped)) > 1)[0])
+    blocks = in_blocks(wrapped, 30)
+    with pytest.raises(
+        DataError, match=rf"before data row {first} \(\d such jumps\), .*looks wrapped"
+    ):
+        extent("log", blocks, None, load_axis("rotary_table"))
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7, 99, 100, 101, N])
+def test_blocks_tell_the_jumps_that_the_whole_log_has(rows: int) -> None:
+    axis = replace(load_axis("emps2015"), columns={})
+    ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
+    position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
+    told = [*read_record(log(position), axis).provenance.doubts]
+    assert told[0].text.startswith("the position jumps by 0.9 m before data row 101:")
+    blocks = [{"position": block["position"]} for block in in_blocks(position, rows)]
+    assert list(extent("log", blocks, 1e-3, axis).notes) == told
+
+
+def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
+    outlier = TURNING.copy()
+    outlier[77] += 20
+    rest = replace(load_axis("rotary_table"), columns={})
+    for position in (TURNING, outlier, np.round(0.3 * TURNING)):
+        doubts = read_record(log(position), rest).provenance.doubts
+        assert not any("jumps" in note.text for note in doubts)
+    repairs = read_record(
+        log(np.mod(TIME, 1.0)), repairs=Repairs(wrap="360:deg")
+    ).provenance.repairs
+    assert repairs[0].text == "no jumps by the modulus 360 deg found: position 0"

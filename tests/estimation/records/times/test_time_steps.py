@@ -1,0 +1,188 @@
+"""What is said of times that are not even: jitter, gaps, clocks that jump or drift, few digits."""
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, Record, read_record
+from axisid.estimation import Repairs
+from axisid.estimation.records.blocks import extent
+from axisid.support.remedy import as_options
+
+N = 2000
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(N)
+
+
+def log(time: np.ndarray, **changes: Any) -> dict[str, np.ndarray]:
+    """A motion that goes on whatever its clock says."""
+    motion = 30 * PERIOD * np.arange(len(time))
+    return {"time": time, "position": np.sin(motion), "control": np.cos(motion)} | changes
+
+
+def stepped(seconds: float) -> np.ndarray:
+    time = TIME.copy()
+    time[1200:] += seconds
+    return time
+
+
+def asked(error: DataError) -> list[str]:
+    """What the remedy of an error about uneven time speaks of, by the names of the settings."""
+    assert error.code == "uneven-time"
+    assert error.remedy is not None
+    return [setting.name for setting in error.remedy.settings]
+
+
+def test_period_that_drifts_is_refused_and_may_be_resampled() -> None:
+    drifting = np.cumsum(np.linspace(0.8e-3, 1.2e-3, N))
+    wavy = log(drifting, position=np.sin(30 * drifting), control=np.cos(30 * drifting))
+    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
+        read_record(wavy)
+    assert asked(refused.value) == ["resample"]
+    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
+        extent("log", [{r: v[k : k + 700] for r, v in wavy.items()} for k in (0, 700, 1400)], None)
+    assert asked(refused.value) == ["stream"]
+    record = read_record(wavy, repairs=Repairs(resample="auto"))
+    assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
+
+
+def test_slight_drift_is_told_and_jitter_is_no_drift(rng: np.random.Generator) -> None:
+    slight = np.cumsum(np.linspace(0.99e-3, 1.01e-3, N))
+    (told,) = read_record(log(slight)).provenance.doubts
+    assert "drifts from 0.99" in told.text
+    assert "resample" in str(told.remedy)
+    for jitter in (0.01, 0.05, 0.16):
+        shaken = TIME + PERIOD * rng.uniform(-jitter, jitter, N)
+        told = read_record(log(shaken)).provenance.doubts
+        assert not any("drifts" in said.text for said in told)
+    assert read_record(log(TIME)).provenance.doubts == ()
+    assert read_record(log(TIME + 5)).provenance.doubts == ()
+
+
+def test_drift_is_that_of_each_segment() -> None:
+    """Two pieces of a log may have their own times, but not their own periods."""
+    pieces = np.concatenate([TIME, 10 + 1.1 * TIME])
+    spans = ((0, N), (N, 2 * N))
+    with pytest.raises(DataError, match=r"drifts from 1 to 1\.1 ms"):
+        Record(time=pieces, position=np.sin(np.arange(2.0 * N)), segments=spans)
+    Record(
+        time=np.concatenate([TIME, 10 + TIME]), position=np.sin(np.arange(2.0 * N)), segments=spans
+    )
+
+
+@pytest.mark.parametrize(
+    ("time", "advice"),
+    [
+        (stepped(0.5), r"Cut the log there \(--gaps split\)\.$"),
+        (stepped(0.7e-3), r"\(--gaps split\) or resample it evenly \(--resample auto\)\.$"),
+        (stepped(-0.7e-3), r"Cut the log there \(--gaps split\)\.$"),
+        (stepped(-0.5), r"was set back or .* \(--gaps split\)\.$"),
+        (np.concatenate([TIME, TIME]), r"another log was joined on, cut the log there"),
+        (
+            np.concatenate([TIME[:900], TIME[899:]]),
+            r"\(--gaps split\)\. Remove rows that are repea",
+        ),
+        (
+            np.concatenate([TIME[:900], TIME[[901, 900]], TIME[902:]]),
+            r"Sort the rows by their time",
+        ),
+        (TIME[::-1], "Sort the rows by their time"),
+        (np.repeat(TIME[:500:4], 4), r"too coarse: .*--sample-period to count by \(0\.00\d+ s in"),
+    ],
+)
+def test_advice_is_what_helps(time: np.ndarray, advice: str) -> None:
+    with pytest.raises(DataError) as refused:
+        read_record(log(time))
+    assert refused.value.code in ("uneven-time", "backward-time")
+    assert re.search(advice, refused.value.worded(as_options))
+
+
+@pytest.mark.parametrize(
+    ("time", "segments"),
+    [
+        (stepped(0.5), ((0, 1200), (1200, N))),
+        (stepped(0.7e-3), ((0, 1200), (1200, N))),
+        (stepped(-0.7e-3), ((0, 1200), (1200, N))),
+        (stepped(-0.5), ((0, 1200), (1200, N))),
+        (np.concatenate([TIME, TIME, TIME]), ((0, N), (N, 2 * N), (2 * N, 3 * N))),
+    ],
+)
+def test_advice_to_cut_gives_the_log_in_pieces(
+    time: np.ndarray, segments: tuple[tuple[int, int], ...]
+) -> None:
+    columns = log(time)
+    record = read_record(columns, repairs=Repairs(gaps="split"))
+    assert record.segments == segments
+    assert np.array_equal(record.position, columns["position"])
+    assert record.period == pytest.approx(PERIOD, rel=1e-9)
+
+
+def test_clock_that_was_set_back_is_told_and_counted() -> None:
+    record = read_record(log(stepped(-0.5)), repairs=Repairs(gaps="split"))
+    clock, gaps = record.provenance.repairs
+    assert (clock.kind, clock.count, gaps.kind, gaps.count) == ("clock", 1, "gaps", 1)
+    assert "once (before data row 1201, from 1.199 s to 0.7 s)" in clock.text
+    both = read_record(log(stepped(-0.5)), repairs=Repairs(gaps="split", resample="auto"))
+    assert [stop - start for start, stop in both.segments] == [1200, 800]
+
+
+def test_clock_that_was_set_back_among_empty_cells() -> None:
+    columns = log(stepped(-0.5))
+    columns["position"][300:340] = np.nan
+    columns["control"][::2] = np.nan
+    record = read_record(columns, repairs=Repairs(gaps="split", resample="auto"))
+    assert [stop - start for start, stop in record.segments] == [299, 860, 800]
+
+
+def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
+    from axisid.estimation.records.columns.roles import RoleColumns
+    from axisid.estimation.records.reading import _record
+    from axisid.estimation.tables.table import Table, loaded_column
+
+    columns = {
+        "position": loaded_column(np.sin(TIME), clock=stepped(-0.5)),
+        "control": loaded_column(np.cos(TIME), clock=TIME),
+    }
+    table = Table(source="log", columns=columns)
+    chosen = RoleColumns(table, None, {})
+    asked = Repairs(gaps="split", resample="auto")
+    with pytest.raises(DataError, match="have clocks of their own: cut the file there"):
+        _record(table, chosen, None, None, asked)
+
+
+def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
+    for rows, settings in ((slice(500, 540), ["resample", "gaps"]), ([3, 700], ["resample"])):
+        columns = log(TIME)
+        columns["position"][rows] = np.nan
+        with pytest.raises(DataError) as refused:
+            read_record(columns)
+        assert refused.value.remedy is not None
+        assert [each.name for each in refused.value.remedy.settings] == settings
+        split = "gaps" in settings
+        record = read_record(
+            columns, repairs=Repairs(resample="auto", gaps="split" if split else None)
+        )
+        assert len(record.segments) == (2 if split else 0)
+
+
+def test_jitter_with_gaps_is_resampled_and_cut(rng: np.random.Generator) -> None:
+    shaken = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
+    with pytest.raises(DataError, match="That is jitter, no gaps") as refused:
+        read_record(log(shaken))
+    assert asked(refused.value) == ["resample"]
+    shaken[1000:] += 0.1
+    with pytest.raises(DataError, match="jitter") as refused:
+        read_record(log(shaken))
+    assert asked(refused.value) == ["resample", "gaps"]
+
+
+def test_coarse_stamps_are_counted_by_a_given_period_that_is_theirs() -> None:
+    coarse = np.floor(TIME * 250 + 1e-9) / 250
+    record = read_record(log(coarse), sample_period=PERIOD)
+    assert record.time == pytest.approx(TIME, abs=1e-12)
+    (repair,) = record.provenance.repairs
+    assert (repair.kind, repair.count) == ("clock", N)
+    with pytest.raises(DataError, match="too coarse"):
+        read_record(log(coarse), sample_period=1.05 * PERIOD)

@@ -1,0 +1,232 @@
+"""Two results side by side: differences, settings, verdicts, and files that are no results."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from axisid import DataError, Prefilter, Record, identify
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.saved.result_comparison import compare_results
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def files(
+    tmp_path_factory: pytest.TempPathFactory, emps2015: GeneratedAxis, twin: Record
+) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("results")
+    a = identify(emps2015, twin, Prefilter(cutoff=60.0, hold="raw", reversals="keep"))
+    b = identify(
+        emps2015, twin, Prefilter(cutoff=30.0, decimate=20, reversals="keep"), ["idm-ls", "idm-iv"]
+    )
+    paths = folder / "a.json", folder / "b.json"
+    for path, result in zip(paths, (a, b), strict=True):
+        path.write_text(json.dumps(result.to_dict()))
+    return paths
+
+
+def spoiled(file: Path, folder: Path, change: Callable[[dict[str, Any]], None]) -> Path:
+    content = json.loads(file.read_text())
+    change(content)
+    target = folder / "spoiled.json"
+    target.write_text(json.dumps(content))
+    return target
+
+
+def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> None:
+    a, b = (json.loads(f.read_text()) for f in files)
+    result = compare_results(*files)
+    assert [d.method for d in result.differences] == ["idm-ls"] * 3 + ["idm-iv"] * 3
+    assert [d.name for d in result.differences[:3]] == ["M", "Fv", "Fc"]
+    first = a["estimates"][0]["parameters"]["Fv"]
+    second = b["estimates"][0]["parameters"]["Fv"]
+    found = result.differences[1]
+    assert found.difference == second["value"] - first["value"]
+    assert found.deviations == pytest.approx(
+        found.difference / math.sqrt(first["sd_hac"] ** 2 + second["sd_hac"] ** 2)
+    )
+
+
+def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, Path]) -> None:
+    result = compare_results(*files)
+    assert set(result.settings) == {"cutoff", "decimate", "drop", "hold"}
+    assert result.settings["cutoff"] == (60.0, 30.0)
+    assert result.alone == (("ddm-ls", "ddm-iv"), ())
+    statuses = [
+        {c["name"]: c["status"] for c in json.loads(f.read_text())["verdict"]} for f in files
+    ]
+    assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1][n]}
+    assert result.checks
+    text = result.summary()
+    assert "only in A: ddm-ls, ddm-iv" in text
+    assert max(map(len, text.splitlines()[2:])) <= 96
+
+
+def test_a_result_beside_itself_differs_in_nothing(files: tuple[Path, Path]) -> None:
+    result = compare_results(files[0], files[0])
+    assert all(d.difference == 0 == d.deviations for d in result.differences)
+    assert not result.settings
+    assert not result.checks
+    assert result.alone == ((), ())
+    assert "settings are the same" in result.summary()
+
+
+def test_a_parameter_in_another_unit_is_not_compared(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    def rescale(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"]["unit"] = "g"
+
+    result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
+    assert result.alone == (("idm-ls M [kg]",), ("idm-ls M [g]",))
+
+
+def test_exact_estimates_have_no_deviations(files: tuple[Path, Path], tmp_path: Path) -> None:
+    def exact(content: dict[str, Any]) -> None:
+        estimate = content["estimates"][0]
+        estimate["parameters"]["M"]["sd_hac"] = 0.0
+        first, *others = estimate["covariance_hac"]
+        first[:] = [0.0] * len(first)
+        for row in others:
+            row[0] = 0.0
+
+    file = spoiled(files[0], tmp_path, exact)
+    assert compare_results(file, file).differences[0].deviations is None
+    compare_results(file, file).summary()
+
+
+def test_command_prints_or_writes_what_its_schema_says(
+    run: Run, files: tuple[Path, Path], tmp_path: Path, root: Path
+) -> None:
+    code, out, err = run("compare-results", *files)
+    assert (code, err) == (0, "")
+    assert "in deviations [1]" in out
+    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text(encoding="utf-8"))
+    code, out, err = run("compare-results", *files, "--json", "-")
+    assert (code, err) == (0, "")
+    written = json.loads(out)
+    Draft202012Validator(schema).validate(written)
+    assert written["schema"] == "axisid.result_comparison/1"
+    target = tmp_path / "c.json"
+    assert run("compare-results", *files, "--json", target)[0] == 0
+    assert json.loads(target.read_text()) == written
+    assert run("compare-results", *files, "--json", files[0])[0] == 2
+
+
+def drop(name: str) -> Callable[[dict[str, Any]], None]:
+    return lambda content: content.pop(name)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "cannot be read"),
+        ("time,position\n", "is not JSON"),
+        ("[" * 100_000, "is not JSON"),
+        ("[1]", "it has no schema, not 'axisid.identification/1'"),
+        ('{"schema": "axisid.stream/1"}', "was read in blocks"),
+        ('{"schema": "axisid.sweep/1"}', "its schema is 'axisid.sweep/1'"),
+        (
+            '{"schema": "axisid.identification/1"}',
+            "lacks what its schema promises: object missing required field axis",
+        ),
+        ('{"schema": NaN}', "is not JSON"),
+        (b"\xff\xfe\x00", "is not JSON"),
+    ],
+)
+def test_files_that_are_no_results_are_refused_in_a_sentence(
+    run: Run, files: tuple[Path, Path], tmp_path: Path, content: Any, message: str
+) -> None:
+    file = tmp_path / "x.json"
+    if content is not None:
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    code, out, err = run("compare-results", files[0], file)
+    assert (code, out) == (3, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
+    def lose(content: dict[str, Any]) -> None:
+        del content["estimates"][0]["parameters"]["M"]["sd_hac"]
+
+    def mix(content: dict[str, Any]) -> None:
+        content["estimates"] = {"idm-ls": 1}
+
+    def unfold(content: dict[str, Any]) -> None:
+        content["estimates"][0]["simulation_error_percent"] = {}
+
+    def hush(content: dict[str, Any]) -> None:
+        content["verdict"][0].update(status="fail", meaning=None)
+
+    for change in (lose, mix, unfold, hush):
+        with pytest.raises(DataError, match="lacks what its schema promises"):
+            compare_results(files[0], spoiled(files[0], tmp_path, change))
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (True, "expected float, got bool"),
+        ("1", "expected float, got str"),
+        (10**400, "number out of range"),
+        (-1.7e308, "beyond floating point"),
+    ],
+    ids=["true", "1", "huge", "far"],
+)
+def test_what_is_no_number_is_not_compared(
+    files: tuple[Path, Path], tmp_path: Path, value: Any, said: str
+) -> None:
+    def change(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"].update(value=value)
+
+    def great(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"].update(value=1.7e308)
+
+    other = spoiled(files[0], tmp_path, great).rename(tmp_path / "great.json")
+    with pytest.raises(DataError, match=said):
+        compare_results(other, spoiled(files[0], tmp_path, change))
+
+
+def test_a_result_without_a_simulation_is_compared(
+    tmp_path: Path, emps2015: GeneratedAxis, twin: Record, files: tuple[Path, Path]
+) -> None:
+    result = identify(replace(emps2015.axis, control=None), twin, methods="idm-ls")
+    file = tmp_path / "c.json"
+    file.write_text(json.dumps(result.to_dict()))
+    found = compare_results(files[0], file)
+    assert found.errors["idm-ls simulation error"][1] is None
+    assert "-" in found.summary()
+
+
+def _renamed(by_name: dict[str, Any]) -> dict[str, Any]:
+    return {f"{name}_2": value for name, value in by_name.items()}
+
+
+def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    def other(content: dict[str, Any]) -> None:
+        content["axis"] = "another"
+        content["record"]["source"] = f"log of {'a long day ' * 12}"
+        content["record"]["columns"] = {"position": "Achse 1.Istposition", "control": "Strom"}
+        for estimate in content["estimates"]:
+            for member in ("parameters", "curvatures"):
+                estimate[member] = _renamed(estimate[member])
+            estimate["iterations"] = [_renamed(each) for each in estimate["iterations"]]
+
+    text = compare_results(files[0], spoiled(files[1], tmp_path, other)).summary()
+    lines = text.splitlines()
+    assert any("different axes" in line for line in lines)
+    assert "different axes" not in compare_results(*files).summary()
+    assert any(line.startswith("only in B: idm-ls M_2 [kg]") for line in lines)
+    assert "columns differs:" in lines
+    assert "    B: position = Achse 1.Istposition, control = Strom" in lines
+    assert max(map(len, lines[2:])) <= 96

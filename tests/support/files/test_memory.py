@@ -1,0 +1,194 @@
+"""A packed log that unfolds to more than there is room for is refused before it is unfolded."""
+
+import gzip
+import io
+import re
+import tracemalloc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from axisid import DataError, UsageError, read_record
+from axisid.support.files import memory
+from axisid.support.files.memory import machine_memory, room_for
+from tests.bounded import within
+
+ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far
+MEGABYTE = 1_000_000
+
+
+def array_of_zeros(count: int, kind: str) -> bytes:
+    """An array as NumPy writes it."""
+    stream = io.BytesIO()
+    head = {"descr": kind, "fortran_order": False, "shape": (count,)}
+    np.lib.format.write_array_header_1_0(stream, head)
+    return stream.getvalue() + bytes(count * np.dtype(kind).itemsize)
+
+
+def archive(folder: Path, kind: str) -> Path:
+    file = folder / "log.npz"
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("position.npy", array_of_zeros(10 * MEGABYTE, kind))
+        packed.writestr("control.npy", array_of_zeros(10 * MEGABYTE, kind))
+    return file
+
+
+def text(folder: Path) -> Path:
+    file = folder / "log.csv.gz"
+    rows = b"position,control\n" + b"0,0\n" * MEGABYTE
+    file.write_bytes(gzip.compress(rows))
+    return file
+
+
+def archive_in_gzip(folder: Path) -> Path:
+    file = folder / "log.npz.gz"
+    file.write_bytes(gzip.compress(bytes(100 * MEGABYTE)))
+    return file
+
+
+def matlab(folder: Path) -> Path:
+    file = folder / "log.mat"
+    savemat(file, {"position": np.zeros(5 * MEGABYTE)}, do_compression=True)
+    return file
+
+
+def matlab_of_version_7_3(folder: Path) -> Path:
+    h5py = pytest.importorskip("h5py")
+    file = folder / "log.mat"
+    with h5py.File(file, "w", userblock_size=512) as content:
+        # Chunks that were never written take no place in the file.
+        made = content.create_dataset("position", (1, 10**12), "f8", chunks=(1, 10**6))
+        made.attrs["MATLAB_class"] = np.bytes_("double")
+    return file
+
+
+def parquet(folder: Path) -> Path:
+    arrow = pytest.importorskip("pyarrow")
+    file = folder / "log.parquet"
+    table = arrow.table({"position": np.zeros(4 * MEGABYTE), "control": np.zeros(4 * MEGABYTE)})
+    pytest.importorskip("pyarrow.parquet").write_table(table, file)
+    return file
+
+
+def measurement(folder: Path) -> Path:
+    asammdf = pytest.importorskip("asammdf")
+    file = folder / "log.mf4"
+    clock = np.arange(2 * MEGABYTE) * 1e-3
+    zeros = np.zeros(len(clock), dtype=np.uint8)
+    signals = [asammdf.Signal(zeros, clock, name=name) for name in ("position", "control")]
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.append(signals)
+        mdf.save(file, overwrite=True, compression=2)
+    return file
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        text,
+        archive_in_gzip,
+        lambda folder: archive(folder, "|i1"),
+        lambda folder: archive(folder, "<f8"),
+        matlab,
+        matlab_of_version_7_3,
+        parquet,
+        measurement,
+    ],
+    ids=["text", "archive in gzip", "bytes", "doubles", "matlab", "matlab 7.3", "parquet", "mdf"],
+)
+def test_packed_log_is_refused_before_it_is_unfolded(
+    tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
+    file = make(tmp_path)
+    tracemalloc.start()
+    refused = pytest.raises(DataError, match=r"would take more than 0\.02 GB.*max_memory=BYTES")
+    with within(100_000), refused:
+        read_record(file, max_memory=ROOM)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2.5 * ROOM
+
+
+def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
+    rosbag = pytest.importorskip("rosbags.rosbag2")
+    stores = pytest.importorskip("rosbags.typesys")
+    store = stores.get_typestore(stores.Stores.LATEST)
+    kind: Any = "sensor_msgs/msg/JointState"
+    types = store.types
+    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
+    message = types[kind](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+        name=["joint"],
+        position=np.zeros(1),
+        velocity=np.zeros(0),
+        effort=np.zeros(1),
+    )
+    with rosbag.Writer(tmp_path / "log", version=9) as writer:
+        connection = writer.add_connection("/joint_states", kind, typestore=store)
+        for k in range(100):
+            writer.write(connection, k, store.serialize_cdr(message, kind))
+    with pytest.raises(DataError, match="would take more than"):
+        read_record(tmp_path / "log", max_memory=1e5)
+
+
+def test_log_that_fits_is_read(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k},{k % 7}.5,{k % 5}" for k in range(2000))
+    file = tmp_path / "log.csv"
+    file.write_text(f"time,position,control\n{rows}\n")
+    need = 3 * file.stat().st_size + 200 * 2001
+    assert len(read_record(file, max_memory=need)) == 2000
+    with pytest.raises(DataError, match="would take more than"):
+        read_record(file, max_memory=need - 1)
+    assert len(read_record(file, max_memory=float("inf"))) == 2000
+
+
+@pytest.mark.parametrize("given", [0, -1.0, float("nan"), "4e9", True])
+def test_room_is_a_positive_number(given: Any) -> None:
+    with pytest.raises(UsageError, match="give a positive number of bytes"):
+        room_for("log.csv", given)
+
+
+def test_room_is_half_of_what_machine_or_container_have(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limit = tmp_path / "memory.max"
+    monkeypatch.setattr(memory, "_LIMITS", (limit,))
+    whole = machine_memory()
+    assert whole > 1e8
+    assert room_for("log.csv", None).limit == whole / 2
+    limit.write_text("max\n")
+    assert machine_memory() == whole
+    limit.write_text(f"{64 << 20}\n")
+    assert machine_memory() == 64 << 20
+    room = room_for("log.csv", None)
+    assert room.left == 32 << 20
+    with pytest.raises(DataError, match=re.escape("0.0336 GB of memory, half of what there is")):
+        room.take(room.left + 1)
+
+
+def test_lack_of_memory_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("time,position\n0,1\n1,2\n2,4\n")
+
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("axisid.estimation.logs.reading.read_text", exhausted)
+    with pytest.raises(DataError, match="there is not enough memory for it"):
+        read_record(file)
+
+
+def test_lack_of_memory_exits_3(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("axisid.estimation.identification.identify", exhausted)
+    code, out, err = run("identify", "emps2015")
+    assert (code, out) == (3, "")
+    assert "there is not enough memory for this record" in err
+    assert err.count("\n") == 1
