@@ -9,12 +9,10 @@ are formed with Student's distribution. Decimation colours white noise a little.
     python benchmarks/calibration.py --json -   one JSON object
 """
 
-import argparse
-import json
 import math
-from pathlib import Path
 
 import numpy as np
+from figures import give, parser_of
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.special import stdtrit
@@ -73,21 +71,15 @@ def coverage(runs: int, seed: int = 1) -> dict[str, dict[str, float]]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=2000, help="repetitions (default 2000)")
     options = parser.parse_args()
     figures = coverage(options.runs)
-    text = json.dumps({**figures, "runs": options.runs}, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        print(f"share of {options.runs} 95 % intervals that hold the truth")
-        for name, shares in figures.items():
-            listed = "  ".join(f"{p} {100 * share:5.1f} %" for p, share in shares.items())
-            print(f"{name:<14}{listed}")
+    lines = [f"share of {options.runs} 95 % intervals that hold the truth"]
+    for name, shares in figures.items():
+        listed = "  ".join(f"{p} {100 * share:5.1f} %" for p, share in shares.items())
+        lines.append(f"{name:<14}{listed}")
+    give({**figures, "runs": options.runs}, options.json, lines)
 
 
 if __name__ == "__main__":

@@ -12,8 +12,6 @@ control group, these logs, counts false alarms; faults are put into those logs t
     python benchmarks/faults.py --only 12     the runs of one axis
 """
 
-import argparse
-import json
 import signal
 import tempfile
 import time
@@ -28,6 +26,7 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+from figures import give, parser_of
 from library import prefilter_of
 from random_axes import random_axis
 from signal_faults import FAULTS, Log, right_log, with_rests
@@ -219,25 +218,20 @@ def table(runs: list[Run]) -> str:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=2000, help="faulty logs (default 2000)")
     parser.add_argument("--seed", type=int, default=1, help="of all draws (default 1)")
     parser.add_argument("--only", type=int, metavar="AXIS", help="the runs of one axis alone")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
     runs = collected(options.runs, options.seed, options.only, options.jobs)
-    if options.json:
-        figures = {
-            "runs": sum(run.kind != "none" for run in runs),
-            "seed": options.seed,
-            "outcomes": dict(Counter(run.outcome for run in runs)),
-            "each": [asdict(run) for run in runs],
-        }
-        text = json.dumps(figures, indent=2)
-        print(text) if options.json == "-" else Path(options.json).write_text(text + "\n")
-    else:
-        print(table(runs))
+    figures = {
+        "runs": sum(run.kind != "none" for run in runs),
+        "seed": options.seed,
+        "outcomes": dict(Counter(run.outcome for run in runs)),
+        "each": [asdict(run) for run in runs],
+    }
+    give(figures, options.json, [table(runs)])
 
 
 def collected(wanted: int, seed: int, only: int | None, jobs: int) -> list[Run]:

@@ -8,16 +8,14 @@ cache.
     python benchmarks/generation.py --axes emps   some axes only
 """
 
-import argparse
-import json
 import os
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+from figures import give, parser_of
 from sympy.core.cache import clear_cache
 
 from axisid import Axis, derive, load_axis
@@ -80,20 +78,13 @@ def table(figures: dict[str, Times]) -> str:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--axes", nargs="+", choices=LIBRARY, default=LIBRARY, metavar="AXIS")
     options = parser.parse_args()
     figures = {name: generation_times(name) for name in options.axes}
     largest = max(figures, key=lambda name: figures[name]["total"])
-    text = json.dumps({"axes": figures, "largest": largest}, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        print(table(figures))
-        print(f"largest: {largest}, {figures[largest]['total']:.2f} s")
+    lines = [table(figures), f"largest: {largest}, {figures[largest]['total']:.2f} s"]
+    give({"axes": figures, "largest": largest}, options.json, lines)
 
 
 if __name__ == "__main__":

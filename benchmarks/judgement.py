@@ -10,8 +10,6 @@ fails, and ``named`` where one that fails says what is wrong.
     python benchmarks/judgement.py --only "sines"     the cases of a name
 """
 
-import argparse
-import json
 import math
 import re
 from collections import Counter
@@ -19,9 +17,9 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
+from figures import give, parser_of
 from library import prefilter_of
 from machines import Array, Machine, autoregressive, records, white
 
@@ -280,8 +278,7 @@ def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=40, help="of each case (default 40)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="NAME", help="one case")
@@ -298,15 +295,8 @@ def main() -> None:
     with ProcessPoolExecutor(options.jobs) as pool:
         done = list(pool.map(work, *zip(*chosen, strict=True)))
     figures = [(k, n, shares) for (k, n), shares in zip(chosen, done, strict=True)]
-    if options.json is None:
-        print("\n".join(line for one in figures for line in _lines(*one)))
-        return
     tree = {kind: {n: s for k, n, s in figures if k == kind} for kind in kinds}
-    text = json.dumps(tree, indent=2)
-    if options.json == "-":
-        print(text)
-    else:
-        Path(options.json).write_text(text + "\n")
+    give(tree, options.json, (line for one in figures for line in _lines(*one)))
 
 
 def _of_kind(kind: str, name: str, *, runs: int, seed: int) -> dict[str, object]:

@@ -6,9 +6,7 @@ Every axis is identified as it ships, by every method it allows, with new noise 
     python benchmarks/library.py --json -   one JSON object
 """
 
-import argparse
-import json
-from pathlib import Path
+from figures import give, parser_of
 
 from axisid import Identification, Prefilter, build, identify, load_axis, twin_record
 from axisid.modeling import LIBRARY
@@ -50,22 +48,16 @@ def coverage(name: str, seeds: range) -> dict[str, dict[str, float]]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=40, help="repetitions (default 40)")
     options = parser.parse_args()
     figures = {name: coverage(name, range(1, options.runs + 1)) for name in LIBRARY}
-    text = json.dumps({**figures, "runs": options.runs}, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        print(f"share of {options.runs} 95 % intervals that hold the truth, %")
-        for name, methods in figures.items():
-            for method, shares in methods.items():
-                listed = "  ".join(f"{p} {100 * share:3.0f}" for p, share in shares.items())
-                print(f"{name:<16}{method:<8}{listed}")
+    lines = [f"share of {options.runs} 95 % intervals that hold the truth, %"]
+    for name, methods in figures.items():
+        for method, shares in methods.items():
+            listed = "  ".join(f"{p} {100 * share:3.0f}" for p, share in shares.items())
+            lines.append(f"{name:<16}{method:<8}{listed}")
+    give({**figures, "runs": options.runs}, options.json, lines)
 
 
 if __name__ == "__main__":

@@ -11,14 +11,12 @@ told, and ``shown`` what a user goes by: the band where it is shown, the interva
     python benchmarks/model_error.py --runs 100     of each case
 """
 
-import argparse
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from figures import give, parser_of
 from judgement import declared, reference_of
 from machines import Array, Machine, records, white
 
@@ -113,8 +111,7 @@ def _of_moves(result: Identification) -> dict[str, Band]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=60, help="of each case (default 60)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="SHAPE", help="one shape of friction")
@@ -127,20 +124,15 @@ def main() -> None:
         }
         for motion in MOTIONS
     }
-    if options.json is None:
-        for motion, of_motion in figures.items():
-            for shape, kinds in of_motion.items():
-                told = "   ".join(
-                    f"{kind} " + " ".join(f"{n} {100 * share:.0f}" for n, share in of.items())
-                    for kind, of in kinds.items()
-                )
-                print(f"{motion:<9}{shape:<20}{told}")
-        return
-    text = json.dumps({"runs": options.runs, **figures}, indent=2)
-    if options.json == "-":
-        print(text)
-    else:
-        Path(options.json).write_text(text + "\n")
+    lines = []
+    for motion, of_motion in figures.items():
+        for shape, kinds in of_motion.items():
+            listed = "   ".join(
+                f"{kind} " + " ".join(f"{n} {100 * share:.0f}" for n, share in of.items())
+                for kind, of in kinds.items()
+            )
+            lines.append(f"{motion:<9}{shape:<20}{listed}")
+    give({"runs": options.runs, **figures}, options.json, lines)
 
 
 if __name__ == "__main__":

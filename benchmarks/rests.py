@@ -9,17 +9,15 @@ of its own (`event_integrator.py`), with plant and laws written by hand.
     python benchmarks/rests.py --json -   one JSON object
 """
 
-import argparse
-import json
 import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import sympy
 from event_integrator import Acceleration, EventIntegrator
+from figures import give, parser_of
 from numpy.typing import NDArray
 
 from axisid import Coordinate, EstimationError, Parameter, build, newton, simulate
@@ -262,20 +260,12 @@ def measure(count: int, seed: int) -> dict[str, float]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--axes", type=int, default=1000, help="random axes (default 1000)")
     parser.add_argument("--seed", type=int, default=1, help="of the axes (default 1)")
     options = parser.parse_args()
     figures = measure(options.axes, options.seed)
-    text = json.dumps(figures, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        for name, value in figures.items():
-            print(f"{name:<20}{value:>12.4g}")
+    give(figures, options.json, (f"{name:<20}{v:>12.4g}" for name, v in figures.items()))
 
 
 if __name__ == "__main__":

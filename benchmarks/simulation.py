@@ -9,10 +9,8 @@ machine disturbs both; the medians are compared.
     python benchmarks/simulation.py --json -   one JSON object
 """
 
-import argparse
 import cProfile
 import ctypes
-import json
 import os
 import pstats
 import subprocess
@@ -24,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures import give, parser_of
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, cheby1, sosfiltfilt
@@ -317,19 +316,12 @@ TARGETS = {
 
 def main() -> None:
     """Print the table, or write the JSON object."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object; - for stdout")
+    parser = parser_of(__doc__)
     parser.add_argument("--times", type=int, default=40, help="repetitions (default 40)")
     options = parser.parse_args()
     figures = measure(options.times)
-    text = json.dumps(figures, indent=2)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n")
-    else:
-        for name, value in figures.items():
-            print(f"{name:<30}{value:>12.4g}  {TARGETS.get(name, '')}".rstrip())
+    lines = (f"{n:<30}{v:>12.4g}  {TARGETS.get(n, '')}".rstrip() for n, v in figures.items())
+    give(figures, options.json, lines)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ SIGNALS = ("position", "velocity", "acceleration", "force", "control", "directio
 #: What a simulation ended with, by the status that the C functions return.
 STATUSES = ("done", "out of range", "not finite", "chatter", "unresolved")
 
-#: Lanes of a block in loop.c.
+#: Lanes of a block in printers/loop.
 BLOCK = 32
 
 #: Rate times step at which a Runge-Kutta step is accurate where the rates vary with the motion.

@@ -30,6 +30,8 @@ _HELPERS = {
     "either": "(double a, double b) { return (double)(a != 0.0 || b != 0.0); }",
     "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
 }
+#: Parts of the time loop in the order of its text, each of which calls those before it.
+_LOOP = ("modes.c", "events.c", "sample.c", "batch.c")
 #: How C writes a program.
 C = Language(
     calls={
@@ -109,7 +111,8 @@ def print_c_loop(sizes: Mapping[str, int], *, continuous: bool) -> str:
     if sizes["SIDES"]:
         values["RESOLVED"] = RESOLVED
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
-    return lines + "\n" + resources.files(__package__).joinpath("loop.c").read_text()
+    folder = resources.files(__package__) / "loop"
+    return "\n".join([lines, "".join((folder / part).read_text() for part in _LOOP)])
 
 
 def _argument(port: Input) -> str:

@@ -1,7 +1,7 @@
 """Text as functions that run.
 
-In: generated text. Out: loaded, tested and cached functions, and the time loop.
-Knows nothing of SymPy.
+In: generated text. Out: functions of samples, and the time loop in the CasADi virtual machine.
+Knows nothing of SymPy and of compilers.
 """
 
 from .arguments import VECTORS as VECTORS

@@ -1,4 +1,4 @@
-"""The closed loop over time in the CasADi virtual machine: `loop.c` in Python.
+"""The closed loop over time in the CasADi virtual machine: `printers/loop` in Python.
 
 It serves where there is no compiler, and as the native loop's independent check. The two follow the
 same steps, so that their results agree to rounding.

@@ -1,4 +1,4 @@
-"""The plant between samples in the CasADi virtual machine, mode by mode, as `loop.c` has it."""
+"""The plant between samples in the CasADi virtual machine, mode by mode as in `printers/loop`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

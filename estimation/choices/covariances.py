@@ -52,7 +52,7 @@ COVARIANCE_ROWS = (
         name="iid",
         label="i.i.d.",
         assumes="alike and independent",
-        covariance=f"{_REGRESSION}.covariance:Published",
+        covariance=f"{_REGRESSION}.covariance:PublishedCovariance",
     ),
 )
 

@@ -30,9 +30,9 @@ class MethodRow:
     same_as: str = ""
 
 
-_ESTIMATES = "axisid.estimation.estimates"
-_LEAST_SQUARES = f"{_ESTIMATES}.least_squares:LeastSquares"
-_INSTRUMENTS = f"{_ESTIMATES}.instrumental:Instruments"
+_METHODS = "axisid.estimation.methods"
+_LEAST_SQUARES = f"{_METHODS}.least_squares:LeastSquares"
+_INSTRUMENTS = f"{_METHODS}.instrumental:Instruments"
 INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))
 #: In the order in which they are run, and of help and messages.
 METHOD_ROWS = (

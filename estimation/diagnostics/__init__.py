@@ -1,6 +1,6 @@
-"""Estimates held against their data.
+"""Every diagnostic of a result, in the order of the verdict.
 
-In: estimates and what they were made from. Out: measured findings, each with a `Check`.
+In: estimates and what they were made from. Out: `Diagnosis` with what rooms below it measured.
 Knows nothing of how it is shown.
 """
 

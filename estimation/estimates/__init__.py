@@ -1,13 +1,13 @@
-"""Estimates by each method.
+"""What an estimator returns.
 
-In: `Problem`, `Method`. Out: `Estimate` with its `Value` of each parameter.
-Knows nothing of verdicts and of how it is shown.
+In: the solution of a regression. Out: `Estimate` with its `Value` of each parameter, physical ones.
+Knows nothing of methods, of verdicts and of how it is shown.
 """
 
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
-from .estimate import Iterate as Iterate
-from .estimate import NotSimulated as NotSimulated
+from .iterate import Iterate as Iterate
+from .iterate import NotSimulated as NotSimulated
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
 from .value import NamedValues as NamedValues

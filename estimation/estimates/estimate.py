@@ -25,47 +25,15 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
-from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 
+from .iterate import Iterate, NotSimulated
 from .value import NamedValues, Value, derived_value, value_with_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True, slots=True)
-class NotSimulated(Missing):
-    """Why no loop was simulated with an estimate.
-
-    Attributes
-    ----------
-    by_estimate : bool
-        Whether its law and its reference are there and the estimate is at fault: too stiff, no
-        inertia, diverging.
-    """
-
-    by_estimate: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Iterate(Exact):
-    """One iterate of the instrumental-variable estimate.
-
-    Attributes
-    ----------
-    physical : (p,) array
-    theta : (k,) array
-        In the regression's own parameters.
-    simulation_error_percent : float
-        Of the loop simulated with it.
-    """
-
-    physical: Array
-    theta: Array
-    simulation_error_percent: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

@@ -15,14 +15,14 @@ from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import Index, Neighbours
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 
 _QUANTILES = 99
 _NO_VARIANCE = 1e-9  # of a number of changes of the sign
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ResidualTests:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResidualTests(Exact):
     """What the residuals look like.
 
     Attributes

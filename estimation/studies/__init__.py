@@ -17,6 +17,6 @@ from .streaming import identify_stream as identify_stream
 from .sweep import Sweep as Sweep
 from .sweep import default_cutoffs as default_cutoffs
 from .sweep import sweep as sweep
+from .validate import validate as validate
 from .validation import MethodValidation as MethodValidation
 from .validation import Validation as Validation
-from .validation import validate as validate

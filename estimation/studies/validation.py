@@ -1,40 +1,23 @@
-"""Estimates held against another record, as they are."""
+"""What comes of holding estimates against another record, as they are."""
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Protocol
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
-import numpy as np
-
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics.loop import LawCheck, check_law
-from axisid.estimation.identification import Identification
-from axisid.estimation.methods import METHODS, Instruments, bound_record
-from axisid.estimation.records import Record, check_record, clock_of, other_period
-from axisid.estimation.regression import (
-    loop_reference,
-    simulated_loops,
-    simulated_position,
-    simulated_right,
-)
-from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.simulation import Simulation
-from axisid.estimation.tables import Provenance
+from axisid.estimation.diagnostics.loop import LawCheck
+from axisid.estimation.records import Record
 from axisid.estimation.thresholds.studies import (
     MAX_VALIDATION_ERROR,
     MAX_VALIDATION_ERROR_RATIO,
     MAX_VALIDATION_TRACKING,
 )
-from axisid.support.arrays import Array, Exact, relative_error_percent
-from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.arrays import Exact
+from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .anew import Anew, estimated_anew, least_mean_square
+from .anew import Anew
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,205 +233,3 @@ class Validation(Presentable, Exact):
 def _as_small(found: float, own: float, most: float) -> bool:
     """Whether an error is small, or of the size that it has on the estimate's own record."""
     return found <= max(MAX_VALIDATION_ERROR_RATIO.value * own, most)
-
-
-class FrozenEstimate(Protocol):
-    """What is held against another record of an estimate."""
-
-    @property
-    def method(self) -> str:
-        """How it was estimated."""
-
-    @property
-    def physical(self) -> Array:
-        """Physical parameters, (p,)."""
-
-    @property
-    def chosen(self) -> str:
-        """Name of the covariance that intervals are of."""
-
-    @property
-    def covariances(self) -> Mapping[str, Array]:
-        """Of the physical parameters, (p, p), by name."""
-
-    @property
-    def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of the variances in these, (p,)."""
-
-    @property
-    def equation_error_percent(self) -> float:
-        """On its own record."""
-
-    @property
-    def simulation_error_percent(self) -> float | None:
-        """On its own record."""
-
-
-class OwnRecord(Protocol):
-    """What is asked of the record that an estimate was made from."""
-
-    @property
-    def provenance(self) -> Provenance:
-        """Where it comes from."""
-
-    @property
-    def period(self) -> float:
-        """Sampling period, s."""
-
-    @property
-    def digest(self) -> str:
-        """Of the samples."""
-
-
-class FrozenResult(Protocol):
-    """An identification: a live one, or what a file holds of one."""
-
-    @property
-    def axis(self) -> GeneratedAxis:
-        """The axis that was identified."""
-
-    @property
-    def requested(self) -> Prefilter | None:
-        """The prefilter before what it left open was chosen for the record, if that is known."""
-
-    @property
-    def prefilter(self) -> Prefilter:
-        """The filter as it was applied."""
-
-    @property
-    def record(self) -> OwnRecord:
-        """The record that it was identified from."""
-
-    @property
-    def estimates(self) -> Mapping[str, FrozenEstimate]:
-        """By method."""
-
-
-def validate(result: FrozenResult, record: Record) -> Validation:
-    """Hold every estimate, frozen, against another record of the axis.
-
-    Parameters
-    ----------
-    result : Identification or SavedIdentification
-    record : Record
-        Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
-        the reversals are chosen for it anew where they were left open.
-
-    Raises
-    ------
-    UsageError, DataError
-        The record does not suit the prefilter or has no force.
-    """
-    if not hasattr(result, "estimates"):
-        raise UsageError(
-            f"the result is {given(result)}; give what identify gave, or load_result(path)."
-        )
-    check_record(record)
-    with np.errstate(all="ignore"):
-        requested = result.requested or result.prefilter  # what was left open suits each record
-        rescaled = requested.at_period(result.record.period, record.period)
-        data = bound_record(result.axis, record, rescaled)
-        own_data = result.data if isinstance(result, Identification) else None
-        methods = tuple(
-            _validation(data, estimate, own_data) for estimate in result.estimates.values()
-        )
-        law = check_law(result.axis, record)
-    apart = other_period(result.axis.axis.control, record.period, clock_of(record))
-    return Validation(
-        record=record,
-        unit=result.axis.axis.coordinate.unit,
-        methods=methods,
-        same_record=_is_same(result.record, record),
-        time_base=apart.note if apart is not None and not apart.confirmed else None,
-        law=law,
-    )
-
-
-def _is_same(own: OwnRecord, other: Record) -> bool:
-    """Whether two records are of the same samples, or read from the same file."""
-    file = own.provenance.sha256
-    return own.digest == other.digest or (bool(file) and file == other.provenance.sha256)
-
-
-def _validation(
-    data: FilteredRecord, estimate: FrozenEstimate, own_data: FilteredRecord | None
-) -> MethodValidation:
-    axis, record = data.axis, data.record
-    form = METHODS[estimate.method].form(axis).at(estimate.physical)
-    rows = form.equations(data.signals).reduced(data)
-    theta = form.regressed(estimate.physical)
-    if not len(rows.left):
-        raise DataError(
-            f"{record.provenance.source}: no row is left of it, since all its motion is near "
-            "reversals or masked; ",
-            Remedy.of(
-                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
-            ),
-            code="no-row",
-        )
-    residuals = rows.left - rows.known - rows.regressor @ theta
-    equation = relative_error_percent(residuals, rows.left)
-    if not math.isfinite(equation):
-        raise DataError(
-            f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
-            "check the size and the units of its columns."
-        )
-    found = MethodValidation(
-        method=estimate.method,
-        equation_error_percent=equation,
-        own_equation_error_percent=estimate.equation_error_percent,
-        simulation_error_percent=None,
-        position_error_rms=None,
-        tracking_error_percent=None,
-        reason=None,
-        own_simulation_error_percent=estimate.simulation_error_percent,
-        least_equation_error_percent=equation
-        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
-    )
-    covariance = estimate.covariances[estimate.chosen]
-    anew = partial(
-        estimated_anew,
-        form,
-        rows,
-        neighbours=data.neighbours,
-        frozen=estimate.physical,
-        covariance=covariance,
-        freedom=estimate.freedom[estimate.chosen],
-    )
-    is_iv = isinstance(METHODS[estimate.method], Instruments)
-    try:
-        loops = simulated_loops(axis, record, estimate.physical)
-        known, regressor = simulated_right(form, loops, estimate.physical, data)
-    except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else anew(instruments=None)
-        return replace(found, reason=error.note, anew=by_rows)
-    off, tracking = _positions(data, loops)
-    instruments = regressor if is_iv else None
-    return replace(
-        found,
-        simulation_error_percent=relative_error_percent(
-            rows.left - regressor @ theta - known, rows.left
-        ),
-        position_error_rms=float(np.sqrt(np.mean(off**2))),
-        tracking_error_percent=relative_error_percent(off, tracking),
-        own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        anew=anew(instruments=instruments),
-    )
-
-
-def _own_tracking(data: FilteredRecord | None, physical: Array) -> float | None:
-    """The same error on the estimate's own record, where that and its loop are there."""
-    if data is None:
-        return None
-    try:
-        loops = simulated_loops(data.axis, data.record, physical)
-    except (ModelError, DataError, EstimationError):
-        return None
-    return relative_error_percent(*_positions(data, loops))
-
-
-def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
-    """Recorded less simulated position, and reference less recorded position."""
-    position, kept = data.record.position, data.kept
-    reference = loop_reference(data.axis, data.record)
-    return (position - simulated_position(loops))[kept], (reference - position)[kept]

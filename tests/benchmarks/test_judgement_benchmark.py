@@ -14,7 +14,6 @@ import pytest
 from axisid import simulate
 from benchmarks.machines import Machine, autoregressive, records, white
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 study: Any = import_module("judgement")
 
 

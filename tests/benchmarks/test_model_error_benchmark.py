@@ -1,13 +1,10 @@
 """Where friction depends on the position, the band holds the truth more often than the interval."""
 
-import sys
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 study: Any = import_module("model_error")
 
 

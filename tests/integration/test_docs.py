@@ -47,7 +47,7 @@ def test_every_place_that_contributors_are_sent_to_is_there(root: Path) -> None:
     absent = {place for place in named if "NAME" not in place and not (root / place).exists()}
     added = {  # by the recipes
         "estimation/logs/daq.py",
-        "estimation/estimates/weighted.py",
+        "estimation/methods/weighted.py",
         "estimation/regression/leave_one_out.py",
         "estimation/diagnostics/turns.py",
         "codegen/printers/javascript.py",

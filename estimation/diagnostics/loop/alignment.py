@@ -30,7 +30,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_DELAY_DISTANCE,
     MAX_MISALIGNMENT,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
@@ -39,8 +39,8 @@ _DELAYS = np.linspace(-1.0, 3.0, 17)  # samples
 _STEPS, _STILL = 10, 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Alignment:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alignment(Exact):
     """Least squares over the delay of the force.
 
     Attributes

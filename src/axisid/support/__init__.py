@@ -1,6 +1,6 @@
-"""What every room may lean on: errors with their exit codes, files, progress, arrays.
+"""What every room may lean on: errors with their exit codes, notes, progress, arrays.
 
-In: values, files and what is to be said. Out: arrays, errors, notes and remedies that are worded
+In: values and what is to be said. Out: arrays, errors, notes and remedies that are worded
 later. Its modules are imported by name, so that nothing is loaded that is not used. Knows nothing
 of axes.
 """

@@ -9,7 +9,8 @@ from axisid import EstimationError, Record, build, identify, load_axis, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
 from axisid.estimation.diagnostics.loop.simulation import following
-from axisid.estimation.estimates.estimate import Estimate, NotSimulated
+from axisid.estimation.estimates.estimate import Estimate
+from axisid.estimation.estimates.iterate import NotSimulated
 from axisid.estimation.thresholds.estimates import CONVERGED, NEARLY_CONVERGED
 from axisid.support.remedy import Setting
 

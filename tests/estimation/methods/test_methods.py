@@ -19,7 +19,7 @@ from axisid.presentation.report.page import report_html, report_sweep
 from tests.recipes import commands_with, recipe_blocks
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
-MODULE = "axisid.estimation.estimates.weighted"
+MODULE = "axisid.estimation.methods.weighted"
 
 
 @pytest.fixture

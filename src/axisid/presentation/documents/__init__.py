@@ -1,6 +1,6 @@
-"""Results as plain data, and read back.
+"""Results as plain data.
 
-In: a result, a file. Out: what JSON holds. Knows nothing of how statistics are computed.
+In: a result. Out: what JSON holds. Knows nothing of how statistics are computed.
 """
 
 from .comparison import comparison_dict as comparison_dict

@@ -1,0 +1,169 @@
+/* One lane through one sample. */
+struct lane {
+    double q, dq;     /* at the sample, then at the next */
+    struct mode mode; /* just after the sample, then just before the next */
+    double direction, acceleration, force, control; /* just after the sample */
+    double memory[AT_LEAST_1_MEMORY];
+};
+
+static double encoder(double q, double noise, double resolution)
+{
+    const double measured = q + noise;
+    return resolution > 0.0 ? floor(measured / resolution + 0.5) * resolution - q : noise;
+}
+
+/* A sample that starts at rest, changes its mode or is taken in several steps. */
+static int sample_with_events(struct lane *lane, double reference, double rate, double error,
+                              double added, const double *p, double period, ptrdiff_t substeps)
+{
+    double memory[AT_LEAST_1_MEMORY], ignored[3], held[4] = {0.0, rate, error, added};
+    struct mode *mode = &lane->mode;
+    mode->direction = sign(lane->dq);
+    closed_loop_step(lane->q, lane->dq, lane->memory, reference, rate, error, added, IN(mode), p,
+                     period, ignored, ignored + 1, memory, &lane->acceleration, &lane->force,
+                     &lane->control, ignored + 2);
+    held[0] = CONTINUOUS ? reference : lane->force;
+    if (lane->dq == 0.0)
+        choose_at_rest(lane->q, held, mode, p);
+    held_acceleration(lane->q, lane->dq, held, IN(mode), p, &lane->acceleration, &lane->force);
+    if (fabs(mode->direction) < 1.0)
+        lane->acceleration = 0.0;
+    lane->direction = mode->direction;
+    for (int i = 0; i < MEMORY; ++i)
+        lane->memory[i] = memory[i];
+    for (ptrdiff_t i = 0; i < substeps; ++i) {
+        const int status = advance(&lane->q, &lane->dq, mode, held, p, period / (double)substeps);
+        if (status != DONE)
+            return status;
+        if (i + 1 < substeps && lane->dq == 0.0)
+            choose_at_rest(lane->q, held, mode, p);
+    }
+    return DONE;
+}
+
+#ifdef __GNUC__
+#define APART __attribute__((noinline)) /* would take registers from the common case */
+#else
+#define APART
+#endif
+
+/* Move on through the later substeps of a sample; `changes` says whether one changes the mode. */
+APART static struct moved later_substeps(struct moved end, const double *later, struct mode mode,
+                                         const double *p, double step, ptrdiff_t substeps,
+                                         double *changes)
+{
+    double held[4] = {later[0], later[1], later[2], later[3]};
+    for (ptrdiff_t i = 1; i < substeps; ++i) {
+        const double q = end.q, dq = end.dq;
+        pass(held, step);
+        end = move(q, dq, held, &mode, p, step);
+        *changes += events(q, dq, &end, held, &mode, p, step);
+    }
+    return end;
+}
+
+/* Where results go: one row a sample, `stride` values apart; what is null is not wanted. */
+struct outputs {
+    double *position, *velocity, *acceleration, *force, *control, *direction, *before;
+    ptrdiff_t stride;
+};
+
+static void put(double *values, ptrdiff_t at, double value)
+{
+    if (values)
+        values[at] = value;
+}
+
+/* What the drive remembers at the first sample: what is given, or that of an axis at rest. */
+static void first_memory(double reference, double measured, const double *given, double *memory)
+{
+    if (given)
+        for (int i = 0; i < MEMORY; ++i)
+            memory[i] = given[i];
+    else
+        control_start(reference, measured, memory);
+}
+
+/* One simulation. Returns a status; `stopped` is the sample it speaks of. Noise is in the measured
+   position, `injected` is added to the control; null for none. `remembered` is what the drive
+   remembers at the first sample; null for that of an axis at rest. It ends, with nothing to show,
+   once `stop` is set: its caller was interrupted. */
+int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *injected,
+             const double *parameters, double period, double start, double start_velocity,
+             const double *remembered, double resolution, double allowed, ptrdiff_t substeps,
+             double *position, double *velocity, double *acceleration, double *force,
+             double *control, double *direction, double *before, ptrdiff_t *stopped,
+             const volatile int *stop)
+{
+    struct lane lane = {.q = start};
+    struct mode mode = {0};
+    const double step = period / (double)substeps;
+    double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
+    for (int j = 0; j < PARAMETERS; ++j)
+        p[j] = parameters[j];
+    double q = start, dq = start_velocity, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
+    first_memory(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution),
+                 remembered, memory);
+#if SIDES
+    choose_sides(q, dq, &mode, p, 0);
+#endif
+    for (ptrdiff_t k = 0; k < samples; ++k) {
+        double q1, dq1, ddq, last, tau, u, next[AT_LEAST_1_MEMORY];
+        const double r = reference[k];
+        const double rate = CONTINUOUS && k + 1 < samples ? (reference[k + 1] - r) / period : 0.0;
+        const double error = encoder(q, noise ? noise[k] : 0.0, resolution);
+        const double added = injected ? injected[k] : 0.0;
+        *stopped = k;
+        if (*stop)
+            return DONE;
+        if (!(fabs(q - r) <= allowed))
+            return isfinite(q) ? OUT_OF_RANGE : NOT_FINITE;
+        put(position, k, q);
+        put(velocity, k, dq);
+        put(before, k, end);
+        mode.direction = sign(dq);
+        closed_loop_step(q, dq, memory, r, rate, error, added, IN(&mode), p, step, &q1, &dq1, next,
+                         &ddq, &tau, &u, &last);
+        const struct moved moved = {q1, dq1, ddq, last};
+        const double held[4] = {CONTINUOUS ? r : tau, rate, error, added};
+        double changes = events(q, dq, &moved, held, &mode, p, step);
+        end = mode.direction;
+        if (changes == 0.0 && substeps > 1) {
+            double more = 0.0;
+            const struct moved end_of_sample =
+                later_substeps(moved, held, mode, parameters, step, substeps, &more);
+            q1 = end_of_sample.q;
+            dq1 = end_of_sample.dq;
+            changes = more;
+        }
+        if (!(changes == 0.0)) {
+            lane.q = q;
+            lane.dq = dq;
+            lane.mode = mode;
+            for (int i = 0; i < MEMORY; ++i)
+                lane.memory[i] = memory[i];
+            const int status =
+                sample_with_events(&lane, r, rate, error, added, parameters, period, substeps);
+            if (status != DONE)
+                return status;
+            q1 = lane.q;
+            dq1 = lane.dq;
+            ddq = lane.acceleration;
+            mode = lane.mode;
+            end = mode.direction;
+            mode.direction = lane.direction;
+        }
+        put(acceleration, k, ddq);
+        put(force, k, tau);
+        put(control, k, u);
+        put(direction, k, mode.direction);
+        if (k == 0) /* nothing was held before */
+            put(before, k, mode.direction);
+        q = q1;
+        dq = dq1;
+        for (int i = 0; i < MEMORY; ++i)
+            memory[i] = next[i];
+    }
+    return DONE;
+}
+

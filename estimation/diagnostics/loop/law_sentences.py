@@ -1,0 +1,159 @@
+"""Which fault it looks like where the recorded control is not the declared law's, in words."""
+
+import math
+
+import numpy as np
+
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_FACTOR_ERROR,
+    MAX_LAW_RESIDUAL,
+    MAX_ONE_GAIN_ERROR,
+    MAX_SCALE_ERROR,
+)
+from axisid.modeling.declaration import ControlLaw, gain
+from axisid.support.remedy import Remedy, Setting
+
+#: Names of what is regressed beside the products of gains.
+CONSTANT, DRIFT, INJECTED = "constant", "drift", "injected"
+#: Samples over which a shift of the control is looked for.
+MOST_SHIFT = 5
+_UNITS = {
+    1e3: "metres for millimetres",
+    1e-3: "millimetres for metres",
+    math.pi / 180: "degrees for radians",
+    180 / math.pi: "radians for degrees",
+}
+
+
+def remedy_by_test_signal(
+    record: Record, fitted: float | None, shift: int, constant: float | None
+) -> Remedy | None:
+    """How to name a test signal, where nothing else explains what the law leaves."""
+    explained = fitted is not None and fitted <= MAX_LAW_RESIDUAL.value
+    if record.injected is not None or shift or constant is not None or explained:
+        return None
+    return Remedy.of(
+        "; or name a test signal that was added to the control or to the reference, with ",
+        Setting("columns", "injected=NAME"),
+        " and ",
+        Setting("injected-at"),
+    )
+
+
+def small_fault(
+    law: ControlLaw,
+    scaled: dict[str, float],
+    lean: dict[str, float],
+    factors: dict[str, float],
+    unit: str,
+) -> str:
+    """What factors near 1, or a control that leans, look like."""
+    if not scaled:
+        said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
+        return (
+            f"the recorded control is the declared law's but for {said}"
+            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or the "
+            "value that an integral has at the record's start; it moves friction and offsets"
+        )
+    listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
+    if one := _one_gain(law, factors):
+        return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
+    values = np.array(list(scaled.values()))
+    what = (
+        "the unit of the test signal"
+        if set(scaled) == {INJECTED}
+        else "the control's scaling, such as the gain of a converter"
+        if np.ptp(values) < MAX_SCALE_ERROR.value
+        else "the gains, the velocity filter and the period"
+    )
+    every = "" if set(scaled) == {INJECTED} else "; what scales the control scales every estimate"
+    return (
+        f"the recorded control is the declared law's but for its factors ({listed}): check "
+        f"{what}{every}"
+    )
+
+
+def _one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
+    """The one gain that is off, if one explains the factors of the products; or empty.
+
+    A gain that all products have alike is no such one: nothing tells it from the control's scale.
+    """
+    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
+    values = np.array(list(factors.values()))
+    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
+        return ""  # a test signal has a factor too, which no gain explains
+    found = []
+    for name, value in law.gains.items():
+        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
+        if np.ptp(powers) == 0:
+            continue
+        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
+        left = float(np.abs(values / times**powers - 1).max())
+        if left < min(MAX_FACTOR_ERROR.value, MAX_ONE_GAIN_ERROR.value * abs(times - 1)):
+            found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
+            found[-1] += f"{value:.5g}, and every other gain is right; declare that"
+    return found[0] if len(found) == 1 else ""
+
+
+def large_fault(
+    law: ControlLaw,
+    factors: dict[str, float],
+    residual: float,
+    fitted: float | None,
+    shift: int,
+    delay: int | None,
+    constant: float | None,
+) -> str:
+    """Which fault the figures look like, and what to do."""
+    listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
+    start = f"the recorded control is not the declared law's ({residual:.3g} % off{listed}): "
+    if shift:
+        return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
+    if constant is not None:
+        return (
+            f"{start}a constant of {constant:.3g} explains it; check the control's offset, or the "
+            "value that an integral has at the record's start"
+        )
+    values = np.array(list(factors.values()))
+    common = float(np.median(values)) if factors else 1.0
+    off = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR.value]
+    if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off:
+        return (
+            f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
+            "drive's limit and the noise"
+        )
+    if one := _one_gain(law, factors):
+        return f"{start}{one}"
+    if off == [INJECTED]:
+        return (
+            f"{start}with this factor it would be; check the sign and the unit of the test signal"
+        )
+    if not np.all(np.abs(values / common - 1) < MAX_FACTOR_ERROR.value):
+        return (
+            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
+            "filter and the period"
+        )
+    if abs(common + 1) < MAX_FACTOR_ERROR.value:
+        return f"{start}its sign is flipped; check the sign of the control or of the positions"
+    for scale, what in _UNITS.items():
+        if abs(common / scale - 1) < MAX_FACTOR_ERROR.value:
+            return f"{start}one unit stands for another, such as {what}"
+    return (
+        f"{start}every gain is off by one factor; check the control's unit and scaling, and "
+        "the velocity filter"
+    )
+
+
+def _clock(shift: int, delay: int | None) -> str:
+    samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
+    if abs(shift) == MOST_SHIFT:
+        return f"it is shifted by {samples} or more; check the clocks and the columns"
+    if delay is None:
+        return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; check the clocks"
+    if delay + shift < 0:
+        return f"it comes {samples} before the law could give it; check the clocks and the columns"
+    return (
+        f"it comes {samples} {'later' if shift > 0 else 'earlier'}; declare delay={delay + shift}, "
+        "or check the clock"
+    )
