@@ -41,6 +41,11 @@ pid = ControlLaw(
 )
 
 # %% [markdown]
+# How a memory starts is said for an axis at rest: `MEASURED_POSITION`, `REFERENCE`, a number, or `BALANCED`,
+# the value with which the law's output holds the axis there (an integral that carries a load). It is how a
+# twin starts. The loop of a record starts with what the record's first controls show of the memory, and with
+# its own velocity, so nothing about a record stands in the declaration.
+#
 # `delay=2` applies each control two samples late; `continuous=True` evaluates the law inside the plant's
 # derivative (it has no memory then). The drive's `limit` clips the control.
 #

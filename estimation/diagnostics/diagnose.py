@@ -131,8 +131,7 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    hold = str(case.data.prefilter.hold)
-    return alignment_check(case.preferred, case.alignment, hold, weak=case.weak)
+    return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

@@ -6,7 +6,8 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.runtime import by_sample
 from axisid.support.arrays import Array
 
-from .law_ticks import LawTicks, law_of
+from .law_of import law_of
+from .law_ticks import LawTicks
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
@@ -42,17 +43,17 @@ def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
-    law = axis.functions["control_law"]
-    wanted = ["next_state", "jac:control:state", "jac:next_state:state"]
-    slopes = law.factory("slopes", law.name_in(), wanted)
-    change, state = np.eye(len(start)), start
-    rows = np.empty((len(ticks), len(start)))
-    each = zip(ticks.reference, ticks.position, ticks.velocity, strict=True)
-    for k, signals in enumerate(each):
-        following, by_state, onward = slopes(*signals, state)
-        rows[k] = by_state.full() @ change
-        state, change = following.full().ravel(), onward.full() @ change
-    return rows[ticks.held]
+    law, size = axis.functions["control_law"], len(start)
+    slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
+    by_state, onward = slopes.call([*_signals(ticks), _states_along(axis, ticks, start)])
+    # Side by side as matrices, one for each evaluation.
+    rows = by_state.full().reshape(len(ticks), size)
+    steps = onward.full().reshape(size, len(ticks), size)
+    change = np.eye(size)
+    for k in range(len(ticks)):
+        rows[k] = rows[k] @ change
+        change = steps[:, k] @ change
+    return np.asarray(rows[ticks.held])
 
 
 def _signals(ticks: LawTicks) -> list[Array]:

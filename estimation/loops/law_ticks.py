@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
@@ -11,6 +12,9 @@ from axisid.estimation.signals import Prefilter, SampledFilter
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
+
+from .clocks import two_clocks
+from .law_of import law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,21 +62,24 @@ def law_ticks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Law
     """What the law of an axis measured along a segment of a record with a reference."""
     law, rows = law_of(axis), slice(*span)
     reference, position = np.asarray(record.commanded)[rows], record.position[rows]
+    velocity = _velocity(law, position, record.period)
     added = record.added_control
+    added = np.zeros(len(position)) if added is None else added[rows]
+    clocks = two_clocks(axis, record, span)
+    if clocks is None:
+        held = np.arange(len(position))
+    else:
+        reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
+        position, velocity = (between(values, clocks.times) for values in (position, velocity))
     return LawTicks(
-        reference=reference,
-        position=position,
-        velocity=_velocity(law, position, record.period),
-        added=np.zeros(len(position)) if added is None else added[rows],
-        held=np.arange(len(position)),
+        reference=reference, position=position, velocity=velocity, added=added, held=held
     )
 
 
-def law_of(axis: GeneratedAxis) -> ControlLaw:
-    """The control law of an axis that has one."""
-    law = axis.axis.control
-    assert law is not None  # noqa: S101  # there is no loop without one
-    return law
+def between(values: Array, times: Array) -> Array:
+    """A signal between its samples, by a cubic spline; beyond them as at the first or last."""
+    spline = CubicSpline(np.arange(len(values)), values)
+    return np.asarray(spline(np.clip(times, 0, len(values) - 1)))
 
 
 def _velocity(law: ControlLaw, position: Array, period: float) -> Array:

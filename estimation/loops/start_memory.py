@@ -6,6 +6,8 @@ not show stays as the law declares it for an axis at rest, and so does all of it
 them too, within what the law leaves of them anyway.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,21 +15,32 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.estimation.thresholds.simulation import (
+    MAX_START_LEFT,
     MIN_MEMORY_EFFECT,
     MIN_START_DISTANCE,
     MIN_START_ERROR,
 )
 from axisid.support.arrays import Array, covered
 
+from .law_of import law_of
 from .law_run import control_along, slopes_along, state_at_rest
-from .law_ticks import LawTicks, law_of
+from .law_ticks import LawTicks, law_ticks
 
 _SAMPLES = 50  # of the record that are looked at
 _STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
+_LINEAR = 1e-9  # of the control: what a step leaves beside what it should
+
+
+def start_of_law(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks
+) -> Array:
+    """What the drive remembers where a segment begins, of the record or as it is declared, (m,)."""
+    found = first_memory(axis, record, span, ticks)
+    return state_at_rest(axis, ticks) if found is None else found
 
 
 def first_memory(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
 ) -> Array | None:
     """What the drive remembers at the first sample of a segment, (m,).
 
@@ -39,8 +52,8 @@ def first_memory(
         With a reference.
     span : tuple of int
         The segment: first row and the one after the last.
-    ticks : LawTicks
-        Of the segment.
+    ticks : LawTicks, optional
+        Of the segment, where they are known.
 
     Returns
     -------
@@ -52,23 +65,21 @@ def first_memory(
         return None
     law = law_of(axis)
     control = record.control[slice(*span)]
-    ticks = ticks.first(_SAMPLES)
-    first = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
-    seen = _unlimited(axis, record, span)[: len(first)]
+    ticks = (ticks or law_ticks(axis, record, span)).first(_SAMPLES)
+    wanted = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
+    seen = _unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
-    off = (first - control_along(axis, ticks, at_rest))[seen]
-    least = (
-        MIN_START_ERROR.value * float(np.linalg.norm(control)) * np.sqrt(len(off) / len(control))
-    )
-    if not law.balanced and not np.linalg.norm(off) > least:
+    off = (wanted - control_along(axis, ticks, at_rest))[seen]
+    allowed = MIN_START_ERROR.value * float(np.sqrt(np.mean(control**2) * len(off)))
+    if not law.balanced and not np.linalg.norm(off) > allowed:
         return None
-    state, freedom = _solved(axis, ticks, first, seen, at_rest)
-    left = (first - control_along(axis, ticks, state))[seen]
-    if law.balanced:
-        return state
-    noise = float(left @ left) / max(len(left) - freedom, 1)
-    gained = float(off @ off - left @ left) / max(freedom, 1)
-    return state if gained > MIN_START_DISTANCE.value**2 * noise else None
+    found = _solved(axis, ticks, wanted, seen, at_rest)
+    left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
+    gained = (float(off @ off) - noise) / max(found.shown, 1)
+    noise /= max(len(off) - found.shown, 1)
+    explained = left < MAX_START_LEFT.value * float(np.linalg.norm(off))
+    clear = explained and gained > MIN_START_DISTANCE.value**2 * noise
+    return found.state if law.balanced or clear else None
 
 
 def _unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
@@ -78,13 +89,21 @@ def _unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> ND
     return np.asarray(~masked & (np.abs(np.asarray(record.control)[rows]) < limit))
 
 
+@dataclass(frozen=True, slots=True)
+class _Memory:
+    """A memory, what it leaves of the controls, and in how many directions they show it."""
+
+    state: Array
+    left: Array
+    shown: int
+
+
 def _solved(
-    axis: GeneratedAxis, ticks: LawTicks, control: Array, seen: NDArray[np.bool_], state: Array
-) -> tuple[Array, int]:
-    """The memory that gives the controls, and in how many directions they show it."""
-    shown = 0
+    axis: GeneratedAxis, ticks: LawTicks, wanted: Array, seen: NDArray[np.bool_], state: Array
+) -> _Memory:
+    """The memory that gives the controls, from one that does not."""
+    off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
     for _ in range(_STEPS):
-        off = (control - control_along(axis, ticks, state))[seen]
         slopes = slopes_along(axis, ticks, state)[seen]
         if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
             break
@@ -93,7 +112,8 @@ def _solved(
         u, effect, v = np.linalg.svd(slopes / scale, full_matrices=False)
         clear = effect > MIN_MEMORY_EFFECT.value * effect.max(initial=0.0)
         step = (v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale
-        state, shown = state + step, int(clear.sum())
-        if np.linalg.norm(slopes @ step) <= 1e-12 * np.linalg.norm(control):
+        state, shown, expected = state + step, int(clear.sum()), off - slopes @ step
+        off = (wanted - control_along(axis, ticks, state))[seen]
+        if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
             break
-    return state, shown
+    return _Memory(state, off, shown)

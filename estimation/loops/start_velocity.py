@@ -39,7 +39,7 @@ def first_velocity(position: Array, period: float) -> float:
     On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
-    noise = _noise(position)
+    noise = position_noise(position)
     low, high, velocity, used = -math.inf, math.inf, 0.0, 0
     for count in _COUNTS:
         if count > len(position):
@@ -56,8 +56,8 @@ def first_velocity(position: Array, period: float) -> float:
     return velocity / period if abs(slope) > MIN_START_DISTANCE.value * deviation else 0.0
 
 
-def _noise(position: Array) -> float:
-    """Deviation of the measurement's noise."""
+def position_noise(position: Array) -> float:
+    """Deviation of the noise of measured positions, (N,), from those at the start."""
     some = position[:_NOISE]
     order = min(_ORDER, len(some) - 1)
     return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))

@@ -34,7 +34,7 @@ from axisid.support.real_numbers import is_real, real_array
 from axisid.support.remedy import Remedy, Setting
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
 class Record(Presentable, Exact):
     """A closed-loop record at one sampling period, in SI units.
 

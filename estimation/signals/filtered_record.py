@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, DataError, UsageError
@@ -107,6 +107,12 @@ class FilteredRecord(Exact):
         """Time between rows that follow each other, s."""
         return self.period * self.prefilter.decimate
 
+    @property
+    def hold_delay(self) -> float:
+        """Samples by which the prefilter takes the force earlier, for the drive that holds it."""
+        law, clock = self.axis.axis.control, clock_of(self.record)
+        return hold_delay(law, self.period, clock) if self.prefilter.hold == "zoh" else 0.0
+
     @cached_property
     def sampling(self) -> Sampling:
         """Which samples count, and which rows they make."""
@@ -198,7 +204,7 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return paired_with_force(self.motion, force, starts, hold=self.prefilter.hold)
+        return paired_with_force(self.motion, force, starts, delay=self.hold_delay)
 
 
 def check_filter(

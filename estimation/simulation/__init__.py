@@ -14,3 +14,4 @@ from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
+from .two_clocks import TwoClocks as TwoClocks

@@ -38,6 +38,7 @@ from .steps import (
     substeps_at_start,
     too_stiff,
 )
+from .two_clocks import TwoClocks, at_log_samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,6 +59,9 @@ class Simulation(Exact):
         The same just before the sample, under what was held until then.
     measured_position : array
         With the noise and the encoder resolution that were given.
+    held : array or None
+        Force just before each sample, where the law runs at a clock of its own; None where it is
+        that of the sample before.
     """
 
     time: Array
@@ -69,6 +73,7 @@ class Simulation(Exact):
     direction: Array
     direction_before: Array
     measured_position: Array
+    held: Array | None = None
 
     @property
     def mode(self) -> Array:
@@ -179,11 +184,17 @@ def simulate_estimate(
     *,
     start: LoopStart,
     injected: Array | None = None,
+    clocks: TwoClocks | None = None,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
-    The period is the record's. Otherwise as `simulate`.
+    The period is the record's, and with two clocks the law's is its own. Otherwise as `simulate`.
     """
+    if clocks is not None:
+        reference, period = clocks.reference(reference), clocks.law_period
+        injected = None if injected is None else clocks.held(injected)
+        moved = start.position + start.velocity * clocks.first
+        start = replace(start, position=moved)
     loop = _loop(
         axis,
         parameters,
@@ -197,7 +208,7 @@ def simulate_estimate(
         start_velocity=start.velocity,
         memory=start.memory,
     )
-    return loop.simulated(None)
+    return loop.simulated(None, clocks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,7 +224,7 @@ class _Loop:
     period: float
     resolution: float
 
-    def simulated(self, substeps: int | None) -> Simulation:
+    def simulated(self, substeps: int | None, clocks: TwoClocks | None = None) -> Simulation:
         """Run it, with as many steps as it needs unless they are given."""
         away = abs(self.start.position - self.reference[0])
         settings = LoopSettings(
@@ -237,10 +248,15 @@ class _Loop:
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
             raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+        period, noise = self.period, self.noise
+        if clocks is not None:
+            period = clocks.log_period
+            noise = None if noise is None else noise[clocks.elapsed[0]]
+            out = at_log_samples(self.axis, self.parameters, out, clocks)
         return Simulation(
-            time=self.period * np.arange(len(self.reference), dtype=np.float64),
+            time=period * np.arange(len(out["position"]), dtype=np.float64),
             direction_before=out.pop("before"),
-            measured_position=_measured(out["position"], self.noise, self.resolution),
+            measured_position=_measured(out["position"], noise, self.resolution),
             **out,
         )
 
@@ -323,7 +339,9 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     law = axis.axis.control
     if law is not None and law.continuous:
         return simulation.signals
-    held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
+    held = simulation.held
+    if held is None:
+        held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
     (acceleration,) = axis.rows(
         "direct_dynamics",
         simulation.position,

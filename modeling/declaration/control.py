@@ -29,6 +29,8 @@ from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
 
 _LONGEST_DELAY = 100
+#: How a reference may run between the samples of a log.
+BETWEEN = ("linear", "held")
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -84,6 +86,10 @@ class ControlLaw:
         What is kept between samples.
     delay : int
         Whole samples between computing a control and applying it.
+    reference_between : str
+        How the reference runs between the samples of a log that is slower than the law, ``linear``
+        or ``held``. Given, it also says that the law has a clock of its own: a log of another
+        period is then no mistake, and needs nobody to confirm it. Empty is linear.
     continuous : bool
         Evaluate the law inside the plant's derivative, the reference running straight from sample
         to sample, in place of holding its output: an analogue controller, or the paper's (6) and
@@ -99,6 +105,7 @@ class ControlLaw:
     memory: tuple[Memory, ...] = ()
     delay: int = 0
     continuous: bool = False
+    reference_between: str = ""
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -179,6 +186,11 @@ class ControlLaw:
             raise ModelError(
                 f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
                 f"{_LONGEST_DELAY}."
+            )
+        if self.reference_between not in ("", *BETWEEN):
+            raise ModelError(
+                f"control law {self.name!r}: reference_between is {given(self.reference_between)}; "
+                f"give {' or '.join(BETWEEN)}, or leave it out."
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
         if self.continuous and sampled:

@@ -29,6 +29,9 @@ IMPLEMENTATION = {
     "slices._SECONDS": "how long a part of the work runs",
     "slices._WAIT": "how long a look waits",
     "slices._SHORT": "what is run at once",
+    "loop_start._CLOSE": "rounding of a control",
+    "two_clocks._COINCIDES": "rounding of a time",
+    "start_memory._LINEAR": "rounding of a control",
     "virtual_loop._JUST_LEFT": "where an event's time is rounded",
     "virtual_loop._AT_START": "rounding of a number of steps",
     "workshop._LEAVE_SECONDS": "how long a process is waited for",
@@ -83,6 +86,7 @@ JUDGING = (
     "codegen/accuracy",
     "codegen/runtime",
     *(f"estimation/{room}" for room in ("logs", "logs/text", "records", "signals", "simulation")),
+    "estimation/loops",
     *(f"estimation/{room}" for room in ("regression", "estimates", "diagnostics", "studies")),
 )
 
