@@ -6,8 +6,6 @@ Every axis is identified as it ships, by every method it allows, with new noise 
     python benchmarks/library.py --json -   one JSON object
 """
 
-from figures import give, parser_of
-
 from axisid import Identification, Prefilter, build, identify, load_axis, twin_record
 from axisid.modeling import LIBRARY
 
@@ -48,6 +46,8 @@ def coverage(name: str, seeds: range) -> dict[str, dict[str, float]]:
 
 def main() -> None:
     """Print the table, or write the JSON object."""
+    from figures import give, parser_of  # the documentation imports this file from elsewhere
+
     parser = parser_of(__doc__)
     parser.add_argument("--runs", type=int, default=40, help="repetitions (default 40)")
     options = parser.parse_args()

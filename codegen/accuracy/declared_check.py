@@ -139,7 +139,8 @@ class _Check:
         raise ModelError(
             f"axis {self.axis!r}: the generated {name} gives a force of {got[i]:.9g} where the "
             f"equation of motion gives {wanted[i]:.9g}, a fault of the program; report it with the "
-            f"axis, and write the equation of motion in another form. It was seen at {where}."
+            f"axis, and write the equation of motion in another form. It was seen at {where}.",
+            code="generated-force-differs",
         )
 
 

@@ -50,7 +50,8 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     raise ModelError(
         f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
         f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
-        f"gives {again[i]:.6g} {unit}; correct one of the two."
+        f"gives {again[i]:.6g} {unit}; correct one of the two.",
+        code="inverse-differs",
     )
 
 
@@ -73,7 +74,8 @@ def _check_slope(model: AxisModel, given: Mapping[str, Array], force: Array) -> 
     raise ModelError(
         f"axis {axis.name!r}: of a control of {given[str(CONTROL)][i]:.6g} {drive.unit} and per "
         f"share of its gain the drive {type(drive).__name__} changes its force by {found[i]:.6g}, "
-        f"its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out relative_sd."
+        f"its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out relative_sd.",
+        code="force-by-gain-differs",
     )
 
 

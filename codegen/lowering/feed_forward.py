@@ -89,10 +89,14 @@ def feed_forward(
         The dead zone is negative, or a value is not finite.
     """
     if not (math.isfinite(dead_zone) and dead_zone >= 0):
-        raise UsageError(f"the dead zone is {dead_zone!r}; give a speed of 0 or more.")
+        raise UsageError(
+            f"the dead zone is {dead_zone!r}; give a speed of 0 or more.", code="negative-dead-zone"
+        )
     for name, (value, _) in parameters.items():
         if not math.isfinite(value):
-            raise UsageError(f"{name} is {value!r}, which is no number to export.")
+            raise UsageError(
+                f"{name} is {value!r}, which is no number to export.", code="not-exportable"
+            )
     axis, q = model.axis, model.axis.coordinate
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
     limit = axis.drive.limit

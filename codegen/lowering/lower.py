@@ -70,6 +70,7 @@ _MAPPED = frozenset(
     }
 )
 _LARGEST_REPEATED_POWER = 4
+_TOO_LARGE = "number-too-large"
 
 
 class Lowering:
@@ -112,25 +113,31 @@ class Lowering:
                 return int(getattr(self, f"map_{kind.__name__}")(node))
         raise ModelError(
             f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
-            "use sums, products, powers, elementary functions, Min, Max or Piecewise."
+            "use sums, products, powers, elementary functions, Min, Max or Piecewise.",
+            code="node-not-generated",
         )
 
     def map_Symbol(self, node: sympy.Symbol) -> int:
         if node not in self._values:
             known = ", ".join(sorted(map(str, self._values)))
-            raise ModelError(f"the symbol {node} has no value here; known are {known}.")
+            raise ModelError(
+                f"the symbol {node} has no value here; known are {known}.",
+                code="symbol-without-value",
+            )
         return self._values[node]
 
     def map_Rational(self, node: sympy.Rational) -> int:
         try:
             return self._builder.constant(int(node.p) / int(node.q))
         except OverflowError as error:
-            raise ModelError(f"the number {node} is too large for a float.") from error
+            raise ModelError(
+                f"the number {node} is too large for a float.", code=_TOO_LARGE
+            ) from error
 
     def map_Float(self, node: sympy.Float) -> int:
         value = float(node)
         if not math.isfinite(value):
-            raise ModelError(f"the number {node} is too large for a float.")
+            raise ModelError(f"the number {node} is too large for a float.", code=_TOO_LARGE)
         return self._builder.constant(value)
 
     def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
@@ -193,7 +200,9 @@ class Lowering:
     def map_Piecewise(self, node: sympy.Piecewise) -> int:
         *pairs, last = node.args
         if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
-            raise ModelError(f"{node} is undefined in places; end it with (value, True).")
+            raise ModelError(
+                f"{node} is undefined in places; end it with (value, True).", code="open-piecewise"
+            )
         result = self(last.expr)
         for value, condition in reversed(pairs):
             result = self._builder.apply("select", self(condition), self(value), result)
@@ -218,7 +227,9 @@ class Lowering:
     def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
-            raise ModelError(f"{node} divides by a constant that is zero; check the gains.")
+            raise ModelError(
+                f"{node} divides by a constant that is zero; check the gains.", code="zero-divisor"
+            )
         return self._builder.apply("div", above, below)
 
     def _fold(self, operation: str, node: sympy.Basic) -> int:

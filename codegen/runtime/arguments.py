@@ -37,7 +37,10 @@ def checked_arguments(
         There are too few or too many, or one has another length.
     """
     if len(arguments) != function.n_in():
-        raise UsageError(f"{name} takes {function.n_in()} arguments, not {len(arguments)}.")
+        raise UsageError(
+            f"{name} takes {function.n_in()} arguments, not {len(arguments)}.",
+            code="argument-count",
+        )
     given = [_floats(a, name, function, i) for i, a in enumerate(arguments)]
     by_sample = [is_scalar(function, i) for i in range(len(given))]
     samples = max((len(a) for a, each in zip(given, by_sample, strict=True) if each), default=1)
@@ -47,7 +50,8 @@ def checked_arguments(
             given[i] = np.full(wanted, array[0])
         elif len(array) != wanted:
             raise UsageError(
-                f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}."
+                f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}.",
+                code="argument-length",
             )
     return given, samples
 

@@ -57,7 +57,7 @@ for name, value in result["idm-iv"].parameters.items():
 # |---|---|
 # | `hold` | `zoh` pairs each acceleration with the mean of the forces that the drive held before and after the sample; `raw` with the force after it, half a sample late. The default is zoh for a control that is held, raw for a measured force or a continuous law. |
 # | `drop` | Samples left out at both ends. By default the whole record is filtered, and the ends, as long as the low-pass takes to settle, have no weight in any row. Ends that are named are cut before the decimation, as the published recipe of EMPS has it: the decimation then continues the record from the last sample kept, which gives that sample much weight. |
-# | `reversals` | Samples near a reversal or a rest have no weight: there the low-pass rounds what friction does at once, and at rest noise decides its sign. `keep` keeps them, as the published recipes do; so does the default where a parameter would otherwise keep less than a twentieth of its information, as an inertia does where the axis accelerates only as it turns. How long the axis rests does not matter. |
+# | `reversals` | Samples near a reversal or a rest have no weight: there the low-pass rounds what friction does at once, and at rest noise decides its sign. `keep` keeps them, as the published recipes do; so does the default where a parameter would otherwise lose more than a third of its information, as an inertia does where the axis accelerates only as it turns, or Coulomb friction at a low cut-off. How long the axis rests does not matter. |
 # | `decimation` | `matlab` aligns the rows to the end of the record, `scipy` to its start. |
 # | `order` | Of the Butterworth low-pass, applied forward and backward. 4 does. |
 #

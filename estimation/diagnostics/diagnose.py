@@ -127,7 +127,7 @@ def _normality(case: Case) -> Check:
 
 
 def _filter_bias(case: Case) -> Check | Missing:
-    return filter_bias(case.preferred, case.data.prefilter.reversals)
+    return filter_bias(case.preferred, has_reversals=case.data.could_leave_out)
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -158,7 +158,7 @@ def _limit(case: Case) -> Check | None:
 
 
 def _constant(case: Case) -> Check | Missing:
-    return constant_check(case.preferred, case.data.weights, case.law)
+    return constant_check(case.preferred, case.data.weights, case.law, case.lacking)
 
 
 def _ripple(case: Case) -> Check | Missing:

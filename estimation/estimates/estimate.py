@@ -290,10 +290,13 @@ class Estimate(Presentable, Exact):
         if not is_among(covariance, self.covariances):
             raise UsageError(
                 f"there is no covariance {given(covariance)}; choose from "
-                f"{', '.join(self.covariances)}."
+                f"{', '.join(self.covariances)}.",
+                code="covariance-not-there",
             )
         if not (is_whole(seed) and seed >= 0):
-            raise UsageError(f"the seed is {given(seed)}; give a whole number of 0 or more.")
+            raise UsageError(
+                f"the seed is {given(seed)}; give a whole number of 0 or more.", code="draws-seed"
+            )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.ddm_freedom or self.freedom)[covariance]
         drawn, lost = draw_parameters(

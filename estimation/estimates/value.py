@@ -113,7 +113,9 @@ class NamedValues(dict[str, Value]):
 
     def __getitem__(self, name: str) -> Value:
         if not is_among(name, self):
-            raise UsageError(f"there is no {given(name)}; choose from {', '.join(self)}.")
+            raise UsageError(
+                f"there is no {given(name)}; choose from {', '.join(self)}.", code="no-such-value"
+            )
         return super().__getitem__(name)
 
     def listed(self) -> str:

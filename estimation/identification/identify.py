@@ -105,10 +105,11 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
-                f"there is no method {given(method)}; choose from {', '.join(METHODS)}."
+                f"there is no method {given(method)}; choose from {', '.join(METHODS)}.",
+                code="unknown-method",
             )
     if not listed:
-        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.")
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
 
 
@@ -116,5 +117,6 @@ def _check_arguments(record: object, covariance: object) -> None:
     check_record(record)
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}."
+            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            code="unknown-covariance",
         )

@@ -156,7 +156,8 @@ class Identification(Presentable, Exact):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}.",
+                code="no-such-estimate",
             )
         return self.estimates[name]
 

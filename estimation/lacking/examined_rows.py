@@ -16,12 +16,19 @@ from numpy.typing import NDArray
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.regression import (
+    STEP_SHARES,
     Equations,
+    encoder_step,
     simulated_loops,
+    stepped_loops,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
 from axisid.estimation.thresholds.estimates import MAX_STARTING_SPEED
-from axisid.estimation.thresholds.lacking import MIN_REST_OF_LOOP, MIN_ROWS_TO_LOOK
+from axisid.estimation.thresholds.lacking import (
+    MIN_EXPLAINED_SHARE,
+    MIN_REST_OF_LOOP,
+    MIN_ROWS_TO_LOOK,
+)
 from axisid.support.arrays import Array, covered, runs
 from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
@@ -49,6 +56,9 @@ class ExaminedRows:
         Of the rows since the record's first sample, s.
     by_loop : bool
         Whether the motion is the noise-free loop's.
+    by_steps : (m, n) array
+        What the encoder's steps alone leave in loops that are simulated with them; none of an
+        encoder that is fine beside what is left.
     """
 
     residuals: Array
@@ -59,6 +69,7 @@ class ExaminedRows:
     sampling: Sampling
     times: Array
     by_loop: bool
+    by_steps: Array
 
     @property
     def neighbours(self) -> Neighbours:
@@ -119,7 +130,29 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
     )
     net = _left_by(measured, preferred) - _left_by(clean, preferred)
     every = replace(clean, left=measured.left)
-    return _rows(every, net, moved, sampling, data.record.time, by_loop=True)
+    found = _rows(every, net, moved, sampling, data.record.time, by_loop=True)
+    if isinstance(found, Missing):
+        return found
+    return replace(found, by_steps=_of_steps(found, data, preferred, _left_by(clean, preferred)))
+
+
+def _of_steps(x: ExaminedRows, data: FilteredRecord, preferred: Estimate, own: Array) -> Array:
+    """Residuals of loops with the encoder's steps, (m, n), less those (N,) without; or none."""
+    axis, record = data.axis, data.record
+    step = encoder_step(axis, record)
+    nothing = np.empty((0, len(x.residuals)))
+    if not step:
+        return nothing
+    least = MIN_EXPLAINED_SHARE.value * float(x.residuals @ x.residuals)
+    found: list[Array] = []
+    for share in STEP_SHARES:
+        loops = stepped_loops(axis, record, preferred.physical, step, share)
+        every = preferred.form.equations(noise_free_record(data, loops).signals)
+        left = x.sampling.reduce(_left_by(every, preferred) - own)
+        found.append(left)
+        if not float(found[0] @ found[0]) > least:
+            return nothing
+    return np.array(found)
 
 
 def _rows(
@@ -144,6 +177,7 @@ def _rows(
         sampling=sampling,
         times=times[sampling.rows.astype(int)] - times[0],
         by_loop=by_loop,
+        by_steps=np.empty((0, n)),
     )
 
 

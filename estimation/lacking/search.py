@@ -21,6 +21,7 @@ from axisid.estimation.thresholds.lacking import (
     MAX_SCORE_CHANCE,
     MIN_EXPLAINED_SHARE,
     MIN_MISSING_FORCE,
+    MIN_STEPS_EXCESS,
 )
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -107,9 +108,18 @@ def _strongest(
     least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
     for family, number, lack in tested:
         large = lack.share >= MIN_MISSING_FORCE.value
-        if large and lack.p_value <= least and lack.score_p <= MAX_SCORE_CHANCE.value:
+        if not (large and lack.p_value <= least and lack.score_p <= MAX_SCORE_CHANCE.value):
+            continue
+        taken = lack.explained * float(residuals @ residuals)
+        if taken > MIN_STEPS_EXCESS.value * _by_steps(x, family.columns(number), basis):
             return family, number, lack
     return None
+
+
+def _by_steps(x: ExaminedRows, columns: Array, basis: Array) -> float:
+    """The most that columns (n, g) take, beside a basis, of what the encoder's steps leave."""
+    own = np.linalg.qr(columns - basis @ (basis.T @ columns))[0]
+    return float(np.max(np.sum((x.by_steps @ own) ** 2, axis=1), initial=0.0))
 
 
 def _ranked(

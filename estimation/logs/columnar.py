@@ -33,7 +33,10 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
     """
     found = TableBuilder(room=room)
     if not content.startswith(_ZIP):
-        raise DataError(f"{file} cannot be read as a NumPy archive; write one with numpy.savez.")
+        raise DataError(
+            f"{file} cannot be read as a NumPy archive; write one with numpy.savez.",
+            code="damaged-npz",
+        )
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
@@ -48,7 +51,8 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         raise DataError(f"{file} cannot be read as a NumPy archive: {one_line(error)}.") from error
     if not found.columns:
         raise DataError(
-            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez."
+            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez.",
+            code="npz-without-numbers",
         )
     return found.table(str(file))
 
@@ -98,7 +102,9 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{file} cannot be read as a Parquet file: {one_line(error)}.") from error
+        raise DataError(
+            f"{file} cannot be read as a Parquet file: {one_line(error)}.", code="damaged-parquet"
+        ) from error
     return arrow_columns(table, TableBuilder(room=room)).table(str(file))
 
 
@@ -164,7 +170,10 @@ def read_frame(frame: object) -> Table:
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     if np.ma.is_masked(values):
-        raise UsageError(f"the column {name!r} is masked; give numbers, with NaN for what lacks.")
+        raise UsageError(
+            f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
+            code="masked-column",
+        )
     return np.asarray(values)
 
 
@@ -176,10 +185,14 @@ def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
     except TypeError as error:
         raise UsageError(
             f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
-            "PyArrow, ...) or a mapping of column names to arrays."
+            "PyArrow, ...) or a mapping of column names to arrays.",
+            code="log-type",
         ) from error
     except narwhals.exceptions.NarwhalsError as error:
-        raise DataError(f"the dataframe cannot be read: {one_line(error)}; rename one.") from error
+        raise DataError(
+            f"the dataframe cannot be read: {one_line(error)}; rename one.",
+            code="damaged-dataframe",
+        ) from error
 
 
 def _flat(name: object) -> str:

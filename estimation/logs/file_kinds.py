@@ -52,14 +52,18 @@ def check_regular(file: Path, *, folder: bool) -> None:
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else str(error)
         where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
-        raise DataError(f"{file} cannot be read: {why}{where}. Check the path.") from error
+        raise DataError(
+            f"{file} cannot be read: {why}{where}. Check the path.", code="log-not-read"
+        ) from error
     if stat.S_ISDIR(mode) and not folder:
         raise DataError(
-            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log."
+            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log.",
+            code="folder-for-log",
         )
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise DataError(
-            f"{file} is no regular file but a pipe, a device or a socket; save the log to a file."
+            f"{file} is no regular file but a pipe, a device or a socket; save the log to a file.",
+            code="log-not-a-file",
         )
 
 
@@ -79,7 +83,7 @@ def check_kind(file: Path) -> None:
     found = _kind(file, head, ending)
     if found is not None:
         kind, advice = found
-        raise DataError(f"{file} is {kind} by its content; {advice}.")
+        raise DataError(f"{file} is {kind} by its content; {advice}.", code="other-kind-of-file")
 
 
 def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
@@ -164,6 +168,7 @@ def unpacked(file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
                 pieces.append(piece)
     except (OSError, EOFError, zlib.error) as error:
         raise DataError(
-            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew."
+            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
+            code="damaged-gzip",
         ) from error
     return b"".join(pieces)

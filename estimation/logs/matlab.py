@@ -46,7 +46,8 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     if not found.columns:
         raise DataError(
             f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
-            + (f" {how}" if how else "")
+            + (f" {how}" if how else ""),
+            code="matlab-without-numbers",
         )
     return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
 
@@ -71,7 +72,9 @@ def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[st
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
     except Exception as error:
         # The parser meets damaged files with whatever comes: zlib, memory, index and name errors.
-        raise DataError(f"{file} cannot be read as a MATLAB file: {one_line(error)}.") from error
+        raise DataError(
+            f"{file} cannot be read as a MATLAB file: {one_line(error)}.", code="damaged-matlab"
+        ) from error
     found, objects = TableBuilder(room=room), []
     variables = {name: v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in variables.items():
@@ -149,7 +152,8 @@ def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[s
     except Exception as error:
         # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
         raise DataError(
-            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}."
+            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
+            code="damaged-matlab-73",
         ) from error
     return visit.found, visit.objects, names
 

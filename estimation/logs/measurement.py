@@ -44,7 +44,7 @@ def read_mdf(file: Path, room: Room) -> Table:
         reason = one_line(error)
         _let_go(error)
     if reason:
-        raise DataError(f"{file} cannot be read as an MDF file: {reason}.")
+        raise DataError(f"{file} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     return found.table(str(file))
@@ -128,7 +128,9 @@ def read_tdms(file: Path, room: Room) -> Table:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{file} cannot be read as a TDMS file: {one_line(error)}.") from error
+        raise DataError(
+            f"{file} cannot be read as a TDMS file: {one_line(error)}.", code="damaged-tdms"
+        ) from error
     if not found.columns:
         raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))

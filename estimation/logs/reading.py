@@ -8,7 +8,7 @@ from pathlib import Path
 from axisid.estimation.logs.text import NoTextError, read_text
 from axisid.estimation.tables import Repair, Table
 from axisid.support.errors import DataError
-from axisid.support.files.memory import IN_BLOCKS, Room, room_for
+from axisid.support.files.memory import IN_BLOCKS, MEMORY, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 from axisid.support.remedy import Remedy
 
@@ -57,7 +57,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
         raise DataError(
             f"{file} cannot be read: there is not enough memory for it. ",
             Remedy.of("Read a piece of it, or ", IN_BLOCKS, "."),
-            code="memory",
+            code=MEMORY,
         ) from error
     return replace(table, sha256=sha256, path=os.path.abspath(file))
 

@@ -94,7 +94,9 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{path} cannot be read as a ROS bag: {one_line(error)}.") from error
+        raise DataError(
+            f"{path} cannot be read as a ROS bag: {one_line(error)}.", code="damaged-rosbag"
+        ) from error
     return topics, others
 
 

@@ -1,22 +1,32 @@
 """From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
-from axisid.estimation.problems import NoiseFree, Problem, noise_free, slopes_by_gain
+from axisid.estimation.problems import (
+    NoiseFree,
+    Problem,
+    encoder_error,
+    noise_free,
+    slopes_by_gain,
+)
 from axisid.estimation.regression import (
     Covariance,
     DirectForm,
     Form,
+    StepsError,
     condition_number,
     delta_method,
+    encoder_step,
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
     BOUND_TOLERANCE,
+    MIN_PRINTED_FILTER_BIAS,
     MIN_ROWS_PER_PARAMETER,
     NO_RELATION,
 )
@@ -53,10 +63,17 @@ def estimate_by(
     physical, jacobian = form.physical(solution.theta)
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
     covariances = _covariances(method, fit, models)
+    names = {name: c.describe(solution) for name, c in models.items()}
+    stepped = _encoder_error(form.at(physical), problem, fit, physical, covariances["hac"])
+    for name in covariances:
+        if stepped is not None and COVARIANCES[name].allows_autocorrelation:
+            covariances[name] = covariances[name] + stepped.covariance
+            names[name] += _and_steps(stepped, problem)
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
-    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical)
+    deviation = np.sqrt(np.diag(mapped[covariance]))
+    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical, deviation)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
@@ -86,7 +103,7 @@ def estimate_by(
         else relative_error_percent(y - fit.simulated, y),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
-        covariance_names={name: c.describe(solution) for name, c in models.items()},
+        covariance_names=names,
         remarks=tuple(map(Note.of, remarks)),
         covariance_model=models[covariance],
         chosen=covariance,
@@ -120,7 +137,8 @@ def _fewest(freedom: Array, jacobian: Array) -> Array:
 def _not_finite(method: Method, form: Form) -> EstimationError:
     return EstimationError(
         f"{method.name}: the regression is not finite, or the {form.left} is zero in every row; "
-        "check the signals' size and the known terms of the equation of motion."
+        "check the signals' size and the known terms of the equation of motion.",
+        code="regression-not-finite",
     )
 
 
@@ -140,7 +158,7 @@ def _row_times(problem: Problem) -> Array | None:
 
 
 def _noise_free_and_slopes(
-    form: Form, problem: Problem, fit: Fit, physical: Array
+    form: Form, problem: Problem, fit: Fit, physical: Array, deviation: Array
 ) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
     """What the filter makes of the estimate's own loop, and what the gain moves it by."""
     quiet: NoiseFree | None = None
@@ -151,7 +169,54 @@ def _noise_free_and_slopes(
     if fit.follows:
         with suppress(DataError, EstimationError):  # nor those of a simulated record
             quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
+            quiet = _at_corrected(form, problem, fit, physical, deviation, quiet)
     return quiet, slopes
+
+
+def _encoder_error(
+    form: Form, problem: Problem, fit: Fit, physical: Array, covariance: Array
+) -> StepsError | None:
+    """What the encoder's steps do, against a covariance (k, k) of the fit."""
+    if not fit.follows:
+        return None
+    deviations = np.sqrt(np.diag(covariance))
+    with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
+        given = (fit.loops, physical, fit.instruments, deviations)
+        return encoder_error(form, problem, *given)
+    return None
+
+
+def _and_steps(stepped: StepsError, problem: Problem) -> str:
+    """What a covariance holds besides, for notes."""
+    steps = [encoder_step(problem.axis, data.record) for data in problem.data]
+    unit = problem.axis.axis.coordinate.unit
+    return (
+        f", with what {stepped.loops} simulated loops have by an encoder's steps of "
+        f"{max(steps):.3g} {unit}"
+    )
+
+
+def _at_corrected(
+    form: Form,
+    problem: Problem,
+    fit: Fit,
+    physical: Array,
+    deviation: Array,
+    quiet: NoiseFree,
+) -> NoiseFree:
+    """Rows of the loops with the filter's bias (p,) taken off, where it is no trifle.
+
+    Where the estimate is biased by several deviations (p,), so are its loops: what they leave
+    behind the filter is not what the axis itself leaves there.
+    """
+    if np.all(np.abs(quiet.bias) <= MIN_PRINTED_FILTER_BIAS.value * deviation):
+        return quiet
+    corrected = physical - quiet.bias
+    with suppress(DataError, EstimationError):
+        loops, *_ = problem.simulated(form, corrected)
+        again = noise_free(form, problem, loops, corrected, fit.instruments)
+        return replace(again, bias=quiet.bias, again=again.bias)
+    return quiet
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

@@ -5,6 +5,7 @@ Knows nothing of methods and of what becomes of an estimate.
 """
 
 from .filter_bias import NoiseFree as NoiseFree
+from .filter_bias import encoder_error as encoder_error
 from .filter_bias import noise_free as noise_free
 from .filter_bias import noise_free_record as noise_free_record
 from .filter_bias import slopes_by_gain as slopes_by_gain

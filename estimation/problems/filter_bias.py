@@ -14,11 +14,15 @@ from axisid.estimation.regression import (
     InverseForm,
     QrFactors,
     Solution,
+    StepsError,
     checked_columns,
+    encoder_step,
     factor,
     instrumental_variables,
     least_squares,
     simulated_position,
+    stepped_loops,
+    steps_error,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation
@@ -41,11 +45,15 @@ class NoiseFree:
         estimate.
     bias : (p,) array
         What that moves the physical parameters by.
+    again : (p,) array or None
+        The same of the loops simulated with the estimate less that bias, whose rows the others then
+        are; None where that was not tried, as the bias is small, or came to nothing.
     """
 
     regressor: Array
     residuals: Array
     bias: Array
+    again: Array | None = None
 
 
 def noise_free(
@@ -73,18 +81,55 @@ def noise_free(
     instruments : QrFactors or None
         Of the estimate; None for least squares.
     """
+    rows, solution = _of_loops(form, problem, loops, instruments)
+    return NoiseFree(
+        regressor=rows.regressor,
+        residuals=solution.residuals,
+        bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
+    )
+
+
+def encoder_error(
+    form: Form,
+    problem: Problem,
+    loops: tuple[Simulation, ...],
+    physical: Array,
+    instruments: QrFactors | None,
+    deviations: Array,
+) -> StepsError | None:
+    """What the steps of the records' encoders do to an estimate, deviations (k,) of its own.
+
+    None where no record has any, or they are no matter. Parameters are as of `noise_free`.
+    """
+    records = [data.record for data in problem.data]
+    steps = [encoder_step(problem.axis, record) for record in records]
+    if not any(steps):
+        return None
+
+    def solved(share: float) -> Solution:
+        stepped = tuple(
+            loop
+            for record, step in zip(records, steps, strict=True)
+            for loop in stepped_loops(problem.axis, record, physical, step, share)
+        )
+        _, solution = _of_loops(form, problem, stepped, instruments)
+        return replace(solution, neighbours=problem.neighbours)
+
+    _, quiet = _of_loops(form, problem, loops, instruments)
+    return steps_error(solved, quiet.theta, deviations)
+
+
+def _of_loops(
+    form: Form, problem: Problem, loops: tuple[Simulation, ...], instruments: QrFactors | None
+) -> tuple[Equations, Solution]:
+    """Rows of loops, one for each segment, behind the records' filter, and what solves them."""
     # Rows are those of the estimate, whose instruments they are held against.
     signals = [
         noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
     rows = _rows(form, signals, problem)
-    solution = _solved(form, rows, instruments)
-    return NoiseFree(
-        regressor=rows.regressor,
-        residuals=solution.residuals,
-        bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
-    )
+    return rows, _solved(form, rows, instruments)
 
 
 def slopes_by_gain(

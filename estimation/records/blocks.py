@@ -24,7 +24,7 @@ from axisid.support.files.unchanged import WatchedFile
 from axisid.support.real_numbers import real_array
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .clocks import NO_TIME, no_time
+from .clocks import EMPTY_CELLS, NO_TIME, no_time
 from .record import check_even, check_sample_period, check_varies
 
 ROWS = 100_000
@@ -216,7 +216,7 @@ class _Even:
                     f"{self.source}: the {role} is {values[bad[0]]} in data row "
                     f"{self.samples + bad[0] + 1}. ",
                     _WHOLE,
-                    code="empty-cells",
+                    code=EMPTY_CELLS,
                 )
             least, most = self.reached.get(role, (math.inf, -math.inf))
             least = min(least, float(values.min(initial=math.inf)))

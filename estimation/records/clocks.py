@@ -16,8 +16,9 @@ from axisid.support.remedy import Note, Remedy, Setting
 from .repairs import Span
 
 _RESAMPLE = Setting("resample", "auto")
-#: Code of an error about a log without times.
+#: Codes of errors about a log without times, and about cells that hold no number.
 NO_TIME = "no-time"
+EMPTY_CELLS = "empty-cells"
 
 
 def together(
@@ -69,7 +70,10 @@ def timed(
         _check_one_clock(table, columns)
     for role, s in columns.items():
         if not len(s.values):
-            raise DataError(f"{table.source}: the {role} has no row with a number and a time.")
+            raise DataError(
+                f"{table.source}: the {role} has no row with a number and a time.",
+                code="no-timed-number",
+            )
     return columns
 
 
@@ -91,7 +95,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
                 f"({timeless.size} of {len(clock)}). ",
                 Remedy.of(_advice_on_empty(samples), _or_end(table, timeless[0], len(clock)), "."),
-                code="empty-cells",
+                code=EMPTY_CELLS,
             )
         empty = np.flatnonzero(~np.isfinite(samples.values))
         if empty.size:
@@ -101,7 +105,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 Remedy.of(
                     _advice_on_empty(samples), _or_end(table, empty[0], len(samples.values)), "."
                 ),
-                code="empty-cells",
+                code=EMPTY_CELLS,
             )
 
 

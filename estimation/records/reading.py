@@ -86,12 +86,15 @@ def read_record(
     declared = as_declared(axis)
     if columns is not None and not isinstance(columns, Mapping):
         raise UsageError(
-            f"the columns are {given(columns)}; give names by role, such as {{'position': 'q:mm'}}."
+            f"the columns are {given(columns)}; give names by role, such as "
+            f"{{'position': 'q:mm'}}.",
+            code="columns-type",
         )
     if repairs is not None and not isinstance(repairs, Repairs):
         raise UsageError(
             f"the repairs are {given(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
-            "the like."
+            "the like.",
+            code="repairs-type",
         )
     repairs = repairs or Repairs()
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)

@@ -86,7 +86,8 @@ class Record(Presentable, Exact):
         if not isinstance(self.provenance, Provenance):
             raise UsageError(
                 f"the provenance of the record is {given(self.provenance)}; give a Provenance, or "
-                "leave it out."
+                "leave it out.",
+                code="provenance-type",
             )
         for role in ("time", "position"):
             if getattr(self, role) is None:
@@ -205,19 +206,23 @@ class Record(Presentable, Exact):
                     Setting("injected-at", "reference"),
                     ".",
                 ),
+                code="record-injected-at",
             )
 
     def _column(self, role: str, values: ArrayLike) -> Array:
         column = frozen(real_array(values, f"{self._name()}: the {role}", DataError))
         if column.ndim != 1:
             raise DataError(
-                f"{self._name()}: the {role} has the shape {column.shape}; give one row of numbers."
+                f"{self._name()}: the {role} has the shape {column.shape}; give one row of "
+                "numbers.",
+                code="signal-shape",
             )
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
             raise DataError(
                 f"{self._name()}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
-                f"({bad.size} in all). Remove such rows or repair the log."
+                f"({bad.size} in all). Remove such rows or repair the log.",
+                code="value-not-finite",
             )
         return column
 
@@ -235,11 +240,14 @@ class Record(Presentable, Exact):
         lengths = {role: len(values) for role, values in self.channels().items()}
         if len(set(lengths.values())) > 1:
             listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-            raise DataError(f"{self._name()}: the columns differ in length: {listed}.")
+            raise DataError(
+                f"{self._name()}: the columns differ in length: {listed}.", code="record-lengths"
+            )
         fewest = MIN_RECORD_ROWS.value
         if len(self) < fewest:
             raise DataError(
-                f"{self._name()}: a record needs {fewest} rows or more, not {len(self)}."
+                f"{self._name()}: a record needs {fewest} rows or more, not {len(self)}.",
+                code="short-record",
             )
 
     def _check_spans(self) -> None:
@@ -252,7 +260,8 @@ class Record(Presentable, Exact):
             raise DataError(
                 f"{self._name()}: the segments {self.segments} and masked rows {self.masked} are "
                 f"no parts of {len(self)} rows; segments follow one another, with {fewest} rows "
-                "or more each."
+                "or more each.",
+                code="record-spans",
             )
 
     def _check_time(self) -> None:
@@ -311,7 +320,8 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
     if not abs(stated / found - 1) < MAX_STATED_PERIOD_DEVIATION.value + uncertainty:
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
-            f"column steps by {found:g} s. Correct one of them (time is in seconds)."
+            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            code="other-sample-period",
         )
 
 
@@ -319,7 +329,8 @@ def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
     if period is not None and not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
-            f"the sampling period is {given(period)}; give a positive number of seconds."
+            f"the sampling period is {given(period)}; give a positive number of seconds.",
+            code="bad-sample-period",
         )
 
 
@@ -328,11 +339,15 @@ def check_varies(source: str, role: str, least: float, most: float) -> None:
     if least == most:
         raise DataError(
             f"{source}: the {role} is {least:g} in every row, so it says nothing "
-            f"about the axis. Check the {role} column, or record a motion."
+            f"about the axis. Check the {role} column, or record a motion.",
+            code="constant-column",
         )
 
 
 def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
-        raise UsageError(f"the record is {given(record)}; read one with read_record(path, axis).")
+        raise UsageError(
+            f"the record is {given(record)}; read one with read_record(path, axis).",
+            code="record-type",
+        )

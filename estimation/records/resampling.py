@@ -111,13 +111,17 @@ def resample(
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the position is sampled at {own:.6g} Hz)."
+            f"give a lower rate (the position is sampled at {own:.6g} Hz).",
+            code="resampling-rate",
         )
     covered = _common([_pieces(clock) for clock in clocks.values()])
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
-        raise DataError(f"{source}: the columns have no time in common; check their clocks.")
+        raise DataError(
+            f"{source}: the columns have no time in common; check their clocks.",
+            code="no-common-time",
+        )
     if len(covered) > 1 and not split:
         raise DataError(
             f"{source}: time has {len(covered) - 1} gaps, the first after {covered[0][1]:.9g} s; "
@@ -158,7 +162,10 @@ def resample(
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
-        raise DataError(f"{source}: the {role} has too few rows, or no times, to be resampled.")
+        raise DataError(
+            f"{source}: the {role} has too few rows, or no times, to be resampled.",
+            code="too-few-to-resample",
+        )
     back = np.flatnonzero(~(np.diff(clock) > 0))
     if back.size:
         row = back[0] + 1

@@ -13,6 +13,11 @@ from .covariance import Robust as Robust
 from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
 from .covariance import score_products as score_products
+from .encoder_steps import STEP_SHARES as STEP_SHARES
+from .encoder_steps import StepsError as StepsError
+from .encoder_steps import encoder_step as encoder_step
+from .encoder_steps import stepped_loops as stepped_loops
+from .encoder_steps import steps_error as steps_error
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
@@ -31,6 +36,7 @@ from .propagation import bend as bend
 from .propagation import draw_parameters as draw_parameters
 from .propagation import summarised as summarised
 from .residual_tests import ResidualTests as ResidualTests
+from .residual_tests import excess_kurtosis as excess_kurtosis
 from .residual_tests import residual_tests as residual_tests
 from .simulated_rows import LoopDataError as LoopDataError
 from .simulated_rows import loop_reference as loop_reference

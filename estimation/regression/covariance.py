@@ -128,7 +128,10 @@ class Hac(Covariance):
     def __post_init__(self) -> None:
         whole = isinstance(self.lags, (int, np.integer))
         if self.lags is not None and not (whole and self.lags >= 0):
-            raise UsageError(f"the lags are {self.lags!r}; give a whole number, or None to choose.")
+            raise UsageError(
+                f"the lags are {self.lags!r}; give a whole number, or None to choose.",
+                code="bad-lags",
+            )
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
@@ -165,7 +168,8 @@ class Hac(Covariance):
         """
         if self.lags is not None and self.lags > rows // 4:
             raise UsageError(
-                f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer."
+                f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
+                code="too-many-lags",
             )
         whiten = self.lags is None if self.prewhitened is None else self.prewhitened
         looked_at = first_lags(rows) if self.lags is None else int(self.lags)

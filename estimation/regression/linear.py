@@ -111,10 +111,14 @@ def checked_columns(
     n, k = columns.shape
     if n <= k:
         raise EstimationError(
-            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less."
+            f"{n} rows are left for {k} parameters; record longer, or decimate or drop less.",
+            code="too-few-rows",
         )
     if not np.all(np.isfinite(columns)):
-        raise EstimationError(f"the regressor of {what} is not finite; check the signals' size.")
+        raise EstimationError(
+            f"the regressor of {what} is not finite; check the signals' size.",
+            code="regressor-not-finite",
+        )
     with np.errstate(over="ignore"):
         scale = np.linalg.norm(columns, axis=0)
     if not np.all(np.isfinite(scale)):
@@ -122,13 +126,15 @@ def checked_columns(
         raise EstimationError(
             f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
             f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
-            "over the positions and speeds of the record, and their units."
+            "over the positions and speeds of the record, and their units.",
+            code="regressor-too-large",
         )
     zero = [name for name, size in zip(names, scale, strict=True) if size == 0]
     if zero:
         raise EstimationError(
             f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
-            "Record a motion that excites it, or leave the parameter out."
+            "Record a motion that excites it, or leave the parameter out.",
+            code="zero-column",
         )
     return Columns(
         columns=columns,
@@ -263,5 +269,6 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
     raise EstimationError(
         f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "
         "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
-        "their combination as one parameter."
+        "their combination as one parameter.",
+        code="not-told-apart",
     )

@@ -146,7 +146,10 @@ def draw_parameters(
         The number of draws makes no sense.
     """
     if not (isinstance(draws, (int, np.integer)) and 2 <= draws <= _MOST_DRAWS):
-        raise UsageError(f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.")
+        raise UsageError(
+            f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.",
+            code="bad-draws",
+        )
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(draws, len(theta))) @ root(covariance).T
     # One chance for all parameters, so that those of equal freedom are stretched alike.

@@ -57,18 +57,26 @@ def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopD
     apart = other_period(law, record.period, clock_of(record))
     if apart is not None and not apart.confirmed:
         advice = apart.note.remedy and Remedy.of(apart.note.remedy, ".")
-        return LoopDataError(apart.note.text, advice, code="other-period")
+        return LoopDataError(apart.note.text, advice, code="loop-period")
     return LoopDataError(
         f"the record was resampled every {record.period:.6g} s, the control law of axis "
         f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
-        code="other-period",
+        code="loop-period",
     )
 
 
-def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tuple[Simulation, ...]:
+def simulated_loops(
+    axis: GeneratedAxis,
+    record: Record,
+    physical: Array,
+    *,
+    resolution: float = 0.0,
+    away: float = 0.0,
+) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
-    Each begins as its segment does, see `loop_starts`.
+    Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
+    steps, which measures, and is commanded, positions that are `away` from those of the axis.
 
     Raises
     ------
@@ -82,13 +90,15 @@ def simulated_loops(axis: GeneratedAxis, record: Record, physical: Array) -> tup
         simulate_estimate(
             axis,
             physical,
-            reference[first:last],
+            reference[first:last] + away,
             record.period,
             start=start,
             injected=None if added is None else added[first:last],
+            position_noise=np.full(last - first, away) if away else None,
+            resolution=resolution,
             clocks=two_clocks(axis, record, (first, last)),
         )
-        for (first, last), start in zip(record.spans, loop_starts(axis, record), strict=True)
+        for (first, last), start in zip(record.spans, loop_starts(axis, record, away), strict=True)
     )
 
 

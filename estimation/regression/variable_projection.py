@@ -53,7 +53,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             "first, ",
             search.reason(starts[0]),
         )
-        raise EstimationError(said.text, said.remedy)
+        raise EstimationError(said.text, said.remedy, code="failed-starts")
     found = [
         minimise(
             search.residuals,
@@ -122,7 +122,8 @@ def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
     return EstimationError(
         f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
         "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
-        "believe idm-ls, whose search ends within them, and check the model of the friction."
+        "believe idm-ls, whose search ends within them, and check the model of the friction.",
+        code="beyond-bounds",
     )
 
 
@@ -148,7 +149,8 @@ class _Projection:
         if missing := [p.name for p in declared if p.nominal == 0]:
             raise EstimationError(
                 f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
-                "nominal value other than 0."
+                "nominal value other than 0.",
+                code="no-start",
             )
 
     def starts(self) -> list[Array]:

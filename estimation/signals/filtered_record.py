@@ -56,7 +56,8 @@ class FilteredRecord(Exact):
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out."
+                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                code="prefilter-type",
             )
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -70,6 +71,14 @@ class FilteredRecord(Exact):
         if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
             return kept
         return left_out
+
+    @property
+    def could_leave_out(self) -> bool:
+        """Whether samples near reversals are kept that hardly tell of any parameter."""
+        if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
+            return False
+        left_out = self._without(self.sampling.turns(self.motion[1]))
+        return bool(left_out.excluded) and not left_out.shows_too_little
 
     def turning_as(self, position: Array) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""

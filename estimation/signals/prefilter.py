@@ -48,9 +48,9 @@ class Prefilter:
         ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
         there the low-pass rounds what friction does at once, and at rest noise decides its sign.
         None leaves them out for an axis whose force depends on the direction of motion, unless a
-        parameter would then keep less than a twentieth of its information, rests apart, as an
-        inertia does where the axis accelerates only as it turns; ``keep`` is what the published
-        recipe does.
+        parameter would then lose more than a third of its information, rests apart, as an
+        inertia does where the axis accelerates only as it turns, or Coulomb friction at a low
+        cut-off; ``keep`` is what the published recipe does.
 
     Raises
     ------
@@ -76,25 +76,41 @@ class Prefilter:
                 f"{given(self.drop)}: give whole numbers, and two of them to drop."
             )
         if not is_real(self.cutoff):
-            raise UsageError(f"the cutoff is {given(self.cutoff)}; give a number of hertz.")
+            raise UsageError(
+                f"the cutoff is {given(self.cutoff)}; give a number of hertz.", code="cutoff-type"
+            )
         if not (math.isfinite(self.cutoff) and self.cutoff > 0):
-            raise UsageError(f"the cutoff is {self.cutoff!r} Hz; give a positive number.")
+            raise UsageError(
+                f"the cutoff is {self.cutoff!r} Hz; give a positive number.",
+                code="cutoff-not-positive",
+            )
         if not 1 <= self.order <= 10:
-            raise UsageError(f"the filter order is {self.order!r}; give 1 to 10.")
+            raise UsageError(
+                f"the filter order is {self.order!r}; give 1 to 10.", code="filter-order"
+            )
         if self.decimate < 1:
             raise UsageError(
-                f"the decimation is {self.decimate!r}; give 1 (keep every row) or more."
+                f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
+                code="bad-decimation",
             )
         if not is_among(self.decimation, ("matlab", "scipy")):
             raise UsageError(
-                f"the row alignment is {given(self.decimation)}; give matlab or scipy."
+                f"the row alignment is {given(self.decimation)}; give matlab or scipy.",
+                code="unknown-alignment",
             )
         if not (self.hold is None or is_among(self.hold, ("raw", "zoh"))):
-            raise UsageError(f"the hold is {given(self.hold)}; give raw or zoh.")
+            raise UsageError(
+                f"the hold is {given(self.hold)}; give raw or zoh.", code="unknown-hold"
+            )
         if not (self.reversals is None or is_among(self.reversals, ("keep", "leave-out"))):
-            raise UsageError(f"the reversals are {given(self.reversals)}; give keep or leave-out.")
+            raise UsageError(
+                f"the reversals are {given(self.reversals)}; give keep or leave-out.",
+                code="unknown-reversals",
+            )
         if self.drop is not None and min(self.drop) < 0:
-            raise UsageError(f"the rows to drop are {self.drop!r}; give 0 or more at each end.")
+            raise UsageError(
+                f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="bad-drop"
+            )
 
     @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
@@ -109,7 +125,8 @@ class Prefilter:
         """
         if not (is_real(period) and 0 < period < math.inf):
             raise UsageError(
-                f"the sampling period is {given(period)}; give a positive number of seconds."
+                f"the sampling period is {given(period)}; give a positive number of seconds.",
+                code="filter-period",
             )
         chosen = cls(**settings)
         if "decimate" in settings:

@@ -113,14 +113,16 @@ class SampledFilter:
             raise UsageError(
                 f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
                 f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
-                "of the position loop), and check that time is in seconds."
+                "of the position loop), and check that time is in seconds.",
+                code="cutoff-too-high",
             )
         if samples < self.needed:
             start, end = self.dropped
             raise DataError(
                 f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
-                "raise the cutoff, or lower the order or the decimation."
+                "raise the cutoff, or lower the order or the decimation.",
+                code="short-segment",
             )
 
     def remarks(self) -> tuple[str, ...]:

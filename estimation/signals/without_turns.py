@@ -2,8 +2,9 @@
 
 Without them friction is not rounded, which is worth much, but an axis that accelerates only where
 it turns hardly shows its inertia. What tells is the information on a parameter, the inverse of its
-variance for noise of one size. Rests are no loss, as sticking friction takes any force; nor is what
-depends on the direction of motion, as the low-pass rounds that near reversals.
+variance for noise of one size. Rests are no loss, as sticking friction takes any force; nor is
+friction that depends on the speed, such as a peak about rest, as the low-pass rounds that near
+reversals. Coulomb friction counts: where it loses much, little else tells it from other terms.
 """
 
 import numpy as np
@@ -30,7 +31,8 @@ class Information:
 
     def __init__(self, axis: GeneratedAxis) -> None:
         self._axis = axis
-        self._smooth = ~dependence(axis)["direction"]
+        depends = dependence(axis)
+        self._counts = ~(depends["direction"] & depends["velocity"])
         size = len(axis.parameters)
         self._moving, self._left = np.zeros((size, size)), np.zeros((size, size))
 
@@ -61,7 +63,7 @@ class Information:
         if not np.all(np.isfinite(both)):
             return 1.0  # whatever is done, the regression will say what is wrong
         size = np.sqrt(np.diag(both))
-        seen = self._smooth & (np.diag(self._moving) > 0)
+        seen = self._counts & (np.diag(self._moving) > 0)
         scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
         before, after = (_information(each / scale) for each in (self._moving, self._left))
         return float(np.min(after[seen] / before[seen], initial=1.0))

@@ -122,10 +122,11 @@ def simulate_batch(
     if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
         raise UsageError(
             f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
-            "and (N,) or (N, B)."
+            "and (N,) or (N, B).",
+            code="batch-shapes",
         )
     if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.")
+        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
     noise = _lane_noise(position_noise, (len(ref), lanes))
     off = np.zeros(lanes) if noise is None else noise[0]
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory)
@@ -162,7 +163,9 @@ def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None
         return None
     lanes = _aligned(noise, "the noise")
     if lanes.shape != shape or not np.all(np.isfinite(lanes)):
-        raise UsageError(f"the noise has the shape {lanes.shape}; give {shape}, all finite.")
+        raise UsageError(
+            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
+        )
     return lanes
 
 
@@ -173,7 +176,8 @@ def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array 
     if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
         raise UsageError(
             f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
-            "finite."
+            "finite.",
+            code="batch-injected",
         )
     return lanes
 
@@ -183,10 +187,13 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
-        raise UsageError(f"the signals are {given(signals)}; give a list of names.")
+        raise UsageError(
+            f"the signals are {given(signals)}; give a list of names.", code="signals-type"
+        )
     if unknown := set(signals) - set(known):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}."
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}.",
+            code="unknown-signal",
         )
     return [known[name] for name in signals]
 

@@ -75,6 +75,10 @@ class Simulation(Exact):
     measured_position: Array
     held: Array | None = None
 
+    def as_measured(self, zero: float) -> "Simulation":
+        """The same loop, whose positions are those that were measured, from another zero."""
+        return replace(self, position=self.measured_position + zero)
+
     @property
     def mode(self) -> Array:
         """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
@@ -185,6 +189,8 @@ def simulate_estimate(
     start: LoopStart,
     injected: Array | None = None,
     clocks: TwoClocks | None = None,
+    position_noise: Array | None = None,
+    resolution: float = 0.0,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
@@ -193,6 +199,7 @@ def simulate_estimate(
     if clocks is not None:
         reference, period = clocks.reference(reference), clocks.law_period
         injected = None if injected is None else clocks.held(injected)
+        position_noise = None if position_noise is None else clocks.held(position_noise)
         moved = start.position + start.velocity * clocks.first
         start = replace(start, position=moved)
     loop = _loop(
@@ -200,9 +207,9 @@ def simulate_estimate(
         parameters,
         reference,
         period,
-        None,
+        position_noise,
         injected,
-        0.0,
+        resolution,
         None,
         start=start.position,
         start_velocity=start.velocity,
@@ -247,7 +254,10 @@ class _Loop:
                 settings = replace(settings, allowed=float(wider))
                 _, status, stopped, out = self._settled(settings, fixed=substeps is not None)
         if status:
-            raise EstimationError(failure(self.axis, self.parameters, status, stopped, self.period))
+            raise EstimationError(
+                failure(self.axis, self.parameters, status, stopped, self.period),
+                code="loop-diverges",
+            )
         period, noise = self.period, self.noise
         if clocks is not None:
             period = clocks.log_period
@@ -264,7 +274,7 @@ class _Loop:
         start = np.array([self.start.position])
         (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
         if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
-            raise EstimationError(too_stiff(self.axis, self.parameters))
+            raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
         return min(int(steps), MOST_SUBSTEPS)
 
     def _settled(
@@ -280,7 +290,9 @@ class _Loop:
             if needed <= settings.substeps:
                 break
             if settings.substeps == MOST_SUBSTEPS:
-                raise EstimationError(too_stiff(self.axis, self.parameters))
+                raise EstimationError(
+                    too_stiff(self.axis, self.parameters), code="stiff-on-the-way"
+                )
             settings = replace(settings, substeps=min(needed, MOST_SUBSTEPS))
         return settings, status, stopped, out
 
@@ -317,7 +329,7 @@ def _loop(
     off = 0.0 if noise is None else float(noise[0])
     first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory)
     if not has_inertia(axis, theta[None, :], np.array([first.position])).all():
-        raise EstimationError(no_inertia(axis, theta, first.position))
+        raise EstimationError(no_inertia(axis, theta, first.position), code="no-inertia")
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -367,7 +379,8 @@ def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Arr
     if signal.shape != reference.shape or not np.all(np.isfinite(signal)):
         raise UsageError(
             f"{what} has {len(signal)} samples, the reference {len(reference)}; give as many, "
-            "finite."
+            "finite.",
+            code="signal-length",
         )
     return signal
 
@@ -375,7 +388,9 @@ def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Arr
 def _vector(values: ArrayLike, what: str) -> Array:
     vector = np.require(real_array(values, what), requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
-        raise UsageError(f"{what}: the shape is {vector.shape}; give one row of numbers.")
+        raise UsageError(
+            f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"
+        )
     return vector
 
 

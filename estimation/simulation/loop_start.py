@@ -45,7 +45,10 @@ def single_start(
     for value, what in ((start, "start"), (velocity, "start velocity")):
         if not (value is None or (is_real(value) and math.isfinite(value))):
             kind = "position" if what == "start" else "velocity"
-            raise UsageError(f"the {what} is {given(value)}; give a {kind}, or leave it out.")
+            raise UsageError(
+                f"the {what} is {given(value)}; give a {kind}, or leave it out.",
+                code="simulation-start",
+            )
     position = float(reference if start is None else start)
     remembered = _remembered(axis, memory, None)
     if remembered is None and _law(axis).balanced:
@@ -87,7 +90,8 @@ def _by_lane(values: ArrayLike, lanes: int, what: str, kind: str) -> Array:
     numbers = real_array(values, f"the {what}")
     if numbers.shape != (lanes,) or not np.all(np.isfinite(numbers)):
         raise UsageError(
-            f"the {what} has the shape {numbers.shape}; give one {kind} a lane, all finite."
+            f"the {what} has the shape {numbers.shape}; give one {kind} a lane, all finite.",
+            code="batch-start",
         )
     return np.ascontiguousarray(numbers)
 
@@ -103,7 +107,8 @@ def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None
     if values.shape != shape or not np.all(np.isfinite(values)):
         raise UsageError(
             f"the memory has the shape {values.shape}; give {shape} finite numbers: "
-            f"{', '.join(names) or 'the law remembers nothing'}."
+            f"{', '.join(names) or 'the law remembers nothing'}.",
+            code="loop-memory",
         )
     return values
 

@@ -29,7 +29,8 @@ def no_control_law(name: str) -> ModelError:
     """The error of an axis whose loop cannot be closed."""
     return ModelError(
         f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
-        "(the table [control] in TOML, control=... in Python)."
+        "(the table [control] in TOML, control=... in Python).",
+        code="no-control-law",
     )
 
 
@@ -48,20 +49,28 @@ def check_loop(
     if shape != (len(axis.parameters),):
         raise UsageError(
             f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
-            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given."
+            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given.",
+            code="parameter-count",
         )
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
-        raise UsageError("the reference is empty or not finite; give finite positions.")
+        raise UsageError(
+            "the reference is empty or not finite; give finite positions.", code="bad-reference"
+        )
     if not (is_real(period) and math.isfinite(period) and period > 0):
-        raise UsageError(f"the period is {given(period)} s; give a positive number.")
+        raise UsageError(
+            f"the period is {given(period)} s; give a positive number.", code="simulation-period"
+        )
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
             f"the resolution is {given(resolution)}; give 0 or more, and 0 with a continuous law, "
-            "which takes no samples."
+            "which takes no samples.",
+            code="bad-resolution",
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
-        raise UsageError(f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.")
+        raise UsageError(
+            f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
+        )
 
 
 def check_period(axis: GeneratedAxis, period: float) -> None:

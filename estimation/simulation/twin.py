@@ -86,21 +86,25 @@ def twin_record(
         missing = "experiment" if experiment is None else "control law"
         raise ModelError(
             f"axis {declared.name!r} declares no {missing}, so it has no twin. Give a record, or "
-            f"declare {'experiment' if experiment is None else 'control'}=..."
+            f"declare {'experiment' if experiment is None else 'control'}=...",
+            code="no-experiment",
         )
     samples = sum(move.duration for move in experiment.moves) / law.period
     if not samples <= _MOST_SAMPLES:
         raise ModelError(
             f"axis {declared.name!r}: its experiment would take {samples:.3g} samples of "
             f"{law.period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
-            "the drive in seconds)."
+            "the drive in seconds).",
+            code="long-experiment",
         )
     reference = trajectory(experiment.moves, law.period)
     truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
     if not is_whole(chosen) or chosen < 0:
-        raise UsageError(f"the seed is {given(chosen)}; give a whole number of 0 or more.")
+        raise UsageError(
+            f"the seed is {given(chosen)}; give a whole number of 0 or more.", code="twin-seed"
+        )
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")

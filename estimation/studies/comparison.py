@@ -130,7 +130,10 @@ def compare(
         The record identifies none of the candidates.
     """
     if not is_among(method, known := comparing()):
-        raise UsageError(f"there is no comparison by {given(method)}; choose {' or '.join(known)}.")
+        raise UsageError(
+            f"there is no comparison by {given(method)}; choose {' or '.join(known)}.",
+            code="no-comparison-by",
+        )
     check_record(record)
     named = _named(axes)
     _check_comparable(named)
@@ -197,7 +200,7 @@ def _fits(
 
 def _none_left(failures: Mapping[str, Note]) -> EstimationError:
     said = Note.of("none of the candidates is identified: ", Note.joined("; ", failures.values()))
-    return EstimationError(said.text, said.remedy, code="none-identified")
+    return EstimationError(said.text, said.remedy, code="no-candidate-identified")
 
 
 def _named(
@@ -208,7 +211,8 @@ def _named(
         axes = (axes,)
     if not isinstance(axes, Iterable):
         raise UsageError(
-            f"the axes are {given(axes)}; give two axes or more, by name or in a list."
+            f"the axes are {given(axes)}; give two axes or more, by name or in a list.",
+            code="candidates-type",
         )
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
     if len(listed) < 2:
@@ -225,10 +229,14 @@ def _named(
         label = generated.axis.name if name is None else name
         twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
         if twin is not None:
-            raise UsageError(f"{label!r} is the same axis as {twin!r}; give each one once.")
+            raise UsageError(
+                f"{label!r} is the same axis as {twin!r}; give each one once.",
+                code="candidate-twice",
+            )
         if label in named:
             raise UsageError(
-                f"two candidates are named {label!r}; give each axis a name of its own."
+                f"two candidates are named {label!r}; give each axis a name of its own.",
+                code="candidate-name-twice",
             )
         named[label] = generated
     return named
@@ -242,13 +250,15 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
             q, p = axis.coordinate, reference.coordinate
             raise UsageError(
                 f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
-                f"{p.unit}; candidates explain one motion, so declare them with the same one."
+                f"{p.unit}; candidates explain one motion, so declare them with the same one.",
+                code="other-coordinate",
             )
         if axis.drive != reference.drive:
             raise UsageError(
                 f"{name!r} and {first!r} have different drives ({_drive(axis)} against "
                 f"{_drive(reference)}), so they would explain different forces; declare them with "
-                "the same one."
+                "the same one.",
+                code="other-drive",
             )
 
 

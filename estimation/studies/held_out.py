@@ -146,7 +146,8 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[Block, ...]
         raise DataError(
             f"the record leaves {rows} rows; with a block of a tenth held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
-            "parameters. Record longer, or raise the cutoff and decimate less."
+            "parameters. Record longer, or raise the cutoff and decimate less.",
+            code="too-few-to-hold-out",
         )
     index = np.arange(rows)
     return tuple(

@@ -89,7 +89,10 @@ def identify_stream(
     """
     generated = as_generated(axis)
     if isinstance(blocks, (str, PathLike)):
-        raise UsageError(f"the blocks are {given(blocks)}; give LogBlocks(file=path, axis=axis).")
+        raise UsageError(
+            f"the blocks are {given(blocks)}; give LogBlocks(file=path, axis=axis).",
+            code="blocks-type",
+        )
     _check_axis(generated)
     origin = provenance or Provenance()
     found = extent(origin.source, blocks, sample_period, generated.axis)
@@ -147,7 +150,7 @@ def _check_axis(axis: GeneratedAxis) -> None:
             f"axis {axis.axis.name!r} is not linear in its parameters, which a log read in blocks "
             "cannot serve; ",
             Remedy.of(Setting("stream", given=False), "."),
-            code="not-in-blocks",
+            code="nonlinear-in-blocks",
         )
 
 

@@ -120,7 +120,8 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     """
     if not hasattr(result, "estimates"):
         raise UsageError(
-            f"the result is {given(result)}; give what identify gave, or load_result(path)."
+            f"the result is {given(result)}; give what identify gave, or load_result(path).",
+            code="validated-type",
         )
     check_record(record)
     with np.errstate(all="ignore"):
@@ -170,7 +171,8 @@ def _validation(
     if not math.isfinite(equation):
         raise DataError(
             f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
-            "check the size and the units of its columns."
+            "check the size and the units of its columns.",
+            code="equation-error-not-finite",
         )
     found = MethodValidation(
         method=estimate.method,

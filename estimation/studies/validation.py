@@ -132,7 +132,10 @@ class Validation(Presentable, Exact):
         found = next((each for each in self.methods if each.method == str(method).lower()), None)
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
-            raise UsageError(f"the validation has no {given(method)}; choose from {methods}.")
+            raise UsageError(
+                f"the validation has no {given(method)}; choose from {methods}.",
+                code="not-validated",
+            )
         return found
 
     def __repr__(self) -> str:

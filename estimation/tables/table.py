@@ -159,7 +159,8 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
     except ImportError as error:
         raise DataError(
             f"{file} needs the library {name.partition('.')[0]}, which is not installed; run: "
-            f"pip install {name.partition('.')[0]} (or axisid with the extra {extra})"
+            f"pip install {name.partition('.')[0]} (or axisid with the extra {extra})",
+            code="missing-library",
         ) from error
 
 

@@ -46,3 +46,9 @@ MAX_CHANCE_DEVIATION = Threshold(
     "series, stay in 95 % of cases; printed beside their tests and drawn",
     "derived: the two-sided 5 % quantile of the normal distribution",
 )
+MIN_STEPS_SHIFT = Threshold(
+    0.2,
+    "deviations",
+    "what a loop with the encoder's steps moves a parameter by, from which they are reckoned with",
+    "chosen: what scatters by less adds a fiftieth to a deviation",
+)

@@ -103,5 +103,5 @@ MIN_INFORMATION_LEFT = Threshold(
     "share of a parameter's information without the samples near reversals, below which they are "
     "kept unless told otherwise",
     "chosen: its deviation is then 1.2 times as large; keeping them is nearer the truth on the "
-    "twins of the library from there on",
+    "twins of the library from there on, and on held-out motions of the DFKI pendulum",
 )

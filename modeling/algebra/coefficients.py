@@ -90,7 +90,10 @@ class Coefficients:
         for factor in factors:
             self._left -= len(made) * len(factor)
             if self._left < 0:
-                raise TooLargeError("the equation of motion has too many products of parameters.")
+                raise TooLargeError(
+                    "the equation of motion has too many products of parameters.",
+                    code="too-many-products",
+                )
             made = _sum(
                 {tuple(map(sum, zip(a, b, strict=True))): x * y}
                 for a, x in made.items()

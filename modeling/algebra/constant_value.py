@@ -46,6 +46,8 @@ _EXACT: dict[Any, Callable[..., Fraction]] = {
 class NotRealError(ModelError):
     """A part of an expression is no finite real number, whatever the motion."""
 
+    code = "no-real-number"
+
 
 def is_known(kind: Any) -> bool:
     """Whether `value_of` knows a class of functions."""

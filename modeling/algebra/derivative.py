@@ -38,7 +38,8 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
             raise ModelError(
                 f"{what} jumps with {variable} where {impulse.args[0]} is 0, and so has no "
                 f"derivative by it: see {value}. Write what is continuous, such as "
-                "max(0, x)**2 for a one-sided spring."
+                "max(0, x)**2 for a one-sided spring.",
+                code="energy-jumps",
             )
         derivative = derivative.xreplace({impulse: sympy.S.Zero})
     if not derivative.has(sympy.Heaviside):

@@ -34,6 +34,8 @@ _WAVES = ("sin", "cos")
 class TooLargeError(ModelError):
     """An expression has too many terms once it is multiplied out."""
 
+    code = "too-many-terms"
+
 
 @dataclass(frozen=True, slots=True)
 class Factor:

@@ -85,7 +85,8 @@ class Axis:
         self._check_types()
         if not self.title.isprintable():
             raise ModelError(
-                f"axis {self.name!r}: the title {self.title!r} is not one line of text."
+                f"axis {self.name!r}: the title {self.title!r} is not one line of text.",
+                code="axis-title",
             )
         object.__setattr__(self, "columns", FrozenMapping(self.columns))
         self._check_names()
@@ -121,7 +122,8 @@ class Axis:
                 expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
                 raise ModelError(
                     f"axis {self.name!r}: {name} is {given(getattr(self, name))}; give "
-                    f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}."
+                    f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}.",
+                    code="axis-part-type",
                 )
         try:
             declared_parameters(self.parameters)
@@ -146,12 +148,14 @@ class Axis:
             if name in names:
                 raise ModelError(
                     f"axis {self.name!r}: {names[name]} {name!r} and a constant have the same "
-                    "name. Rename one."
+                    "name. Rename one.",
+                    code="parameter-and-constant",
                 )
             if name.isidentifier() and found.setdefault(name, constant) != constant:
                 raise ModelError(
                     f"axis {self.name!r}: two constants of different values are named {name!r}. "
-                    "Rename one."
+                    "Rename one.",
+                    code="constant-twice",
                 )
 
     def _check_symbols(self) -> None:
@@ -161,12 +165,14 @@ class Axis:
         for value in (self.force, with_numbers(self.force), with_numbers(1 / profile)):
             if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
                 raise ModelError(
-                    f"axis {self.name!r}: the equation of motion is not finite: {value}."
+                    f"axis {self.name!r}: the equation of motion is not finite: {value}.",
+                    code="equation-not-finite",
                 )
             if value.has(sympy.I):
                 raise ModelError(
                     f"axis {self.name!r}: the equation of motion is not real: {value}. Write a "
-                    "force that is, without the imaginary unit or a root of a negative number."
+                    "force that is, without the imaginary unit or a root of a negative number.",
+                    code="equation-not-real",
                 )
         declared = {p.symbol for p in self.parameters}
         used = self.force.free_symbols | profile.free_symbols
@@ -177,19 +183,22 @@ class Axis:
                 f"axis {self.name!r}: the equation of motion has the unknown symbols "
                 f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}. Declare "
                 "each unknown as a Parameter, and write the expression with the Parameter and "
-                "Coordinate objects rather than with symbols of the same name."
+                "Coordinate objects rather than with symbols of the same name.",
+                code="unknown-symbols",
             )
         if unused := sorted(map(str, declared - used)):
             raise ModelError(
                 f"axis {self.name!r}: the parameters {', '.join(unused)} are declared but do not "
-                "appear in the equation of motion. Use or remove them."
+                "appear in the equation of motion. Use or remove them.",
+                code="unused-parameters",
             )
         if not declared:
             raise ModelError(f"axis {self.name!r} has no parameter to identify; declare one.")
         if q.acceleration not in used:
             raise ModelError(
                 f"axis {self.name!r}: the acceleration {q.acceleration} does not appear in the "
-                "equation of motion; an axis needs an inertia."
+                "equation of motion; an axis needs an inertia.",
+                code="no-acceleration",
             )
 
     def _check_columns(self) -> None:
@@ -197,12 +206,14 @@ class Axis:
             if role not in ROLES or not isinstance(column, str):
                 raise ModelError(
                     f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
-                    f"{', '.join(ROLES)}, each with the name of a column."
+                    f"{', '.join(ROLES)}, each with the name of a column.",
+                    code="column-roles",
                 )
         if self.injected_at not in ("", *INJECTION_POINTS):
             raise ModelError(
                 f"axis {self.name!r}: injected_at is {self.injected_at!r}; give 'control' or "
-                "'reference', what the test signal is added to."
+                "'reference', what the test signal is added to.",
+                code="axis-injected-at",
             )
 
     def _check_truth(self) -> None:
@@ -213,7 +224,8 @@ class Axis:
             if name not in names:
                 raise ModelError(
                     f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
-                    f"{', '.join(names)}."
+                    f"{', '.join(names)}.",
+                    code="truth-names",
                 )
 
     def _check_units(self) -> None:
@@ -221,13 +233,15 @@ class Axis:
             checked_terms(self.force, self.coordinate, self.parameters)
             check_profile(self.drive.profile, self.coordinate, self.parameters)
         except ModelError as error:
-            raise ModelError(f"axis {self.name!r}: {error}") from error
+            raise ModelError(f"axis {self.name!r}: {error}", code="units-differ") from error
 
 
 def check_axis(axis: object) -> None:
     """Refuse what is no declared axis, such as its name."""
     if not isinstance(axis, Axis):
-        raise UsageError(f"the axis is {given(axis)}; give an Axis, such as load_axis('emps').")
+        raise UsageError(
+            f"the axis is {given(axis)}; give an Axis, such as load_axis('emps').", code="axis-type"
+        )
 
 
 def equation_of_motion(axis: Axis) -> Formula:

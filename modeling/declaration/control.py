@@ -128,7 +128,8 @@ class ControlLaw:
             if memory.start != BALANCED and memory.start.has(BALANCED):
                 raise ModelError(
                     f"control law {self.name!r}: memory {memory.name!r} starts at {memory.start}; "
-                    "what balances stands alone there."
+                    "what balances stands alone there.",
+                    code="law-balance",
                 )
 
     @property
@@ -173,30 +174,36 @@ class ControlLaw:
         if not isinstance(self.gains, Mapping):
             raise ModelError(
                 f"control law {self.name!r}: the gains are {given(self.gains)}; give numbers by "
-                "name, as in gains={'kp': 160.0}."
+                "name, as in gains={'kp': 160.0}.",
+                code="gains-type",
             )
         if not all(isinstance(memory, Memory) for memory in several(self.memory)):
             raise ModelError(
                 f"control law {self.name!r}: the memory is {given(self.memory)}; give a tuple of "
-                "Memory objects."
+                "Memory objects.",
+                code="memory-type",
             )
 
     def _check_timing(self) -> None:
         if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
             raise ModelError(
                 f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
-                f"{_LONGEST_DELAY}."
+                f"{_LONGEST_DELAY}.",
+                code="law-delay",
             )
         if self.reference_between not in ("", *BETWEEN):
             raise ModelError(
                 f"control law {self.name!r}: reference_between is {given(self.reference_between)}; "
-                f"give {' or '.join(BETWEEN)}, or leave it out."
+                f"give {' or '.join(BETWEEN)}, or leave it out.",
+                code="law-reference-between",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
         if self.continuous and sampled:
             raise ModelError(
                 f"control law {self.name!r} is continuous but has a memory, a delay or the period "
-                "in it, which only a sampled law has. Leave them out, or leave out continuous=True."
+                "in it, which only a sampled law has. Leave them out, or leave out "
+                "continuous=True.",
+                code="continuous-law",
             )
 
     def _check(self, value: sympy.Expr, known: Set[sympy.Basic], what: str) -> None:
@@ -217,7 +224,9 @@ def gain(name: str) -> sympy.Symbol:
         The name is no text.
     """
     if not isinstance(name, str):
-        raise ModelError(f"a gain is named {given(name)}; give a text, such as 'kp'.")
+        raise ModelError(
+            f"a gain is named {given(name)}; give a text, such as 'kp'.", code="gain-name"
+        )
     return sympy.Symbol(name, real=True)
 
 

@@ -69,7 +69,8 @@ class Drive:
         if not 0 <= self.relative_sd < 1:
             raise ModelError(
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
-                "from 0 to below 1, such as 0.005 for 0.5 %."
+                "from 0 to below 1, such as 0.005 for 0.5 %.",
+                code="drive-deviation",
             )
         object.__setattr__(self, "profile", expression(self.profile, "the drive's profile"))
         if not self.limit > 0:

@@ -138,7 +138,10 @@ def cogging(
     """
     check_coordinate(coordinate)
     if not (is_whole(harmonic) and harmonic > 0):
-        raise ModelError(f"the harmonic is {given(harmonic)}; give a whole number, 1 or more.")
+        raise ModelError(
+            f"the harmonic is {given(harmonic)}; give a whole number, 1 or more.",
+            code="harmonic-order",
+        )
     length = positive(period, coordinate.unit, "the period")
     angle = 2 * sympy.pi * harmonic * coordinate.symbol / length
     even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
@@ -228,7 +231,8 @@ def end_stop(
     high = known_value(upper, coordinate.unit, "the upper stop")
     if with_numbers(high - low).is_positive is False:
         raise ModelError(
-            f"the stops are at {given(lower)} and {given(upper)}; give the lower one first."
+            f"the stops are at {given(lower)} and {given(upper)}; give the lower one first.",
+            code="stops-order",
         )
     q, dq = coordinate.symbol, coordinate.velocity
     above = sympy.Max(0, q - high) * sympy.Max(0, 1 + c * dq)

@@ -112,7 +112,8 @@ class Experiment:
     def __post_init__(self) -> None:
         if not isinstance(self.truth, Mapping):
             raise ModelError(
-                f"the truth of an experiment is {given(self.truth)}; give numbers by parameter."
+                f"the truth of an experiment is {given(self.truth)}; give numbers by parameter.",
+                code="truth-type",
             )
         object.__setattr__(self, "moves", several(self.moves))
         object.__setattr__(self, "truth", FrozenMapping(self.truth))
@@ -120,7 +121,8 @@ class Experiment:
         object.__setattr__(self, "position_noise", noise)
         if not all(isinstance(move, Move) for move in self.moves):
             raise ModelError(
-                f"the moves of an experiment are {given(self.moves)}; give Move objects."
+                f"the moves of an experiment are {given(self.moves)}; give Move objects.",
+                code="moves-type",
             )
         duration = sum(move.duration for move in self.moves)
         if not 0 < duration < _LONGEST:

@@ -38,12 +38,14 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
         if name not in declared:
             raise UsageError(
                 f"there is no parameter {name!r} to fix; axis {axis.name!r} has "
-                f"{', '.join(declared)}."
+                f"{', '.join(declared)}.",
+                code="fix-unknown",
             )
         if isinstance(value, (tuple, list)) and len(value) != 2:
             raise UsageError(
                 f"the fixed value of {name!r} is {value!r}; give a number, or a number and its "
-                "standard deviation."
+                "standard deviation.",
+                code="fix-type",
             )
     pairs = {n: v if isinstance(v, (tuple, list)) else (v, 0.0) for n, v in values.items()}
     return replace(
@@ -69,10 +71,11 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
         if match is None:
             raise UsageError(
                 f"{text!r} fixes nothing; write NAME=VALUE or NAME=VALUE+-DEVIATION, SI, as in "
-                "m=2.0+-0.02."
+                "m=2.0+-0.02.",
+                code="fix-nothing",
             )
         if match[1] in fixed:
-            raise UsageError(f"{match[1]!r} is fixed twice; fix it once.")
+            raise UsageError(f"{match[1]!r} is fixed twice; fix it once.", code="fix-twice")
         fixed[match[1]] = (float(match[2]), float(match[3] or 0.0))
     return fixed
 

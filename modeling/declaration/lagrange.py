@@ -73,7 +73,7 @@ def lagrange(
         check_potential(stored, q)
         check_dissipation(lost, q)
     except ModelError as error:
-        raise ModelError(f"axis {name!r}: {error}") from error
+        raise ModelError(f"axis {name!r}: {error}", code="energy-depends") from error
     momentum = slope(energy, q.velocity, "the kinetic energy")
     force = (
         slope(momentum, q.velocity, "the momentum") * q.acceleration

@@ -42,7 +42,8 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         if not is_among(name, declared):
             raise UsageError(
                 f"there is no parameter {given(name)} to leave out; axis {axis.name!r} has "
-                f"{', '.join(declared)}."
+                f"{', '.join(declared)}.",
+                code="leave-out-unknown",
             )
     held = {
         p.symbol: number(values[name], f"the value that stands for {name!r}")
@@ -59,7 +60,8 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         without = ", ".join(map(str, held))
         raise UsageError(
             f"axis {axis.name!r} has nothing left to identify without {without}; leave fewer "
-            "parameters out."
+            "parameters out.",
+            code="nothing-left",
         )
     gone = [p for p in axis.parameters if p not in kept]
     experiment, stays = axis.experiment, {p.name for p in kept}

@@ -60,13 +60,14 @@ def newton(
         raise ModelError(
             f"axis {name!r}: the inertia {mass} depends on {', '.join(map(str, moving))}, so "
             "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
-            "derives it."
+            "derives it.",
+            code="inertia-depends",
         )
     declared = declared_parameters(parameters)
     try:
         check_inertia(mass, q, declared)
     except ModelError as error:
-        raise ModelError(f"axis {name!r}: {error}") from error
+        raise ModelError(f"axis {name!r}: {error}", code="negative-inertia") from error
     opposing = [expression(term, "a resistance") for term in several(resistance)]
     return Axis(
         name=name,

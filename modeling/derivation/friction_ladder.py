@@ -51,7 +51,10 @@ def friction_ladder(
     """
     check_axis(axis)
     if stribeck is not None and number(stribeck, "the Stribeck velocity") <= 0:
-        raise ModelError(f"the Stribeck velocity is {stribeck!r}; give a positive number.")
+        raise ModelError(
+            f"the Stribeck velocity is {stribeck!r}; give a positive number.",
+            code="ladder-velocity",
+        )
     kept, friction = _split(axis)
     ladder: dict[str, Axis] = {}
     for law, terms in _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck).items():

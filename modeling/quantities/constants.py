@@ -90,7 +90,7 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
     """
     symbol = known_value(value, unit, what)
     if isinstance(symbol, KnownSymbol) and not symbol.value > 0:
-        raise ModelError(f"{what} is {value!r}; give a positive number.")
+        raise ModelError(f"{what} is {value!r}; give a positive number.", code="not-positive")
     return symbol
 
 

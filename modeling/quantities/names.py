@@ -49,7 +49,8 @@ def check_name(name: str, what: str) -> None:
     if not isinstance(name, str) or not _PATTERN.fullmatch(name):
         raise ModelError(
             f"{what} is named {given(name)}; a name is a letter followed by at most 30 letters, "
-            "digits or underscores. Choose another name."
+            "digits or underscores. Choose another name.",
+            code="bad-name",
         )
     taken = {
         "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),
@@ -58,10 +59,16 @@ def check_name(name: str, what: str) -> None:
         "reserved for the generated functions": RESERVED,
     }
     if _MADE.fullmatch(name):
-        raise ModelError(f"{what} is named {name!r}, which the program uses. Choose another name.")
+        raise ModelError(
+            f"{what} is named {name!r}, which the program uses. Choose another name.",
+            code="name-of-program",
+        )
     for reason, names in taken.items():
         if name in names:
-            raise ModelError(f"{what} is named {name!r}, which is {reason}. Choose another name.")
+            raise ModelError(
+                f"{what} is named {name!r}, which is {reason}. Choose another name.",
+                code="keyword-name",
+            )
 
 
 def check_symbol(name: str, what: str, *, control: bool = False) -> None:
@@ -82,7 +89,8 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
     if name in _CONSTANTS and not (control and name == "G"):
         raise ModelError(
             f"{what} is named {name!r}, which is {_CONSTANTS[name]} in every expression. Choose "
-            "another name."
+            "another name.",
+            code="name-of-function",
         )
 
 
@@ -126,6 +134,7 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
             first, owner = seen[name.lower()]
             but = "" if name == first else " but for case"
             raise ModelError(
-                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one."
+                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one.",
+                code="names-differ-by-case",
             )
         seen[name.lower()] = (name, what)

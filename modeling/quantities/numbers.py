@@ -20,7 +20,9 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     except (TypeError, ValueError, OverflowError):
         result = math.nan
     if isinstance(value, (str, bytes, bool)) or math.isnan(result):
-        raise ModelError(f"{what} is {given(value)}; give a number.")
+        raise ModelError(f"{what} is {given(value)}; give a number.", code="not-a-number")
     if finite and math.isinf(result):
-        raise ModelError(f"{what} is {given(value)}; give a finite number.")
+        raise ModelError(
+            f"{what} is {given(value)}; give a finite number.", code="number-not-finite"
+        )
     return result

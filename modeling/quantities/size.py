@@ -29,12 +29,14 @@ def check_size(value: sympy.Expr, what: str) -> None:
     if many:
         raise ModelError(
             f"{what} has more than {MOST_NODES} operations and operands; declare a smaller model, "
-            "or name what repeats as a parameter."
+            "or name what repeats as a parameter.",
+            code="expression-size",
         )
     if terms > MOST_TERMS:
         raise ModelError(
             f"{what} may have more than {MOST_TERMS} terms when it is multiplied out; write less "
-            "of it, smaller powers of sums, or fewer sines and cosines in a product."
+            "of it, smaller powers of sums, or fewer sines and cosines in a product.",
+            code="equation-size",
         )
 
 

@@ -92,7 +92,8 @@ class Coordinate(Symbolic):
         if not is_among(self.unit, ("m", "rad")):
             raise ModelError(
                 f"coordinate {self.name!r} has the unit {given(self.unit)}; use 'm' for a linear "
-                "axis or 'rad' for a rotary one."
+                "axis or 'rad' for a rotary one.",
+                code="coordinate-unit",
             )
 
     @property
@@ -125,7 +126,8 @@ def check_coordinate(coordinate: object) -> None:
     """Refuse what is no coordinate, such as its name."""
     if not isinstance(coordinate, Coordinate):
         raise ModelError(
-            f"the coordinate is {given(coordinate)}; give a Coordinate, such as Coordinate('q')."
+            f"the coordinate is {given(coordinate)}; give a Coordinate, such as Coordinate('q').",
+            code="coordinate-type",
         )
 
 
@@ -180,7 +182,8 @@ class Parameter(Symbolic):
         if spread < 0 or (spread > 0 and self.known is None):
             raise ModelError(
                 f"parameter {self.name!r}: the standard deviation of its known value is "
-                f"{self.known_sd!r}; give 0 or more, with a known value."
+                f"{self.known_sd!r}; give 0 or more, with a known value.",
+                code="known-deviation",
             )
         if self.known is None:
             return
@@ -189,7 +192,8 @@ class Parameter(Symbolic):
         if not self.allows(value):
             raise ModelError(
                 f"parameter {self.name!r}: its known value {self.known!r} is outside its bounds "
-                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three."
+                f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
+                code="known-beyond-bounds",
             )
 
     @property
@@ -227,7 +231,8 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
     raise ModelError(
         f"{what} is {_typed(value)}; give a number or a SymPy expression of "
-        "Parameter and Coordinate objects."
+        "Parameter and Coordinate objects.",
+        code="expression-type",
     )
 
 
@@ -253,7 +258,10 @@ def declared_parameters(values: Any) -> tuple[Parameter, ...]:
     listed = several(values)
     for value in listed:
         if not isinstance(value, Parameter):
-            raise ModelError(f"the parameters have {given(value)}; give Parameter objects.")
+            raise ModelError(
+                f"the parameters have {given(value)}; give Parameter objects.",
+                code="parameters-type",
+            )
     return listed
 
 

@@ -73,7 +73,9 @@ def parse_unit(text: str) -> Unit:
         A symbol is not on the whitelist, or the text is not a product of powers.
     """
     if not isinstance(text, str) or not text.strip():
-        raise ModelError(f"a unit is a text such as 'kg' or 'N/(m/s)', not {given(text)}.")
+        raise ModelError(
+            f"a unit is a text such as 'kg' or 'N/(m/s)', not {given(text)}.", code="unit-type"
+        )
     if len(text) > _LONGEST:
         raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
     exponents, rest = _product(_tokens(text), text)
@@ -159,7 +161,8 @@ def _malformed(text: str, where: str) -> ModelError:
     meant = f" Did you mean {text.replace(where, apart)!r}?" if apart else ""
     return ModelError(
         f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
-        f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}"
+        f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}",
+        code="unit-not-read",
     )
 
 

@@ -49,10 +49,11 @@ def load_axis(name: str | Path) -> Axis:
         raise ModelError(
             f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
             "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
-            "starts one."
+            "starts one.",
+            code="unknown-axis",
         )
     if not _is_file(file):
-        raise ModelError(f"{_else_there(file)}; check the path.")
+        raise ModelError(f"{_else_there(file)}; check the path.", code="no-axis-file")
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)
@@ -84,10 +85,11 @@ def _run(file: Path) -> dict[str, Any]:
         with contextlib.redirect_stdout(sys.stderr):
             return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
     except ModelError as error:
-        raise ModelError(f"{file}, {_line(error, file)}: {error}") from error
+        raise ModelError(f"{file}, {_line(error, file)}: {error}", code="axis-mistake") from error
     except (Exception, SystemExit) as error:
         raise ModelError(
-            f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}"
+            f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}",
+            code="axis-not-imported",
         ) from error
     finally:
         if folder in sys.path:
@@ -114,7 +116,7 @@ def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
         return axes["axis"]
     what = f"declares {_listed(axes)}" if axes else "declares no axis"
     fix = f"choose one with {file}:NAME" if axes else "bind the result of newton(...) to a name"
-    raise ModelError(f"{file} {what}; {fix}.")
+    raise ModelError(f"{file} {what}; {fix}.", code="no-axis-in-file")
 
 
 def _listed(axes: dict[str, Axis]) -> str:

@@ -26,6 +26,8 @@ class TextError(UsageError):
         The sentence; ``column 3``; the line of the text over a caret.
     """
 
+    code = "text-not-read"
+
     def __init__(self, reason: str, text: str, offset: int) -> None:
         place = min(max(offset, 0), len(text))
         before = text[:place].split("\n")

@@ -140,13 +140,14 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
         if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _FLOATS):
             raise UsageError(
                 f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
-                f"arithmetic, pi and {', '.join(_FUNCTIONS)}."
+                f"arithmetic, pi and {', '.join(_FUNCTIONS)}.",
+                code="not-in-functions",
             )
     known = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     try:
         unit = UnitReader(known, absolute=(_Abs,)).unit(function)
     except UnitsError as error:
-        raise UsageError(str(error)) from error
+        raise UsageError(str(error), code="function-units") from error
     return ParameterFunction(function, unit, tuple(symbols.values()))
 
 

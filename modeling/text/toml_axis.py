@@ -95,18 +95,25 @@ def _text(file: Path) -> str:
     except OSError as error:
         raise ModelError(f"{file} cannot be read: {error.strerror}.") from error
     if len(content) > _LARGEST_FILE:
-        raise ModelError(f"{file} is larger than a declaration may be, {_LARGEST_FILE} bytes.")
+        raise ModelError(
+            f"{file} is larger than a declaration may be, {_LARGEST_FILE} bytes.",
+            code="declaration-size",
+        )
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise ModelError(
             f"{file} is not UTF-8 text: see byte 0x{content[error.start]:02x} in line {line}. Save "
-            "it as UTF-8."
+            "it as UTF-8.",
+            code="declaration-encoding",
         ) from error
     for i, line_text in enumerate(text.split("\n"), 1):
         if len(line_text) > _LONGEST_LINE:
-            raise ModelError(f"{file}: line {i} is longer than {_LONGEST_LINE} characters.")
+            raise ModelError(
+                f"{file}: line {i} is longer than {_LONGEST_LINE} characters.",
+                code="declaration-line",
+            )
     return text
 
 

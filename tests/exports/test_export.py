@@ -13,11 +13,9 @@ from typing import Any
 import pytest
 
 from axisid import (
-    DataError,
     Identification,
     Prefilter,
     Record,
-    UsageError,
     export,
     identify,
     load_axis,
@@ -32,6 +30,7 @@ from axisid.exports.parameter_tables import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.estimation.studies.test_streaming import in_blocks
+from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -191,7 +190,7 @@ def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
     assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
     other = tmp_path / "other.json"
     other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
-    with pytest.raises(UsageError, match=r"does not hold the axis 'mine'; .* \(axis=\.\.\.\)"):
+    with refuses("file-of-another-axis", says=r"'mine'; .* \(axis=\.\.\.\)"):
         export(other, "c")
 
 
@@ -275,11 +274,11 @@ def test_bad_arguments_are_explained(
         assert (code, out) == (2, "")
         assert message in err
     assert run("export", tmp_path / "absent.json", "--axis", "emps2015", "--to", "c")[0] == 3
-    with pytest.raises(UsageError, match="no target 'rust'"):
+    with refuses("unknown-target", says="'rust'"):
         export(result, "rust")
-    with pytest.raises(UsageError, match="no estimate by 'ols'"):
+    with refuses("not-estimated-by", says="'ols'"):
         export(result, method="ols")
-    with pytest.raises(DataError, match="cannot be read"):
+    with refuses("result-not-a-file"):
         export(tmp_path, axis="emps2015")
 
 

@@ -12,7 +12,6 @@ from axisid import (
     Coordinate,
     Parameter,
     Record,
-    UsageError,
     build,
     identify,
     load_result,
@@ -29,6 +28,7 @@ from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.simulation import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white
+from tests.refusals import refuses
 
 TRUTH = {"M": 100.0, "Fv": 240.0, "Fc": 25.0}
 MOVES = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.75, repeat=2)
@@ -186,5 +186,5 @@ def test_a_twin_has_the_signal_that_it_is_given(emps2015: GeneratedAxis) -> None
     assert moved.commanded is not None
     assert moved.reference is not None
     np.testing.assert_allclose(moved.commanded, moved.reference + 1e-5 * added)
-    with pytest.raises(UsageError, match="is added to None"):
+    with refuses("record-injected-at", says="None"):
         twin_record(emps2015, injected=added)

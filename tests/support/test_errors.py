@@ -8,6 +8,7 @@ import ast
 import json
 import pickle
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from axisid.estimation.signals.filtered_record import check_filter
 from axisid.modeling.text.mistakes import TextError
 from axisid.support.errors import DataError, DeclarationError, EstimationError, UsageError
 from axisid.support.remedy import ARGUMENTS, Remedy, Setting, as_options
+from docs.extensions.error_tables import coded_errors, page
 
 N = 400
 TIME = 1e-3 * np.arange(N)
@@ -147,11 +149,20 @@ def test_every_setting_in_the_library_is_one_of_the_table(root: Path) -> None:
     assert named == {*ARGUMENTS}
 
 
+def test_a_code_means_one_fault() -> None:
+    """It is written once, or is a constant's where several places refuse the same."""
+    written = Counter(error.code for error in coded_errors() if error.is_literal)
+    shared = {error.code for error in coded_errors() if not error.is_literal}
+    assert {code: times for code, times in written.items() if times > 1} == {}
+    assert shared & written.keys() == set()
+    assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", code) for code in {*written, *shared})
+
+
 def test_page_of_errors_lists_every_code(root: Path) -> None:
-    page = (root / "docs" / "api" / "errors.md").read_text(encoding="utf-8")
-    listed = set(re.findall(r"^\| `([a-z-]+)`", page, re.MULTILINE))
-    assert listed == {*_codes(root)}
-    assert {*CASES} <= listed
+    assert "error_tables import page" in (root / "docs" / "errors.py").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `([a-z0-9-]+)`", page(), re.MULTILINE)
+    assert listed == sorted({error.code for error in coded_errors()})
+    assert {*CASES, "usage", "data", "text-not-read"} <= {*listed}
 
 
 def _calls(root: Path) -> Iterator[ast.Call]:
@@ -164,28 +175,6 @@ def _calls(root: Path) -> Iterator[ast.Call]:
 def _files(root: Path) -> list[Path]:
     folders = (root / "modeling", root / "codegen", root / "estimation", root / "src" / "axisid")
     return [file for folder in folders for file in folder.rglob("*.py")]
-
-
-def _codes(root: Path) -> Iterator[str]:
-    """Codes that errors of the library are given, as they are or by the name of a constant."""
-    constants = {
-        target.id: node.value.value
-        for file in _files(root)
-        for node in ast.parse(file.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.Assign)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-        for target in node.targets
-        if isinstance(target, ast.Name)
-    }
-    for call in _calls(root):
-        for keyword in call.keywords:
-            if keyword.arg != "code":
-                continue
-            if isinstance(keyword.value, ast.Constant):
-                yield str(keyword.value.value)
-            elif isinstance(keyword.value, ast.Name) and keyword.value.id.isupper():
-                yield constants[keyword.value.id]
 
 
 def test_remedy_of_an_error_is_data() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
@@ -53,7 +54,12 @@ class Line:
     share: float
 
 
-def constant_check(preferred: Estimate, weights: Array, law: LawCheck | Missing) -> Check | Missing:
+def constant_check(
+    preferred: Estimate,
+    weights: Array,
+    law: LawCheck | Missing,
+    lacking: Sequence[Lack] | Missing,
+) -> Check | Missing:
     """Whether a constant force is left in the residuals.
 
     Parameters
@@ -62,26 +68,31 @@ def constant_check(preferred: Estimate, weights: Array, law: LawCheck | Missing)
     weights : (n,) array
         Of its rows: what a constant force of 1 makes of them.
     law : LawCheck or Missing
+    lacking : sequence of Lack or Missing
+        What the model lacks besides: a term of another kind has a mean, and is told of by itself.
     """
     if preferred.ddm_quantities:
         return Missing("the rows of a direct model are accelerations")
     found = _constant(preferred, weights)
-    force, deviation = found or (0.0, 0.0)  # nothing beside terms that make a constant themselves
+    # Nothing beside terms that make a constant themselves.
+    force, deviation, needed = found or (0.0, 0.0, 0.0)
     unit = preferred.form.axis.axis.coordinate.force_unit
     size = abs(force) * float(np.linalg.norm(weights)) / float(np.linalg.norm(preferred.y))
-    good = abs(force) <= MIN_DISTANCE_FROM_NOISE.value * deviation or size <= NEGLIGIBLE_FORCE.value
+    good = abs(force) <= needed * deviation or size <= NEGLIGIBLE_FORCE.value
+    terms = () if isinstance(lacking, Missing) else [lack for lack in lacking if is_named(lack)]
     said = f"{force:.3g} +- {deviation:.1g} {unit}"
     return Check(
         name=_CONSTANT,
-        status=passed(good),
+        status=passed(good, matters=not terms),
         figure=100 * size,
         threshold=100 * NEGLIGIBLE_FORCE.value,
         source="percent of the force that a constant beside the model's terms would be, estimated "
-        "as they are; fails where it is three of its deviations too",
+        "as they are; fails where it is three of its deviations too, or as rare by Student's "
+        "distribution with fewer degrees of freedom, unless a missing term is named",
         meaning="no constant force is left in the residuals"
         if good
         else f"a constant force of {said} is left in the residuals: "
-        + _whose(preferred, force, law),
+        + ("the missing term may make it" if terms else _whose(preferred, force, law)),
     )
 
 
@@ -206,8 +217,12 @@ def _too_wide(found: LackOfFit) -> str:
     )
 
 
-def _constant(preferred: Estimate, weights: Array) -> tuple[float, float] | None:
-    """A constant force with its deviation, estimated beside the parameters; None for nothing."""
+def _constant(preferred: Estimate, weights: Array) -> tuple[float, float, float] | None:
+    """A constant force, its deviation, and how many of them tell it from none; None for nothing.
+
+    It is estimated beside the parameters. In sluggish noise few rows are told apart, and three of
+    their deviations are no rare thing.
+    """
     y = preferred.residuals + preferred.X @ preferred.theta
     names = [*(q.name for q in preferred.quantities), _CONSTANT]
     try:
@@ -222,8 +237,11 @@ def _constant(preferred: Estimate, weights: Array) -> tuple[float, float] | None
             solution = instrumental_variables(y, regressor, instruments)
     except EstimationError:
         return None
-    covariance = preferred.covariance_model.matrix(solution)
-    return float(solution.theta[-1]), float(np.sqrt(covariance[-1, -1]))
+    model = preferred.covariance_model
+    deviation = float(np.sqrt(model.matrix(solution)[-1, -1]))
+    rare = float(ndtr(MIN_DISTANCE_FROM_NOISE.value))
+    needed = float(stdtrit(model.freedom(solution)[-1], rare))
+    return float(solution.theta[-1]), deviation, needed
 
 
 def _whose(preferred: Estimate, force: float, law: LawCheck | Missing) -> str:

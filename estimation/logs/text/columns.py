@@ -189,7 +189,8 @@ def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samp
     if why:
         raise DataError(
             f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
-            "2026-02-01 12:00:00.250."
+            "2026-02-01 12:00:00.250.",
+            code="bad-time-stamp",
         )
     raise DataError(
         f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "

@@ -115,7 +115,8 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
     sample = [(i, line) for i, (_, line) in enumerate(lines[:_SAMPLE]) if not is_comment(line)]
     if len(sample) < 2:
         raise DataError(
-            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines."
+            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines.",
+            code="no-samples",
         )
     _check_width(source, sample)
     separator, comma, width, first = _best(source, sample)
@@ -170,7 +171,8 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
         raise DataError(
             f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
             "header row and rows of numbers below it are expected, separated by comma, semicolon, "
-            "tab, bar or blanks."
+            "tab, bar or blanks.",
+            code="no-table",
         )
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
@@ -235,7 +237,8 @@ def _header(
         shown = ", ".join(split_cells(lines[first][1], separator)[:4])
         raise DataError(
             f"{source}: the first row holds numbers ({shown}); write the names of the columns "
-            "above it."
+            "above it.",
+            code="no-header",
         )
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
@@ -244,7 +247,8 @@ def _header(
         raise DataError(
             f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
             f"({', '.join(header[:6])}), the rows have {width}. Correct the header row; where "
-            "numbers have a decimal comma, separate columns by semicolon or tab."
+            "numbers have a decimal comma, separate columns by semicolon or tab.",
+            code="header-length",
         )
     skipped = used[0] - (0 if above else len(commented) - 1)
     note = (
@@ -274,7 +278,8 @@ def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
     if cells > _MOST_COLUMNS:
         raise DataError(
             f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
-            "sample in a row. Transpose it if it has one column for each sample."
+            "sample in a row. Transpose it if it has one column for each sample.",
+            code="too-many-columns",
         )
 
 
@@ -284,7 +289,8 @@ def _check_names(source: str, line: int, names: list[str]) -> None:
         raise DataError(
             f"{source}, line {line}: the time stamp {stamps[0]!r} stands where the names of the "
             "columns are expected, right above the first row of numbers; fill the row in, or "
-            "remove it."
+            "remove it.",
+            code="time-stamp-for-header",
         )
     if all(is_number(name) for name in names):
         raise DataError(
@@ -319,5 +325,6 @@ def _check_thousands(source: str, body: list[str], separator: str | None, *, com
     if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
         raise DataError(
             f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "
-            "thousands; export the log with a decimal point."
+            "thousands; export the log with a decimal point.",
+            code="ambiguous-decimal-mark",
         )

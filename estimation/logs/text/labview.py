@@ -35,7 +35,8 @@ def plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[s
     if not ends or ends[-1] + 1 >= len(lines):
         raise DataError(
             f"{source}: the LabVIEW measurement file has no samples below its heads, which "
-            f"{_END} closes."
+            f"{_END} closes.",
+            code="labview-without-samples",
         )
     head = [line for _, line in lines[: ends[-1]]]
     separator = _separator(head)

@@ -105,7 +105,7 @@ def text_blocks(source: str, raw: io.RawIOBase, rows: int, encoding: str) -> Ite
             raise DataError(
                 f"{source} is {written}, which is read whole; ",
                 Remedy.of(Setting("stream", given=False), "."),
-                code="not-in-blocks",
+                code="labview-in-blocks",
             )
         dialect = sniff(source, head)
         notes = dialect.notes + _encoding_note(encoding)
@@ -223,6 +223,8 @@ def _decoded(source: str, content: bytes, encoding: str) -> str:
 
 class NoTextError(DataError):
     """A file is no text in an encoding that is known."""
+
+    code = "no-text"
 
     def __init__(self, source: str) -> None:
         super().__init__(

@@ -90,7 +90,10 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     separator = lines[0][1][len(_NAME)]
     heads = _heads([line for _, line in lines], separator)
     if len(heads) == len(lines):
-        raise DataError(f"{source}: the export of TwinCAT Scope has no samples below its heads.")
+        raise DataError(
+            f"{source}: the export of TwinCAT Scope has no samples below its heads.",
+            code="twincat-without-samples",
+        )
     rows = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
     channels = _channels(source, heads)
     comma = any("," in line for _, line in rows[:200]) and separator != ","
@@ -194,11 +197,15 @@ def _malformed(
             return DataError(
                 f"{source}, line {number}: more than the {width} cells that the channels need. "
                 "Export with Timelines 'All' or 'For each sampletime', separated by tab or "
-                "semicolon."
+                "semicolon.",
+                code="twincat-cells",
             )
         wrong = next((cell for cell in cells if not is_number(cell)), None)
         if wrong is not None:
-            return DataError(f"{source}, line {number}: {wrong.strip()!r} is not a number.")
+            return DataError(
+                f"{source}, line {number}: {wrong.strip()!r} is not a number.",
+                code="twincat-number",
+            )
     return DataError(f"{source}: its rows cannot be read as numbers.")
 
 

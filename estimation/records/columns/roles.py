@@ -131,7 +131,8 @@ def _injected_at(axis: Axis | None, given: str | None) -> str | None:
     if given is not None and given not in INJECTION_POINTS:
         raise UsageError(
             f"a test signal is said to be added to {given!r}; give "
-            f"{' or '.join(map(repr, INJECTION_POINTS))}."
+            f"{' or '.join(map(repr, INJECTION_POINTS))}.",
+            code="unknown-injection-point",
         )
     return given or (axis.injected_at if axis is not None else "") or None
 
@@ -147,7 +148,10 @@ def _choose(
     """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
     for role in requested:
         if role not in ROLES:
-            raise UsageError(f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.")
+            raise UsageError(
+                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
+                code="unknown-role",
+            )
     declared = dict(axis.columns) if axis is not None else {}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}

@@ -151,7 +151,7 @@ class _Signal:
     """A signal around the runs at its extremes."""
 
     def __init__(self, values: Array) -> None:
-        self.values, self.quantum, self.held = values, _quantum(values), _held(values)
+        self.values, self.quantum, self.held = values, _finest(values), _held(values)
         self.least, self.most = float(values.min()), float(values.max())
         signs = np.sign(np.diff(values))
         self.turns = np.flatnonzero(np.diff(signs)) + 1  # samples between steps of other signs
@@ -193,18 +193,26 @@ class _Signal:
         return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
 
 
-def _quantum(values: Array) -> float:
+def _finest(values: Array) -> float:
+    """What the values are rounded to, if only as floating point numbers are."""
+    return quantum_of(values) or _rounding(values)
+
+
+def _rounding(values: Array) -> float:
+    return _ROUNDING * float(np.abs(values).max(initial=0.0))
+
+
+def quantum_of(values: Array) -> float:
     """What the values are rounded to: the least difference of two, if others are multiples of it.
 
-    Else they are as fine as floating point numbers.
+    Else 0.
     """
-    finest = _ROUNDING * float(np.abs(values).max(initial=0.0))
     apart = np.diff(np.unique(values))
-    apart = apart[apart > finest]
+    apart = apart[apart > _rounding(values)]
     least = float(apart.min(initial=np.inf))
     few = apart[apart < MAX_QUANTUM_MULTIPLE.value * least] / least
     whole = np.abs(few - np.round(few)) < MAX_QUANTUM_REMAINDER.value
-    return least if np.isfinite(least) and np.mean(whole) > MIN_MULTIPLE_SHARE.value else finest
+    return least if np.isfinite(least) and np.mean(whole) > MIN_MULTIPLE_SHARE.value else 0.0
 
 
 def _held(values: Array) -> int:
@@ -220,4 +228,4 @@ def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
     if position is None or stop - start < MIN_REST_SAMPLES.value:
         return False
-    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _quantum(position)
+    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _finest(position)

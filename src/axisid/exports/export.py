@@ -52,7 +52,10 @@ def export(
     """
     target = _target(to)
     if not is_real(dead_zone):
-        raise UsageError(f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.")
+        raise UsageError(
+            f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.",
+            code="dead-zone-type",
+        )
     if dead_zone and not target.language:
         languages = ", ".join(known.name for known in TARGETS if known.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
@@ -69,7 +72,9 @@ def _target(name: object) -> Target:
         if is_among(name, (target.name,)):
             return target
     known = ", ".join(target.name for target in TARGETS)
-    raise UsageError(f"there is no target {given(name)}; choose from {known}.")
+    raise UsageError(
+        f"there is no target {given(name)}; choose from {known}.", code="unknown-target"
+    )
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

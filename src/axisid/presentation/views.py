@@ -194,7 +194,8 @@ figure_of.register(Sweep, _of_sweep)
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
-            f"a figure of {type(result).__name__} has no method to choose; leave it out."
+            f"a figure of {type(result).__name__} has no method to choose; leave it out.",
+            code="no-method-to-choose",
         )
 
 
@@ -207,4 +208,6 @@ def _drawn(plot: Plot) -> "Figure":
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
-    return UsageError(f"{type(result).__name__} has no figure {given(what)}{choose}.")
+    return UsageError(
+        f"{type(result).__name__} has no figure {given(what)}{choose}.", code="unknown-figure"
+    )

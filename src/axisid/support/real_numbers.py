@@ -58,7 +58,10 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
     if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
-        raise error(f"{what}: {masked} of the values are masked; leave them out, or repair them.")
+        raise error(
+            f"{what}: {masked} of the values are masked; leave them out, or repair them.",
+            code="masked-values",
+        )
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O":  # None would become not a number without a word
@@ -67,5 +70,5 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         raise error(f"{what}: the values are not numeric: {reason}.") from reason
     if array.dtype.kind not in "biuf":
         kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
-        raise error(f"{what}: the values are {kind}; give real numbers.")
+        raise error(f"{what}: the values are {kind}; give real numbers.", code="not-real-numbers")
     return np.asarray(array, dtype=float)

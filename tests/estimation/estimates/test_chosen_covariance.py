@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from axisid import Record, UsageError, identify
+from axisid import Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.estimates.instruments import Endogeneity, endogeneity_of
+from tests.refusals import refuses
 
 
 @pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])
@@ -55,5 +56,5 @@ def test_note_and_table_name_it(run: Callable[..., tuple[int, str, str]]) -> Non
 
 
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with pytest.raises(UsageError, match="choose from hac, robust, iid"):
+    with refuses("unknown-covariance", says="hac, robust, iid"):
         identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]

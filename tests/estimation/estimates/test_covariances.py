@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Identification, Record, UsageError, export, identify, load_result
+from axisid import Identification, Record, export, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import covariances
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.covariances import ResidualModel
 from tests.recipes import commands_with, recipe_blocks
+from tests.refusals import refuses
 
 NAME, RECIPE = "hc3", "Add a covariance"
 MODULE = "axisid.estimation.regression.leave_one_out"
@@ -76,14 +77,14 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     file = tmp_path / "result.json"
     file.write_text(json.dumps(result.to_dict()))
     monkeypatch.delitem(COVARIANCES, NAME)
-    with pytest.raises(ValueError, match="covariance 'hc3', which this program does not have"):
+    with refuses("unknown-saved-covariance", says="'hc3'"):
         load_result(file)
 
 
 def test_no_covariance_is_known_but_those_of_the_table(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    with pytest.raises(UsageError, match="there is no covariance 'hc3'"):
+    with refuses("unknown-covariance", says="'hc3'"):
         identify(emps2015, twin, covariance=NAME)
 
 

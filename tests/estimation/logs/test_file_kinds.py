@@ -11,6 +11,7 @@ import pytest
 
 from axisid import DataError, read_record
 from axisid.estimation import LogBlocks
+from tests.refusals import refuses
 
 TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
 
@@ -39,14 +40,16 @@ def test_kind_of_a_file_is_told_by_its_content(
 ) -> None:
     file = tmp_path / name
     file.write_bytes(content)
-    with pytest.raises(DataError, match=message):
+    with refuses("other-kind-of-file", says=message):
         read_record(file)
 
 
 def test_result_is_no_log(tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps({"schema": "axisid.identification/1", "axis": "emps"}, indent=2))
-    with pytest.raises(DataError, match=r"a result of axisid in JSON.*the log that it was found"):
+    with refuses(
+        "other-kind-of-file", says=r"a result of axisid in JSON.*the log that it was found"
+    ):
         read_record(file)
 
 
@@ -62,7 +65,7 @@ def test_archives_are_told_by_what_is_inside(tmp_path: Path, inside: str, messag
     file = tmp_path / "log.xlsx"
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr(inside, "")
-    with pytest.raises(DataError, match=message):
+    with refuses("other-kind-of-file", says=message):
         read_record(file)
 
 
@@ -74,7 +77,7 @@ def test_text_compressed_by_gzip_is_read(tmp_path: Path) -> None:
     assert np.array_equal(record.position, read_record(plain).position)
     assert "unpacked by gzip" in record.provenance.assumed
     packed.write_bytes(gzip.compress(TEXT.encode())[:-20])
-    with pytest.raises(DataError, match="cannot be unpacked"):
+    with refuses("damaged-gzip"):
         read_record(packed)
 
 
@@ -82,7 +85,7 @@ def test_text_compressed_by_gzip_is_read(tmp_path: Path) -> None:
 def test_pipe_is_refused_and_not_waited_for(tmp_path: Path, ending: str) -> None:
     pipe = tmp_path / f"log{ending}"
     os.mkfifo(pipe)
-    with pytest.raises(DataError, match="no regular file but a pipe"):
+    with refuses("log-not-a-file"):
         read_record(pipe)
 
 
@@ -94,5 +97,5 @@ def test_blocks_are_of_regular_files_of_their_kind(tmp_path: Path) -> None:
     for name, message in (("pipe", "no regular file"), ("log", "Parquet"), ("folder", "a folder")):
         with pytest.raises(DataError, match=message):
             list(LogBlocks(file=tmp_path / f"{name}.csv"))
-    with pytest.raises(DataError, match="no regular file"):
+    with refuses("log-not-a-file"):
         read_record("/dev/zero")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Prefilter, Record, UsageError, compare, identify, sweep
+from axisid import Prefilter, Record, compare, identify, sweep
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import methods
 from axisid.estimation.methods import METHODS
@@ -17,6 +17,7 @@ from axisid.estimation.methods.methods import method_of
 from axisid.presentation.plots import sweep_plot
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.recipes import commands_with, recipe_blocks
+from tests.refusals import refuses
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
 MODULE = "axisid.estimation.methods.weighted"
@@ -73,7 +74,7 @@ def test_checks_of_the_loop_say_that_the_method_simulates_none(
 
 
 def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:
-    with pytest.raises(UsageError, match="there is no method 'idm-wls'"):
+    with refuses("unknown-method", says="'idm-wls'"):
         identify(emps2015, twin, methods=[NAME])
     assert list(METHODS) == [method.name for method in METHODS.values()]
 
@@ -103,7 +104,7 @@ def test_the_sweep_of_a_report_has_the_new_method(emps2015: GeneratedAxis, twin:
 def test_models_are_compared_by_methods_whose_row_says_so(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    with pytest.raises(UsageError, match="by 'idm-wls'; choose idm-ls or idm-iv"):
+    with refuses("no-comparison-by", says="'idm-wls'; choose idm-ls or idm-iv"):
         compare([emps2015, emps2015.axis], twin, method=NAME)
 
 

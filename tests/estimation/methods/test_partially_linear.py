@@ -13,7 +13,6 @@ from scipy.optimize import least_squares as scipy_least_squares
 
 from axisid import (
     Axis,
-    EstimationError,
     Experiment,
     Identification,
     Parameter,
@@ -36,6 +35,7 @@ from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
 from tests.axes.bodies import b, c, m, stage, x
+from tests.refusals import refuses
 
 s = Parameter("s", "N")
 v = Parameter("v", "m/s", nominal=0.05, lower=1e-4)
@@ -184,7 +184,7 @@ def test_everything_else_takes_such_an_axis(
 
 def test_search_needs_a_start(record: Record) -> None:
     blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
-    with pytest.raises(EstimationError, match="v enters nonlinearly, so its search needs a start"):
+    with refuses("no-start", says="v enters nonlinearly, so its search needs a start"):
         identify(blind, record, FILTER, "idm-ls")
 
 
@@ -201,7 +201,7 @@ def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: 
     found = re.search(r"lead to v = (\S+) m/s, beyond its bound 0.09", result.failed["idm-iv"].text)
     assert found
     assert float(found[1]) == pytest.approx(0.0995, abs=1e-4)
-    with pytest.raises(EstimationError, match="Widen the bounds if such a value is possible"):
+    with refuses("beyond-bounds"):
         identify(axis, record, FILTER, "idm-iv")
 
 

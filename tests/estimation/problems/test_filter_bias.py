@@ -5,10 +5,35 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, identify, load_axis, sweep, twin_record
+from axisid import (
+    Identification,
+    Prefilter,
+    Record,
+    build,
+    identify,
+    load_axis,
+    sweep,
+    twin_record,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates.filter_bias import filter_bias
 from axisid.estimation.estimates import Value
 from axisid.estimation.methods import METHODS
+from axisid.support.arrays import Array
+
+
+@pytest.fixture(scope="module")
+def valve() -> Identification:
+    """A twin that reverses so often that no reversal can be left out."""
+    axis = build(load_axis("valve"))
+    return identify(axis, twin_record(axis))
+
+
+def _truth(result: Identification) -> Array:
+    truth = result.record.provenance.truth or {}
+    return np.array([truth[name] for name in result.axis.names])
+
 
 KEPT = Prefilter(reversals="keep")  # where the filter moves estimates most
 
@@ -81,6 +106,48 @@ def test_check_and_notes_name_what_is_moved(emps2015: GeneratedAxis, twin: Recor
     assert viscous.filter_bias is not None
     expected = (mass.value + mass.filter_bias) / (viscous.value + viscous.filter_bias)
     assert moved == pytest.approx(expected - mass.value / viscous.value, rel=1e-2)
+
+
+def test_a_correction_that_the_corrected_loop_confirms_is_no_fault(valve: Identification) -> None:
+    """The mass is moved by 2 %, and its interval holds the truth."""
+    estimate, truth = valve.preferred, valve.record.provenance.truth
+    mass, quiet = estimate.parameters["m"], estimate.noise_free
+    assert truth is not None
+    assert quiet is not None
+    assert quiet.again is not None
+    assert mass.shift > 3
+    assert mass.interval[0] < truth["m"] < mass.interval[1]
+    assert estimate.physical - quiet.again == pytest.approx(_truth(valve), rel=0.02)
+    (check,) = (c for c in valve.verdict if c.name == "filter bias")
+    assert check.status == "note"
+    assert "as the loop at the corrected values confirms" in check.meaning
+    assert str(check.note).endswith("raise the cut-off")  # leaving out would hide the mass
+
+
+def test_a_correction_that_is_another_at_the_corrected_values_is_one(
+    valve: Identification,
+) -> None:
+    estimate, quiet = valve.preferred, valve.preferred.noise_free
+    assert quiet is not None
+    for again in (2 * quiet.bias, None):
+        doubtful = replace(estimate, noise_free=replace(quiet, again=again))
+        check = filter_bias(doubtful, has_reversals=True)
+        assert isinstance(check, Check)
+        assert check.status == "fail"
+        assert "leave out the reversals" in str(check.note)
+
+
+def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(
+    valve: Identification,
+) -> None:
+    """Loops of an estimate that is 2 % off leave something else behind the filter."""
+    estimate = valve.preferred
+    tests = estimate.residual_tests
+    assert estimate.net_residuals.std() < 0.03 * estimate.residuals.std()
+    assert tests.cross_z <= tests.cross_limit
+    (check,) = (c for c in valve.verdict if c.name == "normal residuals")
+    assert tests.excess_kurtosis > 6  # of what noise there is at reversals, a fortieth of all
+    assert check.status == "note"
 
 
 def test_force_column_and_partially_known_models_are_taken_alike(twin: Record) -> None:

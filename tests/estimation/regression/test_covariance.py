@@ -9,7 +9,6 @@ from linearmodels.iv import IV2SLS
 from scipy.signal import lfilter
 from statsmodels.stats.sandwich_covariance import S_hac_simple
 
-from axisid import UsageError
 from axisid.estimation.regression.covariance import (
     Classical,
     Hac,
@@ -26,6 +25,7 @@ from axisid.estimation.regression.linear import (
 )
 from axisid.estimation.signals import Neighbours
 from tests.estimation.nist import FILIP, LONGLEY, NORRIS, PONTIUS, Dataset
+from tests.refusals import refuses
 
 NAMES = ("a", "b", "c")
 
@@ -171,7 +171,7 @@ def test_names_say_kernel_lags_and_correction(data: tuple[np.ndarray, ...]) -> N
     assert "plug-in rule" in Hac().describe(solution)
     assert "prewhitened" not in Hac(prewhitened=False).describe(solution)
     assert Robust(corrected=False).describe(solution) == "heteroscedasticity-robust"
-    with pytest.raises(UsageError, match="lags are -1"):
+    with refuses("bad-lags", says="-1"):
         Hac(-1)
 
 

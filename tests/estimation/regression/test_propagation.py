@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Identification, Record, UsageError, identify
+from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.regression.propagation import DrawSummary, root
 from axisid.support.remedy import Setting
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -95,19 +96,19 @@ def test_draws_are_seeded(result: Identification) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "code"),
     [
-        ({"draws": 0}, "the draws are 0; give a whole number from 2"),
-        ({"draws": 1.5}, "the draws are 1.5"),
-        ({"covariance": "white"}, "there is no covariance 'white'; choose from iid, robust, hac"),
-        ({"function": "M + Fv"}, "units must agree"),
-        ({"function": "mass"}, "there is no parameter mass"),
+        ({"draws": 0}, "bad-draws"),
+        ({"draws": 1.5}, "bad-draws"),
+        ({"covariance": "white"}, "covariance-not-there"),
+        ({"function": "M + Fv"}, "function-units"),
+        ({"function": "mass"}, "text-not-read"),
     ],
 )
 def test_misuse_is_explained(
-    result: Identification, arguments: dict[str, object], message: str
+    result: Identification, arguments: dict[str, object], code: str
 ) -> None:
-    with pytest.raises(UsageError, match=message):
+    with refuses(code):
         result["ddm-ls"].propagate(**{"function": "M", **arguments})  # type: ignore[arg-type]
 
 

@@ -12,6 +12,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, SampledFilter, paired_with_force
 from axisid.support.arrays import Array
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_settings_are_not_changed(emps2015: GeneratedAxis, record: Record) -> No
 def test_a_filter_that_cannot_serve_the_record_is_refused_when_it_is_bound(
     emps2015: GeneratedAxis, record: Record
 ) -> None:
-    with pytest.raises(UsageError, match="give a Prefilter"):
+    with refuses("prefilter-type"):
         FilteredRecord.bind(emps2015, record, 60.0)  # type: ignore[arg-type]
     with pytest.raises((UsageError, DataError)):
         FilteredRecord.bind(emps2015, record, Prefilter(cutoff=1e6))

@@ -8,7 +8,6 @@ import pytest
 from axisid import (
     Prefilter,
     Record,
-    UsageError,
     build,
     compare,
     friction_ladder,
@@ -20,6 +19,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -138,5 +138,5 @@ def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
 
 
 def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
-    with pytest.raises(UsageError, match="give keep or leave-out"):
+    with refuses("unknown-reversals"):
         replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

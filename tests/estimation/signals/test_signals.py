@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from axisid import DataError, Prefilter, Record, UsageError, identify
+from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.studies.streaming import identify_stream
+from tests.refusals import refuses
 
 
 @pytest.mark.parametrize(
@@ -21,9 +22,9 @@ def test_time_in_another_unit_is_asked_about_before_the_filter(
     emps2015: GeneratedAxis, twin: Record, factor: float, told: str
 ) -> None:
     record = replace(twin, time=factor * twin.time, sample_period=None)
-    with pytest.raises(DataError, match=f"{told}: is time's unit right.*As it stands, the"):
+    with refuses("time-unit", says=f"{told}: is time's unit right.*As it stands, the"):
         identify(emps2015, record, Prefilter(cutoff=60.0))
-    with pytest.raises(DataError, match=told):
+    with refuses("time-unit", says=told):
         identify_stream(emps2015, [record.channels()], Prefilter(cutoff=60.0))
 
 
@@ -31,5 +32,5 @@ def test_filter_that_does_not_suit_the_record_is_the_only_complaint_otherwise(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     for record in (twin, replace(twin, time=7 * twin.time, sample_period=None)):
-        with pytest.raises(UsageError, match=r"^the cutoff 900 Hz is not below"):
+        with refuses("cutoff-too-high", says=r"^the cutoff 900 Hz is not below"):
             identify(emps2015, record, Prefilter(cutoff=900.0))

@@ -93,6 +93,17 @@ def test_an_inertia_that_only_the_reversals_show_keeps_them() -> None:
     assert off["keep"] < 1e-3 < off["leave-out"]
 
 
+def test_coulomb_friction_that_would_be_hardly_told_keeps_them_too() -> None:
+    """At 30 Hz the paper's axis keeps two thirds of what tells its mass, not of its friction."""
+    axis = build(load_axis("emps2015"))
+    record = twin_record(axis)
+    chosen = [
+        FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=cutoff))
+        for cutoff in (40.0, 30.0)
+    ]
+    assert [each.prefilter.reversals for each in chosen] == ["leave-out", "keep"]
+
+
 def test_friction_near_rest_is_no_reason_to_keep_what_the_filter_rounds() -> None:
     axis = build(with_stribeck(1e-3))
     record = twin_record(axis)

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from axisid import (
-    EstimationError,
-    ModelError,
     build,
     simulate,
     twin_record,
@@ -20,6 +18,7 @@ from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import Move
 from tests.axes.bodies import body, c, k, m, x
 from tests.estimation.exact_axis import ExactAxis, closed_loop
+from tests.refusals import refuses
 
 PERIOD = 1e-3
 TRUTH = np.array([100.2, 236.9, 24.8])
@@ -116,8 +115,8 @@ def test_stick_slip_on_a_spring_satisfies_the_model() -> None:
 
 def test_diverging_loop_names_the_sample_and_the_parameters(emps2015: GeneratedAxis) -> None:
     unlimited = build(replace(emps2015.axis, drive=Drive(gain=35.15)))
-    with pytest.raises(
-        EstimationError, match=r"diverges: .* leaves the range at sample \d+ .*M = 0.1 kg, Fv = 1 "
+    with refuses(
+        "loop-diverges", says=r"diverges: .* leaves the range at sample \d+ .*M = 0.1 kg, Fv = 1 "
     ):
         simulate(unlimited, np.array([0.1, 1.0, 1.0]), MOTIONS["5 Hz, 2 mm reversals"], PERIOD)
 
@@ -134,15 +133,15 @@ def test_unstable_loop_within_the_drive_limit_stays_bounded(emps2015: GeneratedA
 def test_inertia_that_is_not_positive_is_refused(
     emps2015: GeneratedAxis, mass: float, says: str
 ) -> None:
-    with pytest.raises(EstimationError, match=says):
+    with refuses("no-inertia", says=says):
         simulate(emps2015, np.array([mass, 1.0, 1.0]), MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
 
 
 def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
     axis = body()
-    with pytest.raises(ModelError, match="no control law"):
+    with refuses("no-control-law"):
         simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
-    with pytest.raises(ModelError, match="declares no experiment"):
+    with refuses("no-experiment", says="experiment"):
         twin_record(axis)
 
 

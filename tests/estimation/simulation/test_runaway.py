@@ -7,13 +7,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import EstimationError, build, simulate
+from axisid import build, simulate
 from axisid.codegen import GeneratedAxis
 from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
 from axisid.elements import Drive, gravity, viscous
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
 from tests.axes.bodies import M, b, body, k, q
+from tests.refusals import refuses
 
 PERIOD, KP, MASS, GRAVITY, SAG = 1e-3, 40.0, 1.0, 9.80665, 2.3e-3
 KV = MASS * GRAVITY / (KP * SAG)
@@ -48,7 +49,7 @@ def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> No
 def test_a_loop_that_runs_away_is_refused_however_far_its_load_moves_it(
     reference: np.ndarray,
 ) -> None:
-    with pytest.raises(EstimationError, match=r"diverges: the position leaves the range at sample"):
+    with refuses("loop-diverges", says=r"diverges: the position leaves the range at sample"):
         simulate(vertical(-1.0), THETA, reference, PERIOD)
     light = THETA * 0.03  # the sampled loop swings ever further
     batch = simulate_batch(vertical(), np.array([THETA, light]), reference, PERIOD)

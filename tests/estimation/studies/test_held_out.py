@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from axisid import DataError, Prefilter
+from axisid import Prefilter
 from axisid.estimation.signals import Neighbours, SampledFilter
 from axisid.estimation.studies.held_out import HeldOut, Rows, contiguous_blocks, held_out_equation
+from tests.refusals import refuses
 
 
 def test_blocks_cover_all_rows_once_and_keep_their_gap() -> None:
@@ -21,7 +22,7 @@ def test_blocks_cover_all_rows_once_and_keep_their_gap() -> None:
 
 
 def test_too_few_rows_are_refused() -> None:
-    with pytest.raises(DataError, match="the record leaves 100 rows"):
+    with refuses("too-few-to-hold-out", says="100"):
         contiguous_blocks(100, 42, 4)
 
 

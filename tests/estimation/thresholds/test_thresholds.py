@@ -40,6 +40,7 @@ IMPLEMENTATION = {
     "twincat._FILETIME": "tells two units apart",
     "twincat._TICK": "a unit",
     "twincat._MILLISECOND": "a unit",
+    "encoder_steps.STEP_SHARES": "the places of an encoder's steps that are tried",
     "clipping._ROUNDING": "rounding of floating point numbers",
     "jumps._TURN": "a whole turn",
     "own_period._NEAR": "how far a search goes",

@@ -1,12 +1,11 @@
 """What multiplies products of parameters, in the functions that were declared."""
 
-import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axisid.modeling.algebra.coefficients import Coefficients
-from axisid.modeling.algebra.products import TooLargeError
+from tests.refusals import refuses
 
 a, b, q = sympy.symbols("a b q", real=True)
 
@@ -54,5 +53,5 @@ def test_coefficients_are_those_of_the_polynomial(expression: sympy.Expr) -> Non
 
 def test_too_many_products_are_refused() -> None:
     symbols = sympy.symbols("p:12", real=True)
-    with pytest.raises(TooLargeError, match="too many products of parameters"):
+    with refuses("too-many-products"):
         Coefficients((sum(symbols) + q) ** 9, symbols)

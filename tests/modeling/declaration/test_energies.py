@@ -19,6 +19,7 @@ from axisid import (
 )
 from axisid.elements import Drive
 from axisid.modeling import LIBRARY
+from tests.refusals import refuses
 
 x = Coordinate("x")
 X, DX, DDX = x.symbol, x.velocity, x.acceleration
@@ -65,7 +66,7 @@ def axis(parameters: tuple[Parameter, ...] = (m, b), **energies: sympy.Expr) -> 
 def test_an_energy_of_something_else_is_refused_by_its_name(
     energies: dict[str, sympy.Expr], message: str
 ) -> None:
-    with pytest.raises(ModelError, match=rf"^axis 't': .*{message}"):
+    with refuses("energy-depends", says=rf"^axis 't': .*{message}"):
         axis(**energies)
 
 
@@ -167,5 +168,5 @@ def test_a_text_is_held_to_the_same(
 ) -> None:
     file = tmp_path / "axis.toml"
     file.write_text(DECLARATION.format(kinetic=kinetic, potential=potential))
-    with pytest.raises(ModelError, match=message):
+    with refuses("declaration", says=message):
         load_axis(file)

@@ -16,6 +16,7 @@ from axisid.modeling.text.dynamics import DYNAMICS
 from axisid.modeling.text.expression import read_expression
 from axisid.modeling.text.mistakes import TextError
 from tests.bounded import within
+from tests.refusals import refuses
 
 SYMBOLS = {name: sympy.Symbol(name, real=True) for name in ("m", "b", "c", "x", "dx", "ddx")}
 m, b, c, x, dx, ddx = SYMBOLS.values()
@@ -118,7 +119,7 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
 )
 def test_what_cannot_be_read_is_refused_at_its_place(text: str, where: str, reason: str) -> None:
     with within(100_000):
-        with pytest.raises(TextError, match=reason) as refusal:
+        with refuses("text-not-read", says=reason) as refusal:
             read(text)
         assert refusal.value.where == where
 
@@ -160,7 +161,7 @@ def test_constants_that_make_no_sane_number_are_refused_at_their_place(
     text: str, where: str, reason: str
 ) -> None:
     with within(50_000):
-        with pytest.raises(TextError, match=reason) as refusal:
+        with refuses("text-not-read", says=reason) as refusal:
             read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS)
         assert refusal.value.where == where
 

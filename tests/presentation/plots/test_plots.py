@@ -12,7 +12,6 @@ from axisid import (
     Parameter,
     Prefilter,
     Record,
-    UsageError,
     build,
     identify,
     sweep,
@@ -35,6 +34,7 @@ from axisid.presentation.plots.plot import Plot, Series
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
 from axisid.support.missing import Missing
 from tests.axes.bodies import b, body, c, k, m, x
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +122,7 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
         assert s.y[-2] == pytest.approx(abs(before[j] - last[j]) / deviation)
         assert s.y[-2] < 0.01 < s.y[0]
         assert np.isnan(s.y[-1])  # the last from itself
-    with pytest.raises(UsageError, match="no figure of the convergence: idm-ls is no iteration"):
+    with refuses("no-figure", says="no figure of the convergence: idm-ls is no iteration"):
         result["idm-ls"].plot_convergence()
 
 
@@ -196,7 +196,7 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
     plot = friction_plot(result, result["idm-ls"])
     assert isinstance(plot, Missing)
     assert reason in plot.reason
-    with pytest.raises(UsageError, match=reason):
+    with refuses("no-figure", says=reason):
         result.plot_friction()
 
 
@@ -335,7 +335,7 @@ def test_without_a_loop_there_is_no_tracking(emps2015: GeneratedAxis, twin: Reco
         "convergence",
         "tracking",
     ]
-    with pytest.raises(UsageError, match="no control law"):
+    with refuses("no-figure", says="no control law"):
         result.plot_tracking()
 
 
@@ -370,12 +370,12 @@ def test_methods_for_notebooks_draw(result: Identification, swept: Sweep) -> Non
         "error, IDM-IV",
     ]
     assert figures[2]._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
-    with pytest.raises(UsageError, match=r"no 'nonsense'; choose from idm-ls, ddm-ls"):
+    with refuses("no-such-estimate", says="'nonsense'; choose from idm-ls, ddm-ls"):
         result.plot_force("nonsense")
 
 
 def test_a_series_of_unequal_columns_is_refused() -> None:
-    with pytest.raises(UsageError, match="lengths"):
+    with refuses("series-lengths"):
         Series(label="a", x=np.zeros(2), y=np.zeros(3))
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from axisid import DataError, Prefilter, Record, compare_results, export, identify, load_result
+from axisid import Prefilter, Record, compare_results, export, identify, load_result
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from tests.refusals import refuses
 
 DOORS: dict[str, Callable[[Path], object]] = {
     "load_result": load_result,
@@ -125,7 +126,7 @@ def test_every_door_refuses_what_no_result_can_be(
     change(content)
     file = tmp_path / "x.json"
     file.write_text(json.dumps(content))
-    with pytest.raises(DataError, match=f"contradicts itself: .*{said}"):
+    with refuses("contradictory-result", says=f"contradicts itself: .*{said}"):
         DOORS[door](file)
 
 

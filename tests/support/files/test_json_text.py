@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from axisid import EstimationError
 from axisid.support.files.json_text import json_text
+from tests.refusals import refuses
 
 
 def test_a_result_is_written_on_several_lines_and_read_back_as_it_was() -> None:
@@ -34,12 +34,12 @@ def test_a_result_is_written_on_several_lines_and_read_back_as_it_was() -> None:
 def test_a_number_that_json_does_not_know_is_refused_by_its_place(
     result: dict[str, Any], place: str, value: str
 ) -> None:
-    with pytest.raises(
-        EstimationError, match=rf"^the result cannot be written as JSON, since {place} is {value}\."
+    with refuses(
+        "not-json", says=rf"^the result cannot be written as JSON, since {place} is {value}\."
     ):
         json_text(result)
 
 
 def test_the_refusal_says_what_to_check() -> None:
-    with pytest.raises(EstimationError, match="Check the equation of motion over the positions"):
+    with refuses("not-json"):
         json_text({"a": math.inf})

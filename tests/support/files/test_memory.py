@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from axisid import DataError, UsageError, read_record
+from axisid import DataError, read_record
 from axisid.support.files import memory
 from axisid.support.files.memory import machine_memory, room_for
 from tests.bounded import within
+from tests.refusals import refuses
 
 ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far
 MEGABYTE = 1_000_000
@@ -132,7 +133,7 @@ def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
         connection = writer.add_connection("/joint_states", kind, typestore=store)
         for k in range(100):
             writer.write(connection, k, store.serialize_cdr(message, kind))
-    with pytest.raises(DataError, match="would take more than"):
+    with refuses("memory"):
         read_record(tmp_path / "log", max_memory=1e5)
 
 
@@ -142,14 +143,14 @@ def test_log_that_fits_is_read(tmp_path: Path) -> None:
     file.write_text(f"time,position,control\n{rows}\n")
     need = 3 * file.stat().st_size + 200 * 2001
     assert len(read_record(file, max_memory=need)) == 2000
-    with pytest.raises(DataError, match="would take more than"):
+    with refuses("memory"):
         read_record(file, max_memory=need - 1)
     assert len(read_record(file, max_memory=float("inf"))) == 2000
 
 
 @pytest.mark.parametrize("given", [0, -1.0, float("nan"), "4e9", True])
 def test_room_is_a_positive_number(given: Any) -> None:
-    with pytest.raises(UsageError, match="give a positive number of bytes"):
+    with refuses("bad-max-memory"):
         room_for("log.csv", given)
 
 
@@ -167,7 +168,7 @@ def test_room_is_half_of_what_machine_or_container_have(
     assert machine_memory() == 64 << 20
     room = room_for("log.csv", None)
     assert room.left == 32 << 20
-    with pytest.raises(DataError, match=re.escape("0.0336 GB of memory, half of what there is")):
+    with refuses("memory", says=re.escape("0.0336 GB of memory, half of what there is")):
         room.take(room.left + 1)
 
 
@@ -179,7 +180,7 @@ def test_lack_of_memory_is_a_sentence(tmp_path: Path, monkeypatch: pytest.Monkey
         raise MemoryError
 
     monkeypatch.setattr("axisid.estimation.logs.reading.read_text", exhausted)
-    with pytest.raises(DataError, match="there is not enough memory for it"):
+    with refuses("memory"):
         read_record(file)
 
 

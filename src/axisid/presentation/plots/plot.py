@@ -75,7 +75,10 @@ class Series:
                 object.__setattr__(self, name, frozen(values))
         lengths = {len(v) for v in (self.x, self.y, self.low, self.high) if v is not None}
         if len(lengths) != 1:
-            raise UsageError(f"the series {self.label!r} has columns of the lengths {lengths}.")
+            raise UsageError(
+                f"the series {self.label!r} has columns of the lengths {lengths}.",
+                code="series-lengths",
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

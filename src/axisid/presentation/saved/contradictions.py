@@ -51,13 +51,16 @@ def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
             raise DataError(
                 f"{file} has intervals by the covariance {given(estimate.chosen_covariance)}, "
                 f"which this program does not have (it has {', '.join(COVARIANCES)}); "
-                "register it as the program did that wrote the file, or identify again."
+                "register it as the program did that wrote the file, or identify again.",
+                code="unknown-saved-covariance",
             )
 
 
 def contradiction(file: str, problem: str) -> DataError:
     """The refusal of a file, with what is wrong with it and what to do."""
-    return DataError(f"{file} contradicts itself: {problem}. ", WRITE_AGAIN)
+    return DataError(
+        f"{file} contradicts itself: {problem}. ", WRITE_AGAIN, code="contradictory-result"
+    )
 
 
 def _streamed(document: WrittenStream) -> Iterator[str]:

@@ -270,14 +270,16 @@ class SavedEstimate(Presentable):
         if not is_among(function, written):
             raise UsageError(
                 f"the file holds no draws of {given(function)} by {self.method}; identify again "
-                "and write some."
+                "and write some.",
+                code="no-saved-draws",
             )
         drawn = written[function]
         held = drawn.draws + drawn.lost
         if not (draws is None or (is_whole(draws) and draws == held)):
             raise UsageError(
                 f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{given(draws)}; identify again and write as many."
+                f"{given(draws)}; identify again and write as many.",
+                code="other-saved-draws",
             )
         return drawn
 

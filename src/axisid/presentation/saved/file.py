@@ -61,6 +61,7 @@ def _path(file: object) -> Path:
         raise UsageError(
             f"the result is {given(file)}; ",
             Remedy.of("give the file of a result of identify, ", AS_WRITTEN, "."),
+            code="result-type",
         )
     return Path(file)
 
@@ -148,7 +149,8 @@ def joined_model(
     raise UsageError(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
         f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, or "
-        "identify again."
+        "identify again.",
+        code="other-generated-code",
     )
 
 
@@ -181,7 +183,8 @@ def _check_fixed(
             is_now = "free" if new is None else _known(new.known, new.known_sd)
             raise UsageError(
                 f"{file} was identified with {name} {said}, but {model.axis.name!r} as it is "
-                f"declared now has it {is_now}; give the axis as it was then, or identify again."
+                f"declared now has it {is_now}; give the axis as it was then, or identify again.",
+                code="other-fixed-values",
             )
 
 

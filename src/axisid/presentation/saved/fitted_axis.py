@@ -68,7 +68,8 @@ class FittedAxis:
         if not is_among(method, self.estimates):
             raise UsageError(
                 f"the result has no estimate by {given(method)}; it has "
-                f"{', '.join(self.estimates)}."
+                f"{', '.join(self.estimates)}.",
+                code="not-estimated-by",
             )
         return method
 
@@ -105,6 +106,7 @@ def fitted_axis(
         raise UsageError(
             f"{file} does not hold the axis {document.axis!r}; ",
             Remedy.of("give the one it was identified with (", Setting("axis"), ")."),
+            code="file-of-another-axis",
         )
     if isinstance(saved, WrittenStream):
         return _streamed(saved, model)

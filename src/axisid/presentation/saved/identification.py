@@ -145,7 +145,8 @@ class SavedIdentification(Presentable):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}."
+                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}.",
+                code="not-in-file",
             )
         return self.estimates[name]
 
@@ -193,7 +194,8 @@ class SavedIdentification(Presentable):
         if self.declared is None:
             raise UsageError(
                 f"{self.file} does not hold the axis {self.name!r}; give the one it was "
-                f"identified with: load_result(..., axis=...)."
+                f"identified with: load_result(..., axis=...).",
+                code="axis-not-saved",
             )
         return self.declared
 

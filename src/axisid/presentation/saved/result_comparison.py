@@ -292,7 +292,10 @@ def _difference(method: str, name: str, first: WrittenValue, second: WrittenValu
 
 def _within_floats(number: float, what: str) -> float:
     if not math.isfinite(number):
-        raise DataError(f"{what} is beyond floating point; compare results of one size.")
+        raise DataError(
+            f"{what} is beyond floating point; compare results of one size.",
+            code="difference-too-large",
+        )
     return number
 
 

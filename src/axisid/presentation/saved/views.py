@@ -74,7 +74,8 @@ def saved_plot(estimate: SavedEstimate, what: str) -> Plot | Missing:
     if not is_among(what, _PLOTS):
         raise UsageError(
             f"the file of a result has no rows of its record, which the figure {given(what)} "
-            f"needs; identify again, or choose from {', '.join(_PLOTS)}."
+            f"needs; identify again, or choose from {', '.join(_PLOTS)}.",
+            code="no-saved-rows",
         )
     return _PLOTS[what](_live_estimate(estimate))
 

@@ -106,7 +106,9 @@ def _decoded(file: Path, content: bytes, document: type[JsonObject]) -> JsonObje
         return msgspec.json.decode(content, type=document)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(
-            f"{file} lacks what its schema promises: {_said(error)}. ", WRITE_AGAIN
+            f"{file} lacks what its schema promises: {_said(error)}. ",
+            WRITE_AGAIN,
+            code="broken-schema",
         ) from error
 
 

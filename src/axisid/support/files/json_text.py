@@ -23,7 +23,8 @@ def json_text(document: Mapping[str, Any]) -> str:
         raise EstimationError(
             f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
             "of motion over the positions and speeds of the record, and its units: something in it "
-            "is beyond floating point."
+            "is beyond floating point.",
+            code="not-json",
         ) from error
 
 

@@ -16,6 +16,8 @@ from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
 
 GIGABYTE = 1e9
+#: Code of an error about a log that takes more memory than there is.
+MEMORY = "memory"
 #: How to read what memory cannot hold, the end of a sentence.
 IN_BLOCKS = Remedy.of("delimited text or Parquet in blocks (", Setting("stream"), ")")
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
@@ -85,7 +87,7 @@ class Room:
                 Setting("max-memory", "GB"),
                 ").",
             ),
-            code="memory",
+            code=MEMORY,
         )
 
     def take_text(self, content: bytes) -> None:
@@ -105,7 +107,8 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
         return Room(str(source), _SHARE * machine_memory())
     if not (is_real(max_memory) and max_memory > 0):
         raise UsageError(
-            f"max_memory is {given(max_memory)}; give a positive number of bytes, such as 4e9."
+            f"max_memory is {given(max_memory)}; give a positive number of bytes, such as 4e9.",
+            code="bad-max-memory",
         )
     return Room(str(source), float(max_memory), given=True)
 

@@ -20,7 +20,8 @@ def changed(file: Path) -> DataError:
     """The error of a file that changed while it was read."""
     return DataError(
         f"{file} changed while it was read. Wait until what writes it has closed it, or take a "
-        "copy, and read that."
+        "copy, and read that.",
+        code="changed-file",
     )
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from axisid import (
-    EstimationError,
     Experiment,
     Identification,
     Parameter,
@@ -29,6 +28,7 @@ from axisid.estimation.signals.signals import Signals
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import k, stage, x
+from tests.refusals import refuses
 
 PERIOD = 1e-3
 f = Parameter("f", "N")
@@ -167,7 +167,7 @@ def test_refusal_names_what_the_motion_lacks(emps: GeneratedAxis) -> None:
     t = PERIOD * np.arange(4000)
     position = 0.05 * t + 0.004 * np.sin(5 * t)
     record = Record(time=t, position=position, control=1.0 + 0.1 * np.sin(5 * t))
-    with pytest.raises(EstimationError, match="In this record the velocity never changes its"):
+    with refuses("not-told-apart", says="In this record the velocity never changes its"):
         identify(emps, record, methods="idm-ls")
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
 from axisid import Identification, Parameter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -41,6 +42,19 @@ def test_an_offset_of_the_plant_is_proposed_with_its_size(methods: list[str]) ->
     assert check.status == "fail"
     assert check.meaning.startswith("a constant force of 5 ")
     assert "(offset(F0), F0 about 5)" in check.meaning
+
+
+def test_a_constant_that_a_missing_term_may_make_is_no_second_fault() -> None:
+    """Viscous friction that differs with the direction has a mean."""
+    axis = load_axis("emps2015")
+    K = Parameter("K", "N/(m/s)")
+    speed = sympy.Abs(axis.coordinate.velocity)
+    record = of_plant(K, force=K.symbol * speed, truth={"K": 60.0})
+    result = identify(axis, record)
+    assert found(result, "missing terms").status == "fail"
+    constant = found(result, "constant force")
+    assert constant.status == "note"
+    assert constant.meaning.endswith("left in the residuals: the missing term may make it")
 
 
 def test_a_converter_that_is_off_is_told_from_an_offset(

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, read_record
+from axisid import read_record
 from axisid.estimation import LogBlocks
+from tests.refusals import refuses
 
 N = 50
 TIME = 1e-3 * np.arange(N)
@@ -66,7 +67,7 @@ def test_comments_are_passed_over_and_units_are_those_of_the_head(
 def test_file_without_samples_and_a_file_in_blocks_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "log.lvm"
     file.write_text(HEADS)
-    with pytest.raises(DataError, match="no samples below its heads"):
+    with refuses("labview-without-samples"):
         read_record(file)
-    with pytest.raises(DataError, match="a LabVIEW file, which is read whole"):
+    with refuses("labview-in-blocks", says="a LabVIEW file"):
         list(LogBlocks(file=lvm(tmp_path / "log.txt")))

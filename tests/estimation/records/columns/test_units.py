@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import DataError, UsageError, load_axis, read_record
+from axisid import UsageError, load_axis, read_record
 from axisid.estimation.records.columns.units import modulus_si
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.declaration.drive import Drive
 from tests.axes.bodies import rotor
+from tests.refusals import refuses
 
 N = 20
 TIME = np.arange(N) * 1e-3
@@ -42,7 +43,7 @@ def test_units_come_from_the_axis_too(rotary: Axis) -> None:
     assert record.time == pytest.approx(TIME)
     assert record.position == pytest.approx(2 * math.pi * VALUES)
     wrong = replace(rotary, columns={"position": "enc:mm", "time": "clock:us"})
-    with pytest.raises(DataError, match="the position of axis 'motor' is measured in rad"):
+    with refuses("other-unit", says="position of axis 'motor' is measured in rad"):
         read_record(log, wrong)
 
 
@@ -75,7 +76,7 @@ def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
     rotary: Axis, name: str
 ) -> None:
     log = {"time": TIME, "angle [inc]": VALUES}
-    with pytest.raises(DataError, match=r"unit 'inc', which is not known; encoder counts: scale"):
+    with refuses("unknown-unit", says="'inc', which is not known; encoder counts: scale"):
         read_record(log, rotary, columns={"position": name})
     record = read_record(log, rotary, columns={"position": f"{name}:mrad"})
     assert record.position == pytest.approx(1e-3 * VALUES)
@@ -85,31 +86,43 @@ def test_columns_whose_names_differ_by_the_unit_only_are_all_there(rotary: Axis)
     log = {"time": TIME, "angle [deg]": VALUES, "angle [rad]": 7 * VALUES}
     record = read_record(log, rotary, columns={"position": "angle [deg]"})
     assert record.position == pytest.approx(np.radians(VALUES))
-    with pytest.raises(DataError, match=r"Did you mean 'angle \[deg\]' or 'angle \[rad\]'"):
+    with refuses("no-column", says=r"Did you mean 'angle \[deg\]' or 'angle \[rad\]'"):
         read_record(log, rotary, columns={"position": "angle"})
 
 
 @pytest.mark.parametrize(
-    ("columns", "message"),
+    ("columns", "code", "says"),
     [
-        ({"position": "q:mm"}, "the position of axis 'motor' is measured in rad"),
-        ({"position": "q:Nm"}, "the position of axis 'motor' is measured in rad"),
-        ({"position": "q:inc"}, "position has the unit 'inc', which is not known"),
-        ({"position": "q", "control": "u:mV"}, "the control of axis 'motor' is measured in A"),
-        ({"position": "q", "force": "u:N"}, "the force of axis 'motor' is measured in N m"),
-        ({"position": "q", "time": "time:mm"}, "the time of axis 'motor' is measured in s"),
+        ({"position": "q:mm"}, "other-unit", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:Nm"}, "other-unit", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:inc"}, "unknown-unit", "position has the unit 'inc'"),
+        (
+            {"position": "q", "control": "u:mV"},
+            "other-unit",
+            "control of axis 'motor' is measured in A",
+        ),
+        (
+            {"position": "q", "force": "u:N"},
+            "other-unit",
+            "force of axis 'motor' is measured in N m",
+        ),
+        (
+            {"position": "q", "time": "time:mm"},
+            "other-unit",
+            "time of axis 'motor' is measured in s",
+        ),
     ],
 )
 def test_unit_of_another_kind_is_refused(
-    rotary: Axis, columns: dict[str, str], message: str
+    rotary: Axis, columns: dict[str, str], code: str, says: str
 ) -> None:
-    with pytest.raises(UsageError, match=message):
+    with refuses(code, says):
         read_record({"time": TIME, "q": VALUES, "u": VALUES}, rotary, columns=columns)
 
 
 def test_unit_of_another_kind_in_the_file_is_a_data_error() -> None:
     log = {"t": TIME, "qm [deg]": VALUES, "qg": VALUES, "vir": VALUES}
-    with pytest.raises(DataError, match="'deg', but the position of axis 'emps' is measured in m"):
+    with refuses("other-unit", says="'deg', but the position of axis 'emps' is measured in m"):
         read_record(log, load_axis("emps"))
 
 

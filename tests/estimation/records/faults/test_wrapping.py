@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import DataError, load_axis, read_record
+from axisid import load_axis, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.records.blocks import extent
 from axisid.estimation.records.faults.wrapping import undone
+from tests.refusals import refuses
 
 N = 400
 PERIOD = 1e-3
@@ -99,13 +100,13 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
 
 
 def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
-    with pytest.raises(DataError, match=r"spans .* more than the modulus 1 m or rad"):
+    with refuses("other-modulus", says="1 m or rad"):
         read_record(log(), repairs=Repairs(wrap=1.0))
 
 
 @pytest.mark.parametrize("wrap", ["400:deg", "361:deg", "6.29", "7"])
 def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
-    with pytest.raises(DataError, match=r"position still jumps by \S+( deg)? ") as refused:
+    with refuses("other-modulus") as refused:
         read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
     assert refused.value.code == "other-modulus"
     assert "360:deg" in str(refused.value.remedy)
@@ -113,14 +114,14 @@ def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
 
 @pytest.mark.parametrize("wrap", ["360", "1000:deg"])
 def test_modulus_that_undoes_no_jump_is_refused(wrap: str) -> None:
-    with pytest.raises(DataError, match=r"position jumps by 6\..*does not undo; .*360:deg"):
+    with refuses("other-modulus", says=r"position jumps by 6\..*does not undo; .*360:deg"):
         read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
 
 
 def test_wrapped_position_is_recognised_unasked() -> None:
     for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
         wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
-        with pytest.raises(DataError, match=r"\(\d such jumps\)") as refused:
+        with refuses("wrapped", says=r"\(\d such jumps\)") as refused:
             read_record(wrapped)
         assert refused.value.code == "wrapped"
         assert refused.value.remedy is not None
@@ -139,9 +140,7 @@ def test_wrapped_position_is_recognised_block_by_block() -> None:
     wrapped = np.mod(TURNING, TURN)
     first = 2 + int(np.flatnonzero(np.abs(np.diff(wrapped)) > 1)[0])
     blocks = in_blocks(wrapped, 30)
-    with pytest.raises(
-        DataError, match=rf"before data row {first} \(\d such jumps\), .*looks wrapped"
-    ):
+    with refuses("wrapped", says=rf"before data row {first} \(\d such jumps\), .*looks wrapped"):
         extent("log", blocks, None, load_axis("rotary_table"))
 
 

@@ -10,6 +10,7 @@ from axisid import DataError, Record, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.records.blocks import extent
 from axisid.support.remedy import as_options
+from tests.refusals import refuses
 
 N = 2000
 PERIOD = 1e-3
@@ -38,10 +39,10 @@ def asked(error: DataError) -> list[str]:
 def test_period_that_drifts_is_refused_and_may_be_resampled() -> None:
     drifting = np.cumsum(np.linspace(0.8e-3, 1.2e-3, N))
     wavy = log(drifting, position=np.sin(30 * drifting), control=np.cos(30 * drifting))
-    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
+    with refuses("uneven-time", says=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
         read_record(wavy)
     assert asked(refused.value) == ["resample"]
-    with pytest.raises(DataError, match=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
+    with refuses("uneven-time", says=r"drifts from 0\.81\d+ to 1\.1\d+ ms") as refused:
         extent("log", [{r: v[k : k + 700] for r, v in wavy.items()} for k in (0, 700, 1400)], None)
     assert asked(refused.value) == ["stream"]
     record = read_record(wavy, repairs=Repairs(resample="auto"))
@@ -65,7 +66,7 @@ def test_drift_is_that_of_each_segment() -> None:
     """Two pieces of a log may have their own times, but not their own periods."""
     pieces = np.concatenate([TIME, 10 + 1.1 * TIME])
     spans = ((0, N), (N, 2 * N))
-    with pytest.raises(DataError, match=r"drifts from 1 to 1\.1 ms"):
+    with refuses("uneven-time", says=r"drifts from 1 to 1\.1 ms"):
         Record(time=pieces, position=np.sin(np.arange(2.0 * N)), segments=spans)
     Record(
         time=np.concatenate([TIME, 10 + TIME]), position=np.sin(np.arange(2.0 * N)), segments=spans
@@ -148,7 +149,7 @@ def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
     table = Table(source="log", columns=columns)
     chosen = RoleColumns(table, None, {})
     asked = Repairs(gaps="split", resample="auto")
-    with pytest.raises(DataError, match="have clocks of their own: cut the file there"):
+    with refuses("backward-time", says="have clocks of their own: cut the file there"):
         _record(table, chosen, None, None, asked)
 
 
@@ -169,11 +170,11 @@ def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
 
 def test_jitter_with_gaps_is_resampled_and_cut(rng: np.random.Generator) -> None:
     shaken = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
-    with pytest.raises(DataError, match="That is jitter, no gaps") as refused:
+    with refuses("uneven-time", says="That is jitter, no gaps") as refused:
         read_record(log(shaken))
     assert asked(refused.value) == ["resample"]
     shaken[1000:] += 0.1
-    with pytest.raises(DataError, match="jitter") as refused:
+    with refuses("uneven-time", says="jitter") as refused:
         read_record(log(shaken))
     assert asked(refused.value) == ["resample", "gaps"]
 
@@ -184,5 +185,5 @@ def test_coarse_stamps_are_counted_by_a_given_period_that_is_theirs() -> None:
     assert record.time == pytest.approx(TIME, abs=1e-12)
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("clock", N)
-    with pytest.raises(DataError, match="too coarse"):
+    with refuses("backward-time", says="too coarse"):
         read_record(log(coarse), sample_period=1.05 * PERIOD)

@@ -1,0 +1,102 @@
+"""What the steps of an encoder add to the covariance of an estimate.
+
+The error of an encoder that rounds the position is no noise: it follows from the motion, comes
+again where that does, and the control answers to it. So it biases an estimate, by instruments too,
+and neighbouring rows do not show how far it makes one scatter. The simulated loop with such an
+encoder has the same error: estimates from several loops, whose steps begin elsewhere, tell both.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.records.faults import quantum_of
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.regression import MIN_STEPS_SHIFT
+from axisid.support.arrays import Array
+
+from .covariance import Hac
+from .linear import Solution
+from .simulated_rows import simulated_loops
+
+_LOOPS = 10
+#: Where the steps begin, as a share of one.
+STEP_SHARES = tuple((i + 0.5) / _LOOPS for i in range(_LOOPS))
+
+
+def encoder_step(axis: GeneratedAxis, record: Record) -> float:
+    """What a recorded position is rounded to, in the loop too; 0 where nothing is known of it."""
+    law = axis.axis.control
+    if law is None or law.continuous:
+        return 0.0
+    return quantum_of(record.position)
+
+
+def stepped_loops(
+    axis: GeneratedAxis, record: Record, physical: Array, step: float, share: float
+) -> tuple[Simulation, ...]:
+    """`simulated_loops` of an encoder, whose steps are `share` of one away from whole ones."""
+    if not step:
+        return simulated_loops(axis, record, physical)
+    away = share * step
+    loops = simulated_loops(axis, record, physical, resolution=step, away=away)
+    return tuple(loop.as_measured(-away) for loop in loops)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepsError:
+    """What an encoder's steps do to an estimate beside what neighbouring rows show.
+
+    Attributes
+    ----------
+    bias : (k,) array
+        Of the regression's own parameters.
+    missing : (k, k) array
+        Covariance of their scatter that the HAC covariance does not show.
+    loops : int
+        From which they are.
+    """
+
+    bias: Array
+    missing: Array
+    loops: int
+
+    @property
+    def covariance(self) -> Array:
+        """Of both, (k, k): a bias that is not taken off counts as a deviation."""
+        return np.outer(self.bias, self.bias) + self.missing
+
+
+def steps_error(
+    solved: Callable[[float], Solution], quiet: Array, deviations: Array
+) -> StepsError | None:
+    """Bias and scatter by the encoder's steps; None where they are no matter.
+
+    Parameters
+    ----------
+    solved : callable
+        What the estimator makes of the loops with an encoder whose steps are such a share of one
+        away from whole ones.
+    quiet : (k,) array
+        What it makes of the loops without steps.
+    deviations : (k,) array
+        Of the estimate.
+    """
+    first, *others = STEP_SHARES
+    found = [solved(first)]
+    if np.all(np.abs(found[0].theta - quiet) <= MIN_STEPS_SHIFT.value * deviations):
+        return None
+    found += [solved(share) for share in others]
+    thetas = np.array([solution.theta for solution in found])
+    shown = np.mean([Hac().matrix(solution) for solution in found], axis=0)
+    scatter, seen = np.var(thetas, axis=0, ddof=1), np.diag(shown)
+    ratio = np.divide(scatter, seen, out=np.ones_like(seen), where=seen > 0)
+    beyond = np.sqrt(np.maximum(ratio - 1, 0.0))
+    return StepsError(
+        bias=thetas.mean(axis=0) - quiet,
+        missing=np.outer(beyond, beyond) * shown,
+        loops=_LOOPS,
+    )

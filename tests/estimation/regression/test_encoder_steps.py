@@ -1,0 +1,110 @@
+"""What an encoder's steps add to a covariance, and what they do to the search for missing terms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Record, identify, simulate
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
+from axisid.estimation.regression import Hac, Solution, encoder_step, steps_error
+from axisid.estimation.signals import Neighbours
+from axisid.support.arrays import Array
+
+TRUTH = (100.2, 236.9, 24.8)
+STEP = 5e-6
+
+
+def stepped(axis: GeneratedAxis, twin: Record, place: float, step: float = STEP) -> Record:
+    """A record with an encoder of a step, whose steps begin elsewhere each time."""
+    assert twin.reference is not None
+    away = place * step
+    noise = np.full(len(twin), away)
+    loop = simulate(
+        axis, TRUTH, twin.reference + away, twin.period, position_noise=noise, resolution=step
+    )
+    return replace(twin, position=loop.measured_position - away, control=loop.control)
+
+
+def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) -> None:
+    coarse = stepped(emps2015, twin, 0.3)
+    assert encoder_step(emps2015, coarse) == pytest.approx(STEP, rel=1e-6)
+    lawless = replace(emps2015, axis=replace(emps2015.axis, control=None))
+    assert encoder_step(lawless, coarse) == 0
+
+
+def test_intervals_hold_the_mass_that_steps_bias(emps2015: GeneratedAxis, twin: Record) -> None:
+    places = (0.04, 0.18, 0.31, 0.47, 0.62, 0.73, 0.86, 0.95)
+    held = 0
+    for place in places:
+        estimate = identify(emps2015, stepped(emps2015, twin, place), methods="idm-iv")["idm-iv"]
+        mass = estimate.parameters["M"]
+        held += mass.interval[0] < TRUTH[0] < mass.interval[1]
+    assert held >= len(places) - 1
+    assert "encoder's steps of 5e-06 m" in estimate.covariance_names["hac"]
+    assert "encoder" not in estimate.covariance_names["iid"]
+
+
+def test_a_fine_encoder_adds_nothing(emps2015: GeneratedAxis, twin: Record) -> None:
+    noisy = replace(twin, position=np.round(twin.position / 1e-9) * 1e-9)
+    fine = identify(emps2015, noisy, methods="idm-iv")["idm-iv"]
+    assert "encoder" not in fine.covariance_names["hac"]
+
+
+def solution(theta: Array) -> Solution:
+    """Of residuals whose HAC deviations are about 1."""
+    n = 400
+    residuals = np.random.default_rng(1).normal(size=n)
+    influence = np.full((n, 1), n**-0.5)
+    return Solution(
+        theta=theta,
+        residuals=residuals,
+        inverse_factor=np.eye(1),
+        influence=influence,
+        neighbours=Neighbours.consecutive(n),
+    )
+
+
+def test_bias_and_scatter_beyond_what_rows_show_are_added() -> None:
+    found = steps_error(lambda share: solution(np.array([3 + 8 * share])), np.zeros(1), np.ones(1))
+    assert found is not None
+    assert found.bias == pytest.approx([7.0])
+    shown = float(Hac().matrix(solution(np.zeros(1)))[0, 0])
+    scatter = np.var([3 + 8 * (i + 0.5) / 10 for i in range(10)], ddof=1)
+    assert found.missing[0, 0] == pytest.approx(scatter - shown)
+    assert found.covariance[0, 0] == pytest.approx(49 + found.missing[0, 0])
+
+
+def test_what_rows_show_is_not_added_again() -> None:
+    shares = iter([0.5, -0.5] * 5)
+    found = steps_error(lambda _: solution(np.array([next(shares)])), np.zeros(1), np.ones(1))
+    assert found is not None
+    assert found.missing[0, 0] == 0
+
+
+def test_steps_that_move_nothing_are_simulated_once() -> None:
+    asked: list[float] = []
+
+    def solved(share: float) -> Solution:
+        asked.append(share)
+        return solution(np.array([0.1]))
+
+    assert steps_error(solved, np.zeros(1), np.ones(1)) is None
+    assert len(asked) == 1
+
+
+def test_what_steps_leave_is_known_where_terms_are_looked_for(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A peak that they make at low speed is no Stribeck friction."""
+    result = identify(emps2015, stepped(emps2015, twin, 0.3, 5e-5), methods="idm-iv")
+    x = examined(result.data, result["idm-iv"])
+    assert isinstance(x, ExaminedRows)
+    assert len(x.by_steps) == 10
+    power = np.sum(x.by_steps**2, axis=1) / np.sum(x.residuals**2)
+    assert power == pytest.approx(np.ones(10), abs=0.5)
+    fine = identify(emps2015, twin, methods="idm-iv")
+    looked_at = examined(fine.data, fine["idm-iv"])
+    assert isinstance(looked_at, ExaminedRows)
+    assert len(looked_at.by_steps) == 0
