@@ -36,9 +36,13 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The control that the law gives within the drive's limit, (N,)."""
+    return np.asarray(control_at_ticks(axis, ticks, start)[ticks.held])
+
+
+def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The same at each evaluation, (M,)."""
     arguments = (*_signals(ticks), _states_along(axis, ticks, start))
-    control = axis.functions["control_law"].call(arguments)[0].full().ravel()
-    return np.asarray(control[ticks.held])
+    return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
 
 
 def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:

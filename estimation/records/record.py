@@ -56,7 +56,7 @@ class Record(Presentable, Exact):
         What it was added to: ``control``, between the law and the drive's limit, or ``reference``.
     sample_period : float or None
         s. None takes the mean of the time column's steps. Given beside them, it confirms that the
-        log is not sampled as a control law runs.
+        log is not sampled as a control law runs, which is then simulated at its own period.
     segments : tuple of (int, int)
         First row and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)

@@ -61,7 +61,7 @@ def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopD
     return LoopDataError(
         f"the record was resampled every {record.period:.6g} s, the control law of axis "
         f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
-        code="loop-period",
+        code="loop-resampled",
     )
 
 

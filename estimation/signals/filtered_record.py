@@ -38,12 +38,16 @@ class FilteredRecord(Exact):
         With the hold and the reversals that `bind` chose where they were left open.
     excluded : tuple of (int, int)
         Samples near reversals and rests that have no weight.
+    between : (N,) array or None
+        By how much the mean of the control until the next sample is more than that at each, where
+        the law is evaluated between them.
     """
 
     axis: GeneratedAxis
     record: Record
     prefilter: Prefilter
     excluded: tuple[Span, ...] = ()
+    between: Array | None = None
 
     @classmethod
     def bind(cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter) -> "FilteredRecord":
@@ -88,6 +92,14 @@ class FilteredRecord(Exact):
         """The record with the samples near reversals and rests."""
         return self._without(())
 
+    def with_mean_control(self, between: Array | None) -> "FilteredRecord":
+        """The record with what its control is more in the mean than at the samples, (N,)."""
+        if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
+            return self
+        other = replace(self, between=between)
+        vars(other).update({name: vars(self)[name] for name in ("motion",) if name in vars(self)})
+        return other
+
     def _without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
         """With other samples that have no weight."""
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
@@ -119,8 +131,11 @@ class FilteredRecord(Exact):
     @property
     def hold_delay(self) -> float:
         """Samples by which the prefilter takes the force earlier, for the drive that holds it."""
-        law, clock = self.axis.axis.control, clock_of(self.record)
-        return hold_delay(law, self.period, clock) if self.prefilter.hold == "zoh" else 0.0
+        if self.prefilter.hold != "zoh":
+            return 0.0
+        if self.between is not None:
+            return 0.5
+        return hold_delay(self.axis.axis.control, self.period, clock_of(self.record))
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -148,7 +163,7 @@ class FilteredRecord(Exact):
             record.provenance.source,
             self.motion,
             force=record.force,
-            control=record.control,
+            control=self._control,
         )
 
     @cached_property
@@ -156,15 +171,22 @@ class FilteredRecord(Exact):
         """Filtered motion beside the force, aligned as the prefilter says."""
         return self._beside(self.force)
 
+    @property
+    def _control(self) -> Array | None:
+        """What the drive makes its force of: the mean until the next sample where that is known."""
+        control = self.record.control
+        return control if control is None or self.between is None else control + self.between
+
     @cached_property
     def force_by_gain(self) -> Array:
         """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
-        if self.record.force is not None or self.record.control is None:
+        control = self._control
+        if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
         position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(self.record.control, position, velocity)
+        slope = self.axis.force_by_gain(control, position, velocity)
         return self._beside(slope).force
 
     @property

@@ -90,7 +90,7 @@ _OPTIONS = (
         type=float,
         metavar="S",
         help="In place of the time column's mean step; confirms that the log is not sampled as "
-        "the control law runs.",
+        "the control law runs, which is then simulated at its own period.",
     ),
     click.option(
         "--resample", metavar="HZ|auto", help="Uneven or different times onto an even grid."
