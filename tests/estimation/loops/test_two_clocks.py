@@ -188,7 +188,7 @@ def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float
     "law", [cascade(0.25e-3), cascade_p_pi(1 / 16e3)], ids=["4 kHz", "P-PI of 16 kHz"]
 )
 def test_a_set_point_that_is_held_between_the_samples_misleads_nobody(law: ControlLaw) -> None:
-    """Its control is a sawtooth, of which the log sees one edge: as it is, Fv is 217 and 42 % off."""
+    """Its control is a sawtooth, of which the log sees one edge: Fv is then 217 and 42 % off."""
     axis = stage(replace(law, reference_between="held"))
     reference = trajectory(MOVES, LOG)
     ratio = round(LOG / law.period)
