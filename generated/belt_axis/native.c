@@ -879,7 +879,8 @@ static void put(double *values, ptrdiff_t at, double value)
 }
 
 /* What the drive remembers at the first sample: what is given, or that of an axis at rest. */
-static void first_memory(double reference, double measured, const double *given, double *memory)
+static inline void first_memory(double reference, double measured, const double *given,
+                                double *memory)
 {
     if (given)
         for (int i = 0; i < MEMORY; ++i)
