@@ -13,7 +13,12 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri_exp
 
-from axisid.estimation.thresholds.lacking import MIN_OWN_PART, NEARLY_AS_GOOD, TRIMMED_SHARE
+from axisid.estimation.thresholds.lacking import (
+    MAX_LOSS_OF_FIT,
+    MIN_OWN_PART,
+    NEARLY_AS_GOOD,
+    TRIMMED_SHARE,
+)
 from axisid.support.arrays import Array, runs
 
 from .examined_rows import ExaminedRows
@@ -40,7 +45,6 @@ _LONGEST = 0.75  # of the least wave number
 _ROWS_IN_A_WAVE = 4.0
 _TURN = np.array([2 * np.pi])  # rad
 _FREQUENT, _RARE = 0.05, 1e-300  # p-values: the tail is none of the first, and 0 has no square
-_AS_WELL = 4.0  # mean squares of what is left
 _SUBJECTS = {
     "quadratic": "speed",
     "stribeck": "speed",
@@ -211,7 +215,7 @@ class Steps(Family):
         """See `Family.at`; the middle of the rows that do as well, such as those of a rest."""
         gains = self.gains(basis, residuals)
         left = float(residuals @ residuals) - gains[number]
-        good = gains >= gains[number] - _AS_WELL * left / len(gains)
+        good = gains >= gains[number] - MAX_LOSS_OF_FIT.value * left / len(gains)
         first, last = next((a, b) for a, b in runs(good) if a <= number < b)
         return float(self.times[first] + self.times[last - 1]) / 2
 

@@ -10,12 +10,12 @@ from axisid.estimation.thresholds.moves import (
     MAX_LEVEL_SPREAD,
     MIN_MOVE_PROMINENCE,
     MIN_MOVE_SPEED,
+    MIN_SPEED_OF_A_MOVE,
 )
 from axisid.support.arrays import Array
 
 Index = NDArray[np.intp]
 
-_SLOW = 1e-3  # of the largest speed
 _TURN = 3  # samples that a reversal may be slow for; a rest is longer
 
 
@@ -58,7 +58,7 @@ def moves_of(velocity: Array) -> Moves:
     own = shape["prominences"] > MIN_MOVE_PROMINENCE.value * shape["peak_heights"]
     speed = speed[1:-1]
     peaks = _apart(speed, found[own] - 1) if top > 0 else np.empty(0, dtype=np.intp)
-    slow = _SLOW * top
+    slow = MIN_SPEED_OF_A_MOVE.value * top
     gaps = [_gap(speed, a, b, slow) for a, b in pairwise(peaks)]
     moving = np.flatnonzero(speed > slow)
     first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 0)

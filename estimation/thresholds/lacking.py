@@ -65,3 +65,9 @@ MIN_STEPS_EXCESS = Threshold(
     "those of a loop with the encoder's steps alone, below which it is the encoder's",
     "measured: named in 2 % of right records with 100 steps to a revolution, in 12 % without",
 )
+MAX_LOSS_OF_FIT = Threshold(
+    4.0,
+    "1",
+    "mean squares that a time of a change fits worse than the best, up to which it does as well",
+    "the square of two deviations",
+)

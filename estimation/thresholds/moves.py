@@ -91,3 +91,9 @@ MAX_BAND_CHANCE = Threshold(
     "no repeats tell what is noise",
     "chosen: each parameter of a result is looked at under three ways to form groups",
 )
+MIN_SPEED_OF_A_MOVE = Threshold(
+    1e-3,
+    "1",
+    "share of the largest speed below which the axis is between two moves",
+    "chosen",
+)

@@ -31,6 +31,7 @@ IMPLEMENTATION = {
     "slices._SHORT": "what is run at once",
     "loop_start._CLOSE": "rounding of a control",
     "two_clocks._COINCIDES": "rounding of a time",
+    "law_between._COINCIDES": "rounding of a time",
     "start_memory._LINEAR": "rounding of a control",
     "virtual_loop._JUST_LEFT": "where an event's time is rounded",
     "virtual_loop._AT_START": "rounding of a number of steps",
@@ -70,7 +71,14 @@ IMPLEMENTATION = {
     "alignment._DELAYS": "the delays that are tried",
     "alignment._STILL": "where an iteration ends",
     "control_law._COLUMN_FAULTS": "factors of units that are tried",
-    "control_law._UNITS": "factors of units that are told",
+    "law_sentences._UNITS": "factors of units that are told",
+    "candidates._SPEEDS": "the terms that are tried",
+    "candidates._LONGEST": "the terms that are tried",
+    "candidates._ROWS_IN_A_WAVE": "the terms that are tried",
+    "candidates._FINER": "step of a search",
+    "candidates._FREQUENT": "where a series ends",
+    "candidates._RARE": "whose logarithm is a number",
+    "unit_labels._FACTORS": "units",
     "instruments._NOTHING": "rounding of a column",
     "instruments._NOTHING_LEFT": "rounding of what is left of a column",
     "streaming._FORGOTTEN": "rounding of what a filter keeps",
@@ -83,12 +91,17 @@ COMPARED = {
     "compiler": "seconds that a clock knows",
     "base_distance": "where an iteration is given up",
 }
+ROOT = Path(__file__).parents[3]
+#: The rooms that hold records, fits and judgements: all of estimation but the table itself.
 JUDGING = (
     "codegen/accuracy",
+    "codegen/native",
     "codegen/runtime",
-    *(f"estimation/{room}" for room in ("logs", "logs/text", "records", "signals", "simulation")),
-    "estimation/loops",
-    *(f"estimation/{room}" for room in ("regression", "estimates", "diagnostics", "studies")),
+    *sorted(
+        str(face.parent.relative_to(ROOT))
+        for face in (ROOT / "estimation").rglob("__init__.py")
+        if face.parent.name not in ("estimation", "thresholds")
+    ),
 )
 
 
