@@ -41,6 +41,7 @@ FLOORS = (
     ("estimation.methods",),
     ("estimation.lacking",),
     ("estimation.moves",),
+    ("estimation.noise",),
     ("estimation.checks",),
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics.remainder",),

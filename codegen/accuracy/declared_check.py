@@ -15,6 +15,7 @@ import sympy
 
 from axisid.codegen.lowering import Program
 from axisid.codegen.thresholds.generation import MAX_DECLARED_ROUNDING, MAX_SUMMED_DIFFERENCE
+from axisid.modeling.algebra import joined_exponential
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Parameter, with_numbers
 from axisid.support.arrays import Array
@@ -28,7 +29,9 @@ Point = dict[sympy.Symbol, float]  # motion and declared parameters, SI
 # Position, velocity and acceleration, SI; slow and fast, and of no simple ratio to any period.
 _ANYWHERE = ((0.317, 0.73, -1.1), (-0.8137, -0.21, 0.6), (0.0113, -0.013, 2.0), (2.71, -31.0, 90.0))
 _BESIDE = (0.5, -1e-3)  # values of a sum near its zero
-_MOST_SUMS = 3  # whose zeros are tried; powers of sums lose most digits, so they come first
+# Whose zeros are tried. What an exponential holds may be lost altogether, and powers of sums lose
+# most digits, so they come first.
+_MOST_SUMS = 3
 
 
 def check_programs(model: AxisModel, programs: Sequence[Program]) -> None:
@@ -202,12 +205,12 @@ def _points(model: AxisModel) -> Iterator[Point]:
     inertial = axis.force.diff(q.acceleration).free_symbols | set(model.idm.nonlinear)
     for moved in symbols[:2]:
         there = Oracle({**start, moved: start[moved] + 1})
-        for node, term in _sums(axis.force, moved):
+        for node, term in _sums(with_numbers(axis.force), moved):
             present = term.free_symbols | inertial
             some = {p: value if p in present else 0.0 for p, value in values.items()}
             if q.acceleration not in term.free_symbols:
                 some[q.acceleration] = 0.0
-            for step in _steps(with_numbers(node), here, there):
+            for step in _steps(node, here, there):
                 point = {**start, **some, moved: start[moved] + step}
                 if point[q.velocity]:  # at rest the direction may be any
                     yield point
@@ -220,15 +223,19 @@ def _value(parameter: Parameter) -> float:
 
 def _sums(force: sympy.Expr, moved: sympy.Symbol) -> list[tuple[sympy.Expr, sympy.Expr]]:
     """Some of the sums in the terms of a force that depend on a symbol, each with its term."""
+    exponents: dict[sympy.Expr, sympy.Expr] = {}
     raised: dict[sympy.Expr, sympy.Expr] = {}
     other: dict[sympy.Expr, sympy.Expr] = {}
     for term in sympy.Add.make_args(force):
         for node in sympy.preorder_traversal(term):
-            if node.is_Pow and node.base.is_Add and moved in node.free_symbols:
+            joined = joined_exponential(node) if node.is_Mul else None
+            if joined is not None and moved in joined[1].free_symbols:
+                exponents.setdefault(joined[1], term)
+            elif node.is_Pow and node.base.is_Add and moved in node.free_symbols:
                 raised.setdefault(node.base, term)
             elif node.is_Add and moved in node.free_symbols:
                 other.setdefault(node, term)
-    return list({**raised, **other}.items())[:_MOST_SUMS]
+    return list({**exponents, **raised, **other}.items())[:_MOST_SUMS]
 
 
 def _steps(node: sympy.Expr, here: Oracle, there: Oracle) -> Iterator[float]:

@@ -6,7 +6,7 @@ reduced the bound says how many digits are left. It knows nothing of the lowerin
 add and multiply in any order.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, TypeAlias
@@ -15,6 +15,8 @@ import sympy
 from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
+
+from axisid.modeling.algebra import joined_exponential
 
 #: Numbers of sixty digits; SymPy's own context is left alone.
 mp = MPContext()
@@ -93,7 +95,10 @@ class Oracle:
             return _rounded(node._to_mpmath(mp.prec), mpf(0))
         if isinstance(node, sympy.Piecewise):
             return self(next(pair.expr for pair in node.args if self._holds(pair.cond)))
-        given = [self(argument) for argument in node.args]
+        joined = joined_exponential(node) if node.is_Mul else None
+        given = [self(argument) for argument in joined or node.args]
+        if joined is not None:
+            return _product([given[0], _between(mp.exp, given[1])])
         if node.is_Add:
             exact, error = sum(v.exact for v in given), sum(v.error for v in given)
             if len(given) > 2:  # sums in between may be as large as all terms
@@ -101,10 +106,7 @@ class Oracle:
                 return Value(exact, error + len(given) * _ROUNDING * sizes)
             return Value(exact, error + _ROUNDING * (abs(exact) + error))
         if node.is_Mul:
-            exact = mp.fprod(v.exact for v in given)
-            largest = mp.fprod(abs(v.exact) + v.error for v in given)
-            error = largest - abs(exact) + len(given) * (_ROUNDING * largest + _UNDERFLOW)
-            return Value(exact, error)
+            return _product(given)
         return self._applied(node, *given)
 
     def _applied(self, node: sympy.Basic, *given: Value) -> Value:
@@ -145,6 +147,13 @@ class Oracle:
         if isinstance(condition, sympy.ITE):
             return held[1] if held[0] else held[2]
         return bool(condition.func(*held))
+
+
+def _product(given: Sequence[Value]) -> Value:
+    exact = mp.fprod(v.exact for v in given)
+    largest = mp.fprod(abs(v.exact) + v.error for v in given)
+    error = largest - abs(exact) + len(given) * (_ROUNDING * largest + _UNDERFLOW)
+    return Value(exact, error)
 
 
 def _between(function: Callable[..., Real], *given: Value) -> Value:

@@ -17,6 +17,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
+from axisid.modeling.algebra import joined_exponential
 from axisid.support.errors import ModelError
 
 from .program import Builder
@@ -161,6 +162,12 @@ class Lowering:
     def map_Mul(self, node: sympy.Mul) -> int:
         if node.could_extract_minus_sign():
             return self._builder.apply("neg", self(-node))
+        joined = joined_exponential(node)
+        if joined is not None:
+            rest, exponent = joined
+            power = self._builder.apply("exp", self(exponent))
+            return power if rest == 1 else self._builder.apply("mul", self(rest), power)
+        _check_factor(node)
         numerator, denominator = [], []
         for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
             if factor.is_Rational and factor.q != 1:
@@ -274,6 +281,12 @@ class Arguments:
         for name, rows in outputs.items():
             self.builder.output(name, [[lowering(e) for e in row] for row in rows])
         return self.builder
+
+
+def _check_factor(product: sympy.Mul) -> None:
+    number = product.args[0]
+    if number.is_Float and number != 0 and float(number) == 0:
+        raise ModelError(f"the number {number} in {product} is too small for a float.")
 
 
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:

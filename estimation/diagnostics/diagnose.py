@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
     filter_bias,
+    forms_check,
     ls_against_iv,
     precision,
     self_test,
@@ -79,7 +80,13 @@ def _strength(case: Case) -> Check | Missing:
 
 def _against_instruments(case: Case) -> Check | Missing:
     ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    return ls_against_iv(ls, iv, case.endogeneity, weak=case.weak)
+    biases = case.noise_biases.get("idm-ls", {})
+    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+
+
+def _forms(case: Case) -> Check | Missing:
+    by_instruments = bool(case.noise_biases)
+    return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
 def _self_test(case: Case) -> Check | Missing:
@@ -185,6 +192,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
@@ -226,6 +234,8 @@ def diagnose(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Diagnos
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=case.lack_of_fit,
         bands=case.bands,
+        noise_biases=case.noise_biases,
+        attenuation=case.attenuation,
     )
 
 

@@ -19,8 +19,15 @@ from axisid.estimation.diagnostics.loop import Alignment, LawCheck, alignment_of
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
+from axisid.estimation.noise import (
+    NO_ATTENUATION,
+    Attenuation,
+    NoiseBias,
+    attenuation,
+    noise_biases,
+)
 from axisid.estimation.problems import Reach, noise_free_record
-from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, simulated_loops
+from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
@@ -51,6 +58,10 @@ class Diagnosis(Exact):
         Of `preferred`; None where the reference does not repeat, or there is none.
     bands : mapping of str to mapping of str to Band
         Of the model's error, by method and physical parameter.
+    noise_biases : mapping of str to mapping of str to NoiseBias
+        Least squares less instruments of the same form, by method and physical parameter.
+    attenuation : Attenuation or Missing
+        The two forms of least squares against each other.
     """
 
     preferred: str
@@ -62,6 +73,8 @@ class Diagnosis(Exact):
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
+    noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
+    attenuation: Attenuation | Missing = NO_ATTENUATION
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,6 +172,16 @@ class Case:
         return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
+    def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
+        """Least squares less instruments; nothing where these are too weak to tell."""
+        return {} if self.weak else noise_biases(self.estimates)
+
+    @cached_property
+    def attenuation(self) -> Attenuation | Missing:
+        """The two forms of least squares against each other."""
+        return attenuation(self.data, self.estimates)
+
+    @cached_property
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
         return fixed_check(self.preferred)
@@ -168,7 +191,7 @@ class Case:
         """The loop that is simulated with the judged estimate, under the record's filter."""
         if self.preferred.noise_free is None:
             return None
-        loops = simulated_loops(self.data.axis, self.data.record, self.preferred.physical)
+        loops = quiet_loops(self.data, self.preferred.physical)
         return noise_free_record(self.data, loops)
 
     @property

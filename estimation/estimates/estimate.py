@@ -105,8 +105,9 @@ class Estimate(Presentable, Exact):
     theta_gain_slopes : (k,) array or None
         The same of the regression's own parameters.
     noise_free : NoiseFree or None
-        The rows of the loops simulated with the estimate, behind the same filter; None where they
-        could not be simulated, or move otherwise than the records.
+        The rows of the loops simulated with the estimate, behind the same filter: from the records'
+        references, or following them where they have none. None where they could not be simulated,
+        or move otherwise than the records.
     """
 
     method: str
@@ -153,14 +154,18 @@ class Estimate(Presentable, Exact):
 
     @property
     def filter_bias(self) -> Array | None:
-        """What the prefilter alone moves the physical parameters by, (p,), where it is known."""
-        return None if self.noise_free is None else self.noise_free.bias
+        """What the prefilter moves the physical parameters by, (p,), where it is known.
+
+        Of a record without a reference, the noise of its position too.
+        """
+        quiet = self.noise_free
+        return None if quiet is None or quiet.doubt else quiet.bias
 
     @property
     def net_residuals(self) -> Array:
         """Residuals less what the filter alone leaves of the noise-free loop, (n,)."""
-        own = 0.0 if self.noise_free is None else self.noise_free.residuals
-        return self.residuals - own
+        quiet = self.noise_free
+        return self.residuals if quiet is None or quiet.doubt else self.residuals - quiet.residuals
 
     @property
     def corrected(self) -> Array:

@@ -39,7 +39,8 @@ class Value:
         What the declared deviation of the drive gain adds, in no other figure.
     filter_bias : float or None
         What the prefilter alone moves the value by, found on the loop that is simulated with the
-        estimate. The value contains it, the interval does not. None where it was not found.
+        estimate; of a record without a reference, what the noise of its position moves it by too.
+        The value contains it, the interval does not. None where it was not found.
     chosen : str
         Of `COVARIANCES`: the one that `deviation` and `interval` are of.
     """

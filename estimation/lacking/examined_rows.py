@@ -19,7 +19,7 @@ from axisid.estimation.regression import (
     STEP_SHARES,
     Equations,
     encoder_step,
-    simulated_loops,
+    quiet_loops,
     stepped_loops,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
@@ -112,7 +112,7 @@ def examined(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
 
 
 def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missing:
-    loops = simulated_loops(data.axis, data.record, preferred.physical)
+    loops = quiet_loops(data, preferred.physical)
     quiet = noise_free_record(data, loops)
     form = preferred.form
     measured, clean = form.equations(data.signals), form.equations(quiet.signals)
@@ -137,9 +137,12 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
 
 
 def _of_steps(x: ExaminedRows, data: FilteredRecord, preferred: Estimate, own: Array) -> Array:
-    """Residuals of loops with the encoder's steps, (m, n), less those (N,) without; or none."""
+    """Residuals of loops with the encoder's steps, (m, n), less those (N,) without; or none.
+
+    A loop that follows a record has no encoder of its own.
+    """
     axis, record = data.axis, data.record
-    step = encoder_step(axis, record)
+    step = 0.0 if record.reference is None else encoder_step(axis, record)
     nothing = np.empty((0, len(x.residuals)))
     if not step:
         return nothing

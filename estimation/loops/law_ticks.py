@@ -37,6 +37,14 @@ class LawTicks:
     added: Array
     held: NDArray[np.intp]
 
+    @classmethod
+    def at_samples(cls, reference: Array, position: Array, velocity: Array) -> "LawTicks":
+        """A law that is evaluated at the samples of a log, (N,) each, with nothing added to it."""
+        held, nothing = np.arange(len(position)), np.zeros(len(position))
+        return cls(
+            reference=reference, position=position, velocity=velocity, added=nothing, held=held
+        )
+
     def __len__(self) -> int:
         return len(self.reference)
 

@@ -1,7 +1,6 @@
 """From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
 
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +9,11 @@ from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
 from axisid.estimation.problems import (
     NoiseFree,
     Problem,
+    confirmed,
     encoder_error,
     noise_free,
+    noise_free_following,
+    settled_noise_free,
     slopes_by_gain,
 )
 from axisid.estimation.regression import (
@@ -26,12 +28,11 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
     BOUND_TOLERANCE,
-    MIN_PRINTED_FILTER_BIAS,
     MIN_ROWS_PER_PARAMETER,
     NO_RELATION,
 )
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, EstimationError
+from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .method import Fit, Method
@@ -64,7 +65,8 @@ def estimate_by(
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
     covariances = _covariances(method, fit, models)
     names = {name: c.describe(solution) for name, c in models.items()}
-    stepped = _encoder_error(form.at(physical), problem, fit, physical, covariances["hac"])
+    at = form.at(physical)
+    stepped = _encoder_error(at, problem, fit, physical, covariances["hac"])
     for name in covariances:
         if stepped is not None and COVARIANCES[name].allows_autocorrelation:
             covariances[name] = covariances[name] + stepped.covariance
@@ -72,12 +74,14 @@ def estimate_by(
     mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
     freedom = {name: model.freedom(solution) for name, model in models.items()}
     direct = isinstance(form, DirectForm)
-    deviation = np.sqrt(np.diag(mapped[covariance]))
-    quiet, slopes = _noise_free_and_slopes(form.at(physical), problem, fit, physical, deviation)
+    model = models[covariance]
+    deviations = np.sqrt(np.maximum(np.diag(mapped[covariance]), 0.0))
+    quiet = _noise_free(at, problem, fit, physical, deviations, model)
+    slopes = _slopes(at, problem, fit)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(axis, physical))
     return Estimate(
         method=method.name,
-        form=form.at(physical),
+        form=at,
         quantities=axis.parameters,
         theta=solution.theta,
         physical=physical,
@@ -105,7 +109,7 @@ def estimate_by(
         iterates=fit.iterates,
         covariance_names=names,
         remarks=tuple(map(Note.of, remarks)),
-        covariance_model=models[covariance],
+        covariance_model=model,
         chosen=covariance,
         gain_relative_sd=_gain_relative_sd(problem),
         gain_slopes=slopes[0],
@@ -157,20 +161,40 @@ def _row_times(problem: Problem) -> Array | None:
     )
 
 
-def _noise_free_and_slopes(
-    form: Form, problem: Problem, fit: Fit, physical: Array, deviation: Array
-) -> tuple[NoiseFree | None, tuple[Array | None, Array | None]]:
-    """What the filter makes of the estimate's own loop, and what the gain moves it by."""
-    quiet: NoiseFree | None = None
-    slopes: tuple[Array | None, Array | None] = (None, None)
+def _noise_free(
+    form: Form,
+    problem: Problem,
+    fit: Fit,
+    physical: Array,
+    deviations: Array,
+    covariance: Covariance,
+) -> NoiseFree | None:
+    """What the filter makes of the estimate's own loop; None where there is none that follows."""
+    if not fit.follows:
+        return _noise_free_following(form, problem, fit, physical)
+    with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
+        first = noise_free(form, problem, fit.loops, physical, fit.instruments)
+        quiet = settled_noise_free(first, form, problem, physical, fit.instruments, deviations)
+        return quiet if quiet is first else confirmed(quiet, fit.solution, covariance)
+    return None
+
+
+def _noise_free_following(
+    form: Form, problem: Problem, fit: Fit, physical: Array
+) -> NoiseFree | None:
+    """The same of loops that follow records without a reference; None where there are none."""
+    if all(data.record.reference is None for data in problem.data):
+        with suppress(ModelError, DataError, EstimationError):
+            return noise_free_following(form, problem, fit.measured.left, physical)
+    return None
+
+
+def _slopes(form: Form, problem: Problem, fit: Fit) -> tuple[Array | None, Array | None]:
+    """What the gain moves the estimate by, and the regression's parameters."""
     if _gain_relative_sd(problem):
-        with suppress(DataError, EstimationError):  # rows of another gain may not be solved
-            slopes = slopes_by_gain(form, problem, fit.solution, fit.instruments)
-    if fit.follows:
-        with suppress(DataError, EstimationError):  # nor those of a simulated record
-            quiet = noise_free(form, problem, fit.loops, physical, fit.instruments)
-            quiet = _at_corrected(form, problem, fit, physical, deviation, quiet)
-    return quiet, slopes
+        with suppress(DataError, EstimationError):  # nor those of another gain
+            return slopes_by_gain(form, problem, fit.solution, fit.instruments)
+    return None, None
 
 
 def _encoder_error(
@@ -194,29 +218,6 @@ def _and_steps(stepped: StepsError, problem: Problem) -> str:
         f", with what {stepped.loops} simulated loops have by an encoder's steps of "
         f"{max(steps):.3g} {unit}"
     )
-
-
-def _at_corrected(
-    form: Form,
-    problem: Problem,
-    fit: Fit,
-    physical: Array,
-    deviation: Array,
-    quiet: NoiseFree,
-) -> NoiseFree:
-    """Rows of the loops with the filter's bias (p,) taken off, where it is no trifle.
-
-    Where the estimate is biased by several deviations (p,), so are its loops: what they leave
-    behind the filter is not what the axis itself leaves there.
-    """
-    if np.all(np.abs(quiet.bias) <= MIN_PRINTED_FILTER_BIAS.value * deviation):
-        return quiet
-    corrected = physical - quiet.bias
-    with suppress(DataError, EstimationError):
-        loops, *_ = problem.simulated(form, corrected)
-        again = noise_free(form, problem, loops, corrected, fit.instruments)
-        return replace(again, bias=quiet.bias, again=again.bias)
-    return quiet
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from axisid.estimation.regression import (
+    Covariance,
     Equations,
     Form,
     InverseForm,
@@ -20,17 +22,25 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     least_squares,
-    simulated_position,
     stepped_loops,
     steps_error,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation
-from axisid.support.arrays import Array
+from axisid.estimation.thresholds.estimates import (
+    MAX_SIMULATION_ERROR,
+    MIN_FILTER_SHARE,
+    MIN_PRINTED_FILTER_BIAS,
+    SETTLED_FILTER_BIAS,
+)
+from axisid.estimation.thresholds.regression import SIGNIFICANCE_LEVEL
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import DataError, EstimationError
 
 from .problem import Problem
 
 _STEP = 1e-4  # of the gain
+_MOST = 6  # corrections, each from where the last one led
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,15 +55,21 @@ class NoiseFree:
         estimate.
     bias : (p,) array
         What that moves the physical parameters by.
-    again : (p,) array or None
-        The same of the loops simulated with the estimate less that bias, whose rows the others then
-        are; None where that was not tried, as the bias is small, or came to nothing.
+    doubt : str
+        Why the record does not owe this to the filter, so that nothing is corrected by it; empty
+        where it does.
+    settled : bool
+        Whether it was found again at the corrected parameters, where it stands still.
+    has_noise : bool
+        Whether the bias is that of the position's noise too.
     """
 
     regressor: Array
     residuals: Array
     bias: Array
-    again: Array | None = None
+    doubt: str = ""
+    settled: bool = False
+    has_noise: bool = False
 
 
 def noise_free(
@@ -129,7 +145,107 @@ def _of_loops(
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
     rows = _rows(form, signals, problem)
-    return rows, _solved(form, rows, instruments)
+    return rows, solution_of(form, rows, instruments)
+
+
+def settled_noise_free(
+    first: NoiseFree,
+    form: Form,
+    problem: Problem,
+    physical: Array,
+    instruments: QrFactors | None,
+    deviations: Array,
+) -> NoiseFree:
+    """The rows of the loop whose estimate, behind the filter, is the one that was found.
+
+    The bias depends on where it is looked for: friction that an estimate has too low turns
+    otherwise than the axis did. It is found again at the corrected parameters, until it stands
+    still; a bias that grows instead corrects nothing.
+
+    Parameters
+    ----------
+    first : NoiseFree
+        Of the loops that were simulated with the estimate itself.
+    form, problem, physical, instruments
+        As of `noise_free`.
+    deviations : (p,) array
+        Of the estimate.
+    """
+    size = _in_deviations(first.bias, deviations)
+    if size <= MIN_PRINTED_FILTER_BIAS.value:
+        return first
+    found = first
+    for _ in range(_MOST):
+        at = physical - found.bias
+        try:
+            again = _noise_free_at(form, problem, at, instruments)
+        except (DataError, EstimationError):
+            return replace(first, doubt="the loop cannot be simulated without it")
+        if again is None:
+            return replace(first, doubt="without it the simulated loop does not follow the record")
+        moved = _in_deviations(again.bias - found.bias, deviations)
+        if not moved < size:
+            return replace(first, doubt="it does not settle where it is taken off")
+        found, size = again, moved
+        if moved <= SETTLED_FILTER_BIAS.value:
+            return replace(found, settled=True)
+    return replace(first, doubt="it does not settle where it is taken off")
+
+
+def share_in_residuals(
+    quiet: NoiseFree, solution: Solution, covariance: Covariance
+) -> tuple[float, float]:
+    """How much of the filter's own residuals a record's have, and the most that they may.
+
+    Where a record is as its noise-free loop is, but for noise that is none of the filter's, all of
+    them: the share is about 1. Noise that moves the reversals within the filter leaves less.
+
+    Returns
+    -------
+    share, most : float
+        The most that the level of the test allows.
+    """
+    own = quiet.residuals[:, None]
+    if not np.any(own):
+        return 1.0, 1.0
+    columns = factor(own, ["share"], neighbours=solution.neighbours)
+    found = least_squares(solution.residuals, columns)
+    share = float(found.theta[0])
+    deviation = float(np.sqrt(covariance.matrix(found)[0, 0]))
+    reach = float(stdtrit(covariance.freedom(found)[0], 1 - SIGNIFICANCE_LEVEL.value))
+    return share, share + reach * deviation
+
+
+def confirmed(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> NoiseFree:
+    """The same, in doubt where the record's own residuals have no such error."""
+    if quiet.doubt:
+        return quiet
+    share, most = share_in_residuals(quiet, solution, covariance)
+    if most >= MIN_FILTER_SHARE.value:
+        return quiet
+    said = (
+        f"the record's residuals have {100 * max(share, 0.0):.0f} % of the error that it comes of"
+    )
+    return replace(quiet, doubt=said)
+
+
+def _in_deviations(change: Array, deviations: Array) -> float:
+    """Largest change of a parameter; deviations of nothing tell nothing."""
+    there = deviations > 0
+    return float(np.max(np.abs(change[there]) / deviations[there], initial=0.0))
+
+
+def _noise_free_at(
+    form: Form, problem: Problem, physical: Array, instruments: QrFactors | None
+) -> NoiseFree | None:
+    """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
+    at = form.at(physical)
+    loops, known, right = problem.simulated(at, physical)
+    left = problem.rows(at).left
+    error = relative_error_percent(left - known - right @ at.regressed(physical), left)
+    if error >= MAX_SIMULATION_ERROR.value:
+        return None
+    return noise_free(at, problem, loops, physical, instruments)
 
 
 def slopes_by_gain(
@@ -145,7 +261,7 @@ def slopes_by_gain(
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        _solved(form, _rows(form, signals, problem), instruments).theta
+        solution_of(form, _rows(form, signals, problem), instruments).theta
         for signals in (
             [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
         )
@@ -156,10 +272,18 @@ def slopes_by_gain(
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
     """The record as its simulated loops have it, under the same filter."""
+    return loop_record(data, loops, measured=False)
+
+
+def loop_record(
+    data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
+) -> FilteredRecord:
+    """The same, with the position as the loops' law measured it or as it is."""
     record = data.record
+    position = [s.measured_position if measured else s.position for s in loops]
     simulated = replace(
         record,
-        position=simulated_position(loops),
+        position=np.concatenate(position),
         control=None if record.control is None else np.concatenate([s.control for s in loops]),
         force=None
         if record.force is None
@@ -194,7 +318,8 @@ def _rows(form: Form, signals: Sequence[Signals], problem: Problem) -> Equations
     return Equations.stacked(pieces)
 
 
-def _solved(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
+def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
+    """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
     left = rows.left - rows.known
     if instruments is None:

@@ -13,5 +13,6 @@ from .repairs import Repairs as Repairs
 from .time_base import clock_of as clock_of
 from .time_base import hold_delay as hold_delay
 from .time_base import is_same_period as is_same_period
+from .time_base import is_sampled_by as is_sampled_by
 from .time_base import law_ratio as law_ratio
 from .time_base import other_period as other_period

@@ -185,13 +185,13 @@ def extent(
         or the position jumps by whole turns.
     """
     check_sample_period(period)
-    check = _Even(source, axis)
+    check = _BlockChecks(source, axis)
     for block in blocks:
         check.add(block)
     return check.found(period)
 
 
-class _Even:
+class _BlockChecks:
     """The checks that the record's own makes at once, made block by block."""
 
     def __init__(self, source: str, axis: Axis | None) -> None:

@@ -48,6 +48,11 @@ def clock_of(record: Record) -> LogClock:
     return LogClock(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
 
 
+def is_sampled_by(record: Record, law: ControlLaw) -> bool:
+    """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
+    return law_ratio(law, record.period, clock_of(record)) == 1.0
+
+
 def law_ratio(law: ControlLaw | None, period: float, own: LogClock) -> float | None:
     """How often a law is evaluated in a sample of a record: 1 where both have one clock.
 

@@ -18,6 +18,8 @@ from .encoder_steps import StepsError as StepsError
 from .encoder_steps import encoder_step as encoder_step
 from .encoder_steps import stepped_loops as stepped_loops
 from .encoder_steps import steps_error as steps_error
+from .following_loops import FollowingLoops as FollowingLoops
+from .following_loops import quiet_loops as quiet_loops
 from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form

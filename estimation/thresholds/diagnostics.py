@@ -163,6 +163,24 @@ NOTICEABLE_BIAS = Threshold(
     "one is worth a warning",
     "chosen",
 )
+NEGLIGIBLE_BIAS = Threshold(
+    0.01,
+    "1",
+    "the same share, up to which a difference is no more than a note however significant",
+    "chosen",
+)
+MAX_UNSEEN_BIAS = Threshold(
+    0.5,
+    "deviations",
+    "the same distance, significant by a HAC Hausman test, from which an interval is said to miss",
+    "derived: from there on a 95 % interval holds the truth in less than 92 % of cases",
+)
+MAX_IDENTITY_ERROR = Threshold(
+    1e-6,
+    "1",
+    "relative distance of the two inertias of least squares, by each other, from r^2",
+    "chosen: the two are algebraically one",
+)
 MAX_FORM_DIFFERENCE = Threshold(
     1e-6,
     "1",

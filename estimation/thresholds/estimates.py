@@ -63,8 +63,22 @@ INTERVAL_LEVEL = Threshold(
 MIN_PRINTED_FILTER_BIAS = Threshold(
     0.5,
     "deviations",
-    "the filter's own bias of a parameter from which the value without it is printed",
+    "the filter's own bias of a parameter from which the value without it is printed, and found "
+    "again where the correction leads",
     "chosen",
+)
+SETTLED_FILTER_BIAS = Threshold(
+    0.1,
+    "deviations",
+    "change of that bias, found again, up to which it has settled",
+    "chosen: a hundredth of the variance",
+)
+MIN_FILTER_SHARE = Threshold(
+    0.5,
+    "1",
+    "share of the filter's own residuals that a record's have, below which its bias is not that of "
+    "the filter alone",
+    "derived: below a half, taking them off adds to the residuals' power",
 )
 MAX_CURVATURE = Threshold(
     0.1,

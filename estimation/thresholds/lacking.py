@@ -69,5 +69,5 @@ MAX_LOSS_OF_FIT = Threshold(
     4.0,
     "1",
     "mean squares that a time of a change fits worse than the best, up to which it does as well",
-    "the square of two deviations",
+    "chosen, the square of two deviations",
 )

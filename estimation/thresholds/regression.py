@@ -52,3 +52,10 @@ MIN_STEPS_SHIFT = Threshold(
     "what a loop with the encoder's steps moves a parameter by, from which they are reckoned with",
     "chosen: what scatters by less adds a fiftieth to a deviation",
 )
+LEAST_MEASURED_NOISE = Threshold(
+    0.8,
+    "1",
+    "part of the control law's answer to the recorded position's noise that the recorded control "
+    "has, from which the law measured what was recorded",
+    "chosen: 1 where it did, and 0 where a log is coarser than what the law measures",
+)

@@ -11,6 +11,7 @@ from .continuity import jumping_node as jumping_node
 from .derivative import slope as slope
 from .expansion import EULER as EULER
 from .expansion import Expansion as Expansion
+from .exponential import joined_exponential as joined_exponential
 from .independence import exact as exact
 from .independence import intercept as intercept
 from .independence import where_zero as where_zero

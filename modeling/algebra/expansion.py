@@ -17,6 +17,7 @@ from sympy.logic.boolalg import Boolean
 from axisid.modeling.quantities import DIRECTION, KnownSymbol
 
 from .constant_value import NotRealError, is_known, number_symbol, value_of
+from .exponential import joined_exponential
 from .products import (
     HALF,
     Algebra,
@@ -100,7 +101,7 @@ class Expansion:
         if node.is_Add:
             return self._sum(self(term) for term in node.args)
         if node.is_Mul:
-            return self._product(self(factor) for factor in node.args)
+            return self._multiplied(node)
         if node.is_Pow:
             return self._power(node.base, self._inside(node.exp))
         if isinstance(node, sympy.Piecewise):
@@ -135,6 +136,13 @@ class Expansion:
         for term in terms:
             add(total, term)
         return total
+
+    def _multiplied(self, node: sympy.Mul) -> Sum:
+        joined = joined_exponential(node)
+        if joined is None:
+            return self._product(self(factor) for factor in node.args)
+        rest, exponent = joined
+        return self.algebra.times(self(rest), self._natural(self._inside(exponent)))
 
     def _product(self, factors: Iterable[Sum]) -> Sum:
         total = constant(1)

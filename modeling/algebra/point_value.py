@@ -22,6 +22,8 @@ numbers.dps = 70
 _POINTS = 3
 _NOTHING = 1e-12  # share of what is added up, below which a sum is what rounding left of nothing
 _ALIKE = 25  # digits in which two arguments of a kinked function are the same
+_MOST_BITS = 2**14  # in which a sum is looked at again, if it has lost a term that small
+_SPARE_BITS = 60  # of these, which rounding may spoil
 _LARGEST = 2000  # binary digits before the point of what a function is evaluated of
 #: What a value that does not exist raises.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
@@ -59,7 +61,7 @@ def vanishes(expression: sympy.Expr) -> bool:
     if expression == 0:
         return True
     try:
-        return all(_is_nothing(_Values(turn)(expression)) for turn in range(_POINTS))
+        return all(_is_nothing(_value_there(expression, turn)) for turn in range(_POINTS))
     except CANNOT:
         return False
 
@@ -74,11 +76,24 @@ def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
 
 def _changes(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int) -> bool:
     """Whether the value changes when the symbols do, one way or another, and nothing else."""
+    (one, size), (other, more), span = _moved(expression, symbols, turn)
+    if span <= numbers.prec:
+        return not _is_nothing((one - other, size + more))
+    # What changes may be much smaller than what it is added to: every digit counts.
+    with numbers.workprec(min(numbers.prec + span, _MOST_BITS)):
+        (one, size), (other, more), _ = _moved(expression, symbols, turn)
+        rounding = numbers.ldexp(size + more, _SPARE_BITS - numbers.prec)
+        return not abs(one - other) <= rounding  # it does where neither is finite
+
+
+def _moved(
+    expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int
+) -> tuple[_Value, _Value, int]:
+    """Values before and after the symbols change, and the span of their sums."""
     here, there = _Values(turn), _Values(turn)
     for symbol in symbols:
         there.known[symbol] = here.unknown("other", str(symbol))
-    (one, size), (other, more) = here(expression), there(expression)
-    return not _is_nothing((one - other, size + more))
+    return here(expression), there(expression), max(here.span, there.span)
 
 
 def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
@@ -109,6 +124,19 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     return values.real(expression)
 
 
+def _value_there(expression: sympy.Expr, turn: int) -> _Value:
+    """The value at a point, in as many digits as what stands in it needs.
+
+    At such points ``log(1 + exp(x - 3000))`` is the logarithm of 1 to any usual number of digits.
+    """
+    values = _Values(turn)
+    found = values(expression)
+    if values.span <= numbers.prec:
+        return found
+    with numbers.workprec(min(numbers.prec + values.span, _MOST_BITS)):
+        return _Values(turn)(expression)
+
+
 def _is_nothing(value: _Value) -> bool:
     number, size = value
     if not (numbers.isfinite(number) and numbers.isfinite(size)):
@@ -117,10 +145,17 @@ def _is_nothing(value: _Value) -> bool:
 
 
 class _Values:
-    """Values at one of several points."""
+    """Values at one of several points.
+
+    Attributes
+    ----------
+    span : int
+        Binary digits between the largest and the smallest term of a sum.
+    """
 
     def __init__(self, turn: int) -> None:
         self.known: dict[sympy.Basic, _Value] = {}
+        self.span = 0
         self._turn = turn
 
     def __call__(self, node: sympy.Basic) -> _Value:
@@ -137,6 +172,8 @@ class _Values:
             return _exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
         inner = [self(argument) for argument in node.args]
         if node.is_Add:
+            sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
+            self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
             return numbers.fsum(v for v, _ in inner), numbers.fsum(s for _, s in inner)
         if node.is_Mul:
             return numbers.fprod(v for v, _ in inner), numbers.fprod(s for _, s in inner)

@@ -15,7 +15,7 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.algebra import CANNOT
+from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
 
 from .known_value import LARGEST, KnownValues, small
@@ -205,11 +205,14 @@ class _Reader:
 
     def check_size(self, result: sympy.Expr) -> None:
         """Refuse what would not stay small and real when it is derived."""
+        in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
                 raise TextError("it is too large; write it shorter.", self._text, 0)
-            if node.is_Number and not _finite(node):
-                raise TextError("a number in it is too large for a float.", self._text, 0)
+            if node.is_Mul and joined_exponential(node) is not None:
+                in_exponents.add(node.args[0])
+            if node.is_Number and node not in in_exponents:
+                self._check_number(node)
             known = node.is_Symbol or node.is_Number or node.is_NumberSymbol
             if not known and node.func not in self._grammar.nodes:
                 raise TextError(
@@ -232,6 +235,13 @@ class _Reader:
                 self._text,
                 0,
             )
+
+    def _check_number(self, number: sympy.Expr) -> None:
+        """Refuse a number that floating point does not hold."""
+        if not _finite(number):
+            raise TextError("a number in it is too large for a float.", self._text, 0)
+        if number != 0 and float(number) == 0:
+            raise TextError("a number in it is too small for a float.", self._text, 0)
 
     def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
         if isinstance(value, int) and abs(value) < _EXACT:

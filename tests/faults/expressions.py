@@ -153,6 +153,25 @@ FAULTS: tuple[Fault, ...] = (
         after=_force(0.015, 0.27, 0.0, wanted=0.27 / 0.95),
     ),
     Fault(
+        name="number taken out of an exponent",
+        make=_generate("F*sympy.exp((Q - 10000.0)*1.5), viscous(b, q)", "F, b"),
+        code=0,
+        says=_WROTE,
+        after=_force(10000.2, 9999.0, 0.0, wanted=9999.0 + math.exp((10000.2 - 10000) * 1.5)),
+    ),
+    Fault(
+        name="number taken out of an exponent, too large for a float",
+        make=_shown("2*exp((10000.0 - x)*1.5)"),
+        code=0,
+        says="mine",
+    ),
+    Fault(
+        name="number too small for a float",
+        make=_shown("(x*1e-17)**20"),
+        code=4,
+        says=r"a number in it is too small for a float",
+    ),
+    Fault(
         name="parameters lost beside a large power",
         make=_generate("F*(Q/0.1 - 90)**8, Fg*(1 + sign(DQ))/2 - H*(1 - sign(DQ))/2", "F, Fg, H"),
         code=0,

@@ -6,6 +6,7 @@ Knows nothing of the recorded loop.
 
 from .agreement import delta_method_check as delta_method_check
 from .agreement import fixed_check as fixed_check
+from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
 from .excitation import Excitation as Excitation

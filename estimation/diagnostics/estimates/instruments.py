@@ -19,6 +19,7 @@ from axisid.estimation.thresholds.diagnostics import (
     MAX_BIAS_DISTANCE,
     MAX_RELATIVE_DEVIATION,
     MIN_FIRST_STAGE_F,
+    NEGLIGIBLE_BIAS,
     NOTICEABLE_BIAS,
 )
 from axisid.support.arrays import Array
@@ -99,13 +100,14 @@ def biased_parameters(
     """Parameters on which noise has biased least squares, as instruments tell.
 
     Either the two are more than 3 i.i.d. deviations of the instrumental estimate apart, the paper's
-    rule. Or Durbin-Wu-Hausman rejects, and they are more than 10 % apart on one that the
-    instruments identify: residuals that are large for other reasons widen the deviations, and
-    the first rule alone would let a large bias pass. The test alone would not do: with little noise
-    in the equation it rejects for a bias that nobody would notice.
+    rule, and more than 1 %. Or Durbin-Wu-Hausman rejects, and they are more than 10 % apart on one
+    that the instruments identify: residuals that are large for other reasons widen the deviations,
+    and the first rule alone would let a large bias pass. The test alone would not do: with little
+    noise in the equation it rejects for a bias that nobody would notice.
     """
     apart = np.abs(ls.physical - iv.physical)
     far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
+    far &= apart > NEGLIGIBLE_BIAS.value * np.abs(iv.physical)
     if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
         most = MAX_RELATIVE_DEVIATION.value / 100
         known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(iv.physical)

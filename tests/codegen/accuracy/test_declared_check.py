@@ -68,6 +68,49 @@ AWKWARD = {
         4.01,
     ),
 }
+#: Where a number that SymPy takes out of an exponent is 0 or infinite, and where to see it.
+FAR = {
+    "exponential far away": (
+        stage(F * sympy.exp((Q - 10000.0) * 1.5), parameters=(F,)),
+        10000.2,
+    ),
+    "exponential far away, by a constant": (
+        stage(F * sympy.exp((Q - Constant(10000.0, "rad").symbol) * 1.5), parameters=(F,)),
+        10000.2,
+    ),
+    "exponential of what falls": (
+        stage(F * sympy.exp((3000.0 - Q) * 1.5) * sympy.sin(Q), parameters=(F,)),
+        3000.2,
+    ),
+    "product with a power": (
+        stage(F * ((Q - 3000.0) / 0.1) ** 3 * sympy.exp((Q - 3000.0) * 1.5), parameters=(F,)),
+        3000.2,
+    ),
+    "exponential beside the largest number": (
+        stage(F * sympy.exp((Q - 480.0) * 1.5), parameters=(F,)),
+        490.0,
+    ),
+    "step of an exponential": (
+        stage(F / (1 + sympy.exp((Q - 3000.0) / 0.1)) ** 2, parameters=(F,)),
+        3000.05,
+    ),
+    "bend of an exponential": (
+        stage(F * sympy.log(1 + sympy.exp((Q - 3000.0) * 1.5)), parameters=(F,)),
+        3000.2,
+    ),
+    "power of a number far away": (
+        stage(F * 4 * 2.0 ** ((Q - 3000.0) * 1.5), parameters=(F,)),
+        3000.2,
+    ),
+    "hyperbolic far away": (
+        stage(
+            F * sympy.cosh((Q - 3000.0) * 1.5),
+            k3 * sympy.tanh((Q - 3000.0) * 1.5) / sympy.cosh(Q - 3000.0),
+            parameters=(F, k3),
+        ),
+        3000.2,
+    ),
+}
 Motion = tuple[float, float, float]  # position, velocity, acceleration
 Targets = dict[str, Callable[[float, float, float], float]]
 
@@ -245,6 +288,28 @@ def test_columns_that_cancel_are_no_fault_of_the_program(name: str) -> None:
     off = replace(model, acceleration=model.acceleration + sympy.Float(1e-6))
     with refuses("generated-force-differs", says="direct_dynamics"):
         check_programs(off, axis_programs(off))
+
+
+@pytest.mark.parametrize("name", FAR)
+def test_every_target_has_the_declared_force_far_from_zero(name: str) -> None:
+    axis, place = FAR[name]
+    values = np.array([p.nominal for p in axis.parameters])
+    what = targets(axis, values)
+    assert "C" in what
+    for x in (place, place + 0.3, place - 0.4):
+        for v in (0.27, -0.4, 1e-3):
+            assert check(axis, values, (x, v, 0.7), what)
+
+
+@pytest.mark.parametrize("name", [n for n in FAR if "number" not in n and "hyper" not in n])
+def test_a_number_that_was_taken_out_of_an_exponent_is_seen(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = derive(FAR[name][0])
+    for guard in ("joined_exponential", "_check_factor"):
+        monkeypatch.setattr(f"axisid.codegen.lowering.lower.{guard}", lambda _: None)
+    with pytest.raises(ModelError, match=r"the generated inverse_dynamics gives|too large"):
+        axis_artefacts(model)
 
 
 @pytest.mark.parametrize("name", AWKWARD)

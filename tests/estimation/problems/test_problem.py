@@ -63,7 +63,10 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
         ours, theirs = (getattr(e.residual_tests, name) for e in (two, one))
         assert ours == pytest.approx(theirs, rel=1e-9)
     assert two.simulation_error_percent == pytest.approx(one.simulation_error_percent, rel=1e-9)
-    assert two.filter_bias == pytest.approx(one.filter_bias, rel=1e-6, abs=1e-9)
+    assert one.noise_free is not None
+    assert two.noise_free is not None
+    assert two.noise_free.bias == pytest.approx(one.noise_free.bias, rel=1e-6, abs=1e-9)
+    assert two.noise_free.doubt == one.noise_free.doubt
 
 
 def test_one_record_is_what_identify_makes_of_it(emps2015: GeneratedAxis, twin: Record) -> None:

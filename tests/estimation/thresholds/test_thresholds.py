@@ -60,6 +60,8 @@ IMPLEMENTATION = {
     "propagation._STEP": "step of a difference",
     "residual_tests._NO_VARIANCE": "rounding of a variance",
     "variable_projection._SPREAD": "starts of a search",
+    "attenuation._SAME": "rounding of a column",
+    "bias._SAME": "rounding of an eigenvalue",
     "base_distance._STILL": "where an iteration ends",
     "base_distance._SIZES": "starts of a search",
     "base_distance._STRETCHES": "starts of a search",

@@ -10,9 +10,11 @@ from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.diagnostics.estimates import Endogeneity, Excitation, InstrumentTests
 from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.moves import Band, LackOfFit
+from axisid.estimation.noise import Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
+    WrittenAttenuation,
     WrittenAutocorrelation,
     WrittenBand,
     WrittenCheck,
@@ -23,6 +25,7 @@ from axisid.presentation.schema import (
     WrittenLackOfFit,
     WrittenLawCheck,
     WrittenLjungBox,
+    WrittenNoiseBias,
     WrittenNormality,
     WrittenResidualTests,
     WrittenRuns,
@@ -61,6 +64,12 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
             if of_one
         }
         or UNSET,
+        "noise_bias": {
+            method: {name: _noise_bias(bias) for name, bias in of_one.items()}
+            for method, of_one in diagnosis.noise_biases.items()
+        }
+        or UNSET,
+        "attenuation": _attenuation(diagnosis.attenuation),
     }
 
 
@@ -150,6 +159,30 @@ def _band(band: Band) -> WrittenBand:
         groups=band.groups,
         by=band.by,
         exceeds=band.exceeds,
+    )
+
+
+def _noise_bias(bias: NoiseBias) -> WrittenNoiseBias:
+    return WrittenNoiseBias(
+        difference=bias.difference,
+        deviation=bias.deviation,
+        p_value=finite(bias.p_value),
+        joint_p_value=finite(bias.joint_p_value),
+        shift=bias.shift,
+        misses=bias.misses,
+    )
+
+
+def _attenuation(found: Attenuation | Missing) -> WrittenAttenuation | UnsetType:
+    if isinstance(found, Missing):
+        return UNSET
+    return WrittenAttenuation(
+        parameter=found.parameter,
+        inverse=found.inverse,
+        direct=found.direct,
+        r_squared=found.r_squared,
+        identity_error=found.identity_error,
+        shift=found.shift,
     )
 
 

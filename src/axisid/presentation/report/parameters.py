@@ -7,6 +7,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
+from axisid.estimation.noise import NoiseBias
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
@@ -118,7 +119,8 @@ def parameters_table(
     groups : sequence of (Quantity, mapping of str to Value)
         Each parameter with its values by method.
     over_moves : bool
-        Whether deviations of the model's error stand behind those that they exceed.
+        Whether deviations of the model's error stand behind those that they exceed, and what noise
+        has moved a value by behind an interval that misses for it.
     """
     axis = result.axis
     described = {p.name: p.description for p in (*axis.declared.parameters, *axis.axis.parameters)}
@@ -129,12 +131,21 @@ def parameters_table(
         drawn = _intervals(result, values, result.record.provenance.truth.get(quantity.name))
         for i, (method, value) in enumerate(values.items()):
             ends = (None, None) if i else (name, drawn)
-            band = result.diagnosis.bands.get(method, {}).get(quantity.name) if over_moves else None
-            rows.append((ends[0], method, *_cells(value, band), ends[1]))
+            band, bias = _found(result, method, quantity.name) if over_moves else (None, None)
+            rows.append((ends[0], method, *_cells(value, band, bias), ends[1]))
     return Table(columns=_COLUMNS, rows=tuple(rows))
 
 
-def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
+def _found(result: Identification, method: str, name: str) -> tuple[Band | None, NoiseBias | None]:
+    """What is known of a parameter beside its interval."""
+    diagnosis = result.diagnosis
+    bias = diagnosis.noise_biases.get(method, {}).get(name)
+    return diagnosis.bands.get(method, {}).get(name), bias
+
+
+def _cells(
+    value: Value, band: Band | None = None, bias: NoiseBias | None = None
+) -> tuple[Cell, ...]:
     """Value, interval, deviation and relative deviation.
 
     The estimator's own value is a note where it is another number than the interval's centre.
@@ -145,10 +156,16 @@ def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
     relative = value.relative_deviation_percent
     return (
         NotedText(centre, note="" if centre == fitted else f"{fitted} as fitted"),
-        f"{low} … {high}",
+        f"{low} … {high}"
+        if bias is None or not bias.misses
+        else NotedText(f"{low} … {high}", note=f"{_signed(bias, digits)} by noise"),
         significant(value.deviation) if band is None or not band.exceeds else _both(value, band),
         f"{significant(relative)} %" if relative < _VAGUE else "-",
     )
+
+
+def _signed(bias: NoiseBias, digits: int) -> str:
+    return f"{'+' * (bias.difference > 0)}{_number(bias.difference, digits)}"
 
 
 def _both(value: Value, band: Band) -> NotedText:
@@ -200,8 +217,9 @@ def _notes(result: Identification, wording: Wording) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Values are without the prefilter's own bias, which is found on the loop simulated "
-            "with the estimate; below them the value as fitted, where it is another."
+            "Values are without the prefilter's own bias, and without that of the position's noise "
+            "where no reference was recorded, which are found on the loop simulated with the "
+            "estimate; below them the value as fitted, where it is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")

@@ -17,10 +17,12 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.moves import Band, LackOfFit
+from axisid.estimation.noise import NO_ATTENUATION, Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED
 from axisid.presentation.schema import (
     WrittenAlignment,
+    WrittenAttenuation,
     WrittenBand,
     WrittenCheck,
     WrittenEndogeneity,
@@ -29,6 +31,7 @@ from axisid.presentation.schema import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
+    WrittenNoiseBias,
     WrittenResidualTests,
     WrittenSetting,
 )
@@ -52,6 +55,11 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
             method: {name: _band(band) for name, band in of_one.items()}
             for method, of_one in (written.model_bands or {}).items()
         },
+        noise_biases={
+            method: {name: _noise_bias(bias) for name, bias in of_one.items()}
+            for method, of_one in (written.noise_bias or {}).items()
+        },
+        attenuation=_attenuation(written.attenuation) if written.attenuation else NO_ATTENUATION,
     )
 
 
@@ -82,6 +90,27 @@ def _band(written: WrittenBand) -> Band:
         groups=written.groups,
         by=written.by,
         exceeds=written.exceeds,
+    )
+
+
+def _noise_bias(written: WrittenNoiseBias) -> NoiseBias:
+    return NoiseBias(
+        difference=written.difference,
+        deviation=written.deviation,
+        p_value=_known(written.p_value, math.nan),
+        joint_p_value=_known(written.joint_p_value, math.nan),
+        shift=written.shift,
+    )
+
+
+def _attenuation(written: WrittenAttenuation) -> Attenuation:
+    return Attenuation(
+        parameter=written.parameter,
+        inverse=written.inverse,
+        direct=written.direct,
+        r_squared=written.r_squared,
+        identity_error=written.identity_error,
+        shift=written.shift,
     )
 
 

@@ -14,6 +14,7 @@ from .comparison import WrittenHeldOutBlocks as WrittenHeldOutBlocks
 from .comparison import WrittenNestedTest as WrittenNestedTest
 from .comparison import WrittenParameterCheck as WrittenParameterCheck
 from .diagnosis import WrittenAlignment as WrittenAlignment
+from .diagnosis import WrittenAttenuation as WrittenAttenuation
 from .diagnosis import WrittenBand as WrittenBand
 from .diagnosis import WrittenCheck as WrittenCheck
 from .diagnosis import WrittenEndogeneity as WrittenEndogeneity
@@ -21,6 +22,7 @@ from .diagnosis import WrittenExcitation as WrittenExcitation
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
 from .estimate import WrittenEstimate as WrittenEstimate

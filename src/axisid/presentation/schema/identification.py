@@ -8,6 +8,7 @@ from msgspec import UNSET, UnsetType
 from .base import JsonObject, about
 from .diagnosis import (
     WrittenAlignment,
+    WrittenAttenuation,
     WrittenBand,
     WrittenCheck,
     WrittenEndogeneity,
@@ -15,6 +16,7 @@ from .diagnosis import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
+    WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
@@ -106,6 +108,13 @@ class WrittenIdentification(
     model_bands: Annotated[
         Mapping[str, Mapping[str, WrittenBand]] | UnsetType,
         about("Of the model's error, by method and parameter."),
+    ] = UNSET
+    noise_bias: Annotated[
+        Mapping[str, Mapping[str, WrittenNoiseBias]] | UnsetType,
+        about("Least squares less instruments, by method and parameter."),
+    ] = UNSET
+    attenuation: Annotated[
+        WrittenAttenuation | UnsetType, about("The two forms of least squares; absent without.")
     ] = UNSET
     skipped: Annotated[
         Mapping[str, str],

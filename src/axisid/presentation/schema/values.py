@@ -34,8 +34,9 @@ class WrittenValue(JsonObject, frozen=True, kw_only=True):
     filter_bias: Annotated[
         float | None,
         about(
-            "What the prefilter alone moves the value by; the value contains it, the interval "
-            "does not; null where the loop could not be simulated."
+            "What the prefilter alone moves the value by, and without a reference the noise of "
+            "the position too; the value contains it, the interval does not; null where the "
+            "loop could not be simulated."
         ),
     ]
     deviations: Annotated[

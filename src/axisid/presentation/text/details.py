@@ -18,6 +18,8 @@ from axisid.presentation.blocks import (
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording
 
+from .noise import noise_details
+
 
 def details_document(
     estimates: Mapping[str, Estimate], diagnosis: Diagnosis, wording: Wording
@@ -32,6 +34,7 @@ def details_document(
         _law(diagnosis.law, wording),
         _instruments(preferred, diagnosis.instruments),
         _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", preferred, diagnosis),
+        *noise_details(diagnosis, {q.name: q.unit for q in preferred.quantities}),
         _alignment(preferred, diagnosis.alignment, wording),
         checks_table(diagnosis.verdict),
     )

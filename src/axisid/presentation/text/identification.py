@@ -5,10 +5,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import by_weight, conclusion
+from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
+from axisid.estimation.noise import NoiseBias
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds.estimates import MIN_PRINTED_FILTER_BIAS
 from axisid.modeling.declaration import left_out_text
@@ -31,6 +32,7 @@ from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import details_document
 from .moves import band_row, moves_notes
+from .noise import noise_notes, noise_row
 from .physical import physical_notes
 from .quantity import places, quantity
 from .record import record_facts, rows_text
@@ -66,13 +68,14 @@ def identification_document(
         *_notes(estimates),
         *shared_remarks(estimates, wording),
         *physical_notes(physical, wording),
+        *noise_notes(diagnosis),
         *moves_notes(diagnosis),
         made,
         *left_out_notes(missing, wording),
     ]
     return (
         _heading(result.axis, result.record, wording),
-        *(_estimates_table(of_form, diagnosis.bands) for of_form in of_forms if of_form),
+        *(_estimates_table(of_form, diagnosis) for of_form in of_forms if of_form),
         *_physical_tables(result),
         verdict_block(diagnosis.verdict, wording),
         Notes(tuple(notes)),
@@ -99,14 +102,13 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
     )
 
 
-def _estimates_table(
-    estimates: Sequence[Estimate], bands: Mapping[str, Mapping[str, Band]]
-) -> Table:
+def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Table:
     first = estimates[0]
     rows = _value_rows(
         [e.parameters for e in estimates],
         _labels(first.quantities),
-        [bands.get(e.method, {}) for e in estimates],
+        [diagnosis.bands.get(e.method, {}) for e in estimates],
+        [diagnosis.noise_biases.get(e.method, {}) for e in estimates],
     )
     rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
     rows += [
@@ -152,13 +154,17 @@ def _value_rows(
     columns: Sequence[Mapping[str, Value]],
     labels: Mapping[str, str],
     bands: Sequence[Mapping[str, Band]] = (),
+    biases: Sequence[Mapping[str, NoiseBias]] = (),
 ) -> list[Row]:
     rows: list[Row] = []
     for name, label in labels.items():
         values = [column[name] for column in columns]
         rows.append((label, values[0].unit, *map(quantity, values)))
         rows += _corrected_row(values)
-        rows += band_row(values, [column.get(name) for column in bands])
+        if biases:
+            rows += noise_row(values, [column.get(name) for column in biases])
+        if bands:
+            rows += band_row(values, [column.get(name) for column in bands])
     return rows
 
 
@@ -237,9 +243,10 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     if not any(_corrected_row([v]) for v in values):
         return []
     return [
-        f"{_CORRECTED}: the value above without the prefilter's own bias, which is found on the "
-        "loop simulated with the estimate. It is the centre of the 95 % interval, and what "
-        "physical parameters are made of."
+        f"{_CORRECTED}: the value above without the prefilter's own bias, and without that of the "
+        "position's noise where no reference was recorded, which are found on the loop simulated "
+        "with the estimate. It is the centre of the 95 % interval, and what physical parameters "
+        "are made of."
     ]
 
 

@@ -16,6 +16,7 @@ from axisid.estimation.diagnostics.estimates.agreement import (
 )
 from axisid.estimation.diagnostics.estimates.instruments import NO_ENDOGENEITY, Endogeneity
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.noise import NoiseBias
 from axisid.support.missing import Missing
 
 SURE = Endogeneity(statistic=9.0, p_value=1e-9, by_parameter=())
@@ -50,12 +51,25 @@ def widened(estimate: Estimate, relative: float) -> Estimate:
 def test_least_squares_may_differ_by_three_deviations_of_the_instruments(
     iv: Estimate, deviations: float, status: str, parameter: int
 ) -> None:
-    check = ls_against_iv(shifted(iv, deviations, parameter), iv, UNSURE, weak=False)
+    wide = widened(iv, 0.01)
+    check = ls_against_iv(shifted(wide, deviations, parameter), wide, UNSURE, weak=False)
     assert check.status == status
     assert check.figure == pytest.approx(abs(deviations))
     assert check.threshold == 3.0
     name = list(iv.parameters)[parameter]
     assert (f"instruments, {name} by " in check.meaning) is (status == "fail")
+
+
+def test_what_nobody_would_notice_is_no_failure_however_significant(iv: Estimate) -> None:
+    close = widened(iv, 1e-4)
+    check = ls_against_iv(shifted(close, 50.0), close, SURE, weak=False)
+    assert check.status == "pass"
+    bias = NoiseBias(difference=0.5, deviation=0.01, p_value=0.0, joint_p_value=0.0, shift=50.0)
+    noted = ls_against_iv(shifted(close, 50.0), close, SURE, {"M": bias}, weak=False)
+    assert noted.status == "note"
+    assert (noted.figure, noted.threshold) == (50.0, 0.5)
+    failed = ls_against_iv(shifted(close, 200.0), close, SURE, {"M": bias}, weak=False)
+    assert failed.status == "fail"
 
 
 @pytest.mark.parametrize(

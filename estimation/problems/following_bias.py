@@ -1,0 +1,105 @@
+"""How filter and noise bias least squares of records without a reference, by loops that follow."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.regression import Equations, FollowingLoops, Form, simulated_right
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
+from axisid.support.arrays import Array, relative_error_percent
+
+from .filter_bias import NoiseFree, loop_record, noise_free, solution_of
+from .problem import Problem
+
+_DRAWS = 4  # of noise, each once with either sign: what is odd in the noise cancels
+
+
+def noise_free_following(
+    form: Form, problem: Problem, left: Array, physical: Array
+) -> NoiseFree | None:
+    """The same of least squares of records without a reference, by loops that follow them.
+
+    What the records' position is beside that of the loops is its noise. Noise in the regressor, and
+    in a control that answers to it, biases least squares. How much is told by least squares of the
+    same loops with that noise in another order: the simulation step of Cook and Stefanski's SIMEX.
+
+    Parameters
+    ----------
+    form : Form
+        At its point, if it is linearised.
+    problem : Problem
+        Of records without a reference.
+    left : (n,) array
+        Left side of the measured rows.
+    physical : (p,) array
+
+    Returns
+    -------
+    NoiseFree or None
+        None if the loops do not follow the records.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        The loops are not known, or cannot be simulated.
+    """
+    following = [FollowingLoops.of(data) for data in problem.data]
+    every = [each.simulated(physical) for each in following]
+    if not _follow(form, problem, every, left, physical):
+        return None
+    quiet = noise_free(form, problem, tuple(s for of_one in every for s in of_one), physical, None)
+    rng = np.random.default_rng(0)
+    white = [_noise(each, loops) for each, loops in zip(following, every, strict=True)]
+    biases = []
+    for _ in range(_DRAWS):
+        drawn = [rng.permutation(noise) for noise in white]
+        biases += [_bias_with_noise(form, following, drawn, s, physical) for s in (1.0, -1.0)]
+    return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
+
+
+def _noise(following: FollowingLoops, loops: tuple[Simulation, ...]) -> Array:
+    """Noise of a record's position, (N,), as large as its second differences.
+
+    Its slow part is the loops': they follow it, or do not quite move as the axis did.
+    """
+    apart = following.data.record.position - np.concatenate([s.position for s in loops])
+    apart = apart - apart.mean()
+    size, white = np.std(apart), np.std(np.diff(apart, 2)) / 6**0.5
+    return np.asarray(apart * min(1.0, white / size) if size else apart)
+
+
+def _follow(
+    form: Form,
+    problem: Problem,
+    every: Sequence[tuple[Simulation, ...]],
+    left: Array,
+    physical: Array,
+) -> bool:
+    rights = [
+        simulated_right(form, loops, physical, data)
+        for loops, data in zip(every, problem.data, strict=True)
+    ]
+    theta = form.regressed(physical)
+    made = np.concatenate([known + right @ theta for known, right in rights])
+    return relative_error_percent(left - made, left) < MAX_SIMULATION_ERROR.value
+
+
+def _bias_with_noise(
+    form: Form,
+    following: Sequence[FollowingLoops],
+    noise: Sequence[Array],
+    sign: float,
+    physical: Array,
+) -> Array:
+    """What least squares makes of the loops with noise of the position."""
+    pieces = []
+    for each, of_one in zip(following, noise, strict=True):
+        loops = each.simulated(physical, sign * of_one)
+        noisy = loop_record(each.data, loops, measured=True)
+        if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
+            noisy = noisy.turning_as(noisy.record.position)
+        pieces.append(form.equations(noisy.signals).reduced(noisy))
+    solution = solution_of(form, Equations.stacked(pieces), None)
+    return np.asarray(form.physical(solution.theta)[0] - physical, dtype=float)

@@ -1,0 +1,143 @@
+"""Loops that follow a record of which the reference is not known.
+
+What the axis got is known all the same: its control was recorded. Simulated with that alone the
+axis would drift away, so that the law holds it: its reference is the recorded position, and what it
+made of that position is taken off the recorded control. The axis so gets the recorded control, and
+the law's answer to where it departs from the record. Where the law is the drive's, and measures
+what was recorded, this is the loop as it was but for the noise, whatever its reference was: the
+noise in the recorded control is taken off with the rest.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.loops import LawTicks, first_velocity, state_at_rest, terms_along
+from axisid.estimation.records import is_sampled_by
+from axisid.estimation.signals import FilteredRecord, about_samples
+from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
+from axisid.estimation.thresholds.regression import LEAST_MEASURED_NOISE
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+
+from .simulated_rows import simulated_loops
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FollowingLoops:
+    """What makes the loop of a record follow it, without its reference.
+
+    Attributes
+    ----------
+    data : FilteredRecord
+    added : (N,) array
+        What is added to the law's control, in the drive's unit.
+    """
+
+    data: FilteredRecord
+    added: Array
+
+    @classmethod
+    def of(cls, data: FilteredRecord) -> "FollowingLoops":
+        """Take the law's answer to the recorded position off the recorded control.
+
+        A velocity that no record has is the filtered one.
+
+        Raises
+        ------
+        ModelError
+            The axis has no control law.
+        DataError
+            The record is of another period than the law, its law is continuous, or neither control
+            nor force tells what the drive was given.
+        """
+        law = data.axis.axis.control
+        if law is None:
+            raise no_control_law(data.axis.axis.name)
+        if law.continuous or not is_sampled_by(data.record, law):
+            raise DataError("no sampled law is known that a simulated loop would follow by.")
+        control, (smooth, _, _) = _control(data), data.motion
+        position = data.record.position
+        answer = _answer(data, smooth, position) - _answer(data, smooth, smooth)
+        if _share(control, answer) < LEAST_MEASURED_NOISE.value:
+            raise DataError("the control does not answer to the noise of the recorded position.")
+        beside = control - _answer(data, position, position)
+        for first, last in data.record.spans:  # it is applied as late as the law's own
+            beside[first : last - law.delay] = beside[first + law.delay : last]
+        return cls(data=data, added=beside)
+
+    def simulated(self, physical: Array, noise: Array | None = None) -> tuple[Simulation, ...]:
+        """The loops with physical parameters (p,), one for each segment.
+
+        Parameters
+        ----------
+        physical : (p,) array
+        noise : (N,) array, optional
+            Of the position that the law measures.
+
+        Raises
+        ------
+        EstimationError
+            A loop cannot be simulated with these parameters.
+        """
+        record = self.data.record
+        return tuple(
+            simulate_estimate(
+                self.data.axis,
+                physical,
+                record.position[first:last],
+                record.period,
+                start=LoopStart(
+                    position=float(record.position[first]),
+                    velocity=first_velocity(record.position[first:last], record.period),
+                ),
+                injected=self.added[first:last],
+                position_noise=None if noise is None else noise[first:last],
+            )
+            for first, last in record.spans
+        )
+
+
+def quiet_loops(data: FilteredRecord, physical: Array) -> tuple[Simulation, ...]:
+    """The loops of a record without its noise: from its reference, or following its position.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        As `simulated_loops` and `FollowingLoops` do.
+    """
+    if data.record.reference is None:
+        return FollowingLoops.of(data).simulated(physical)
+    return simulated_loops(data.axis, data.record, physical)
+
+
+def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
+    """The law's control for a reference and a measured position, (N,).
+
+    As a force sensor sees it, where that tells the control: in the mean of what is held before and
+    after a sample.
+    """
+    velocity, averaged = data.motion[1], data.record.control is None
+    pieces = []
+    for a, b in data.record.spans:
+        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b])
+        made = terms_along(data.axis, ticks, state_at_rest(data.axis, ticks)).sum(axis=1)
+        pieces.append(about_samples(made, [0]) if averaged else made)
+    return np.concatenate(pieces)
+
+
+def _share(control: Array, answer: Array) -> float:
+    """How much of the law's answer to the position's noise is in the control; 1 if it should be."""
+    there, wanted = np.diff(control, 2), np.diff(answer, 2)  # of the motion little is left in them
+    power = float(wanted @ wanted)
+    return float(there @ wanted) / power if power else 1.0
+
+
+def _control(data: FilteredRecord) -> Array:
+    record, drive = data.record, data.axis.axis.drive
+    if record.control is not None:
+        return record.control
+    if record.force is None or not drive.is_gain:
+        raise DataError("the record tells no control, nor a force that is the control's gain.")
+    return record.force / float(drive.gain)

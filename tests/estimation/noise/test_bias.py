@@ -1,0 +1,79 @@
+"""Least squares less instruments against a resampling of its own, and where intervals miss."""
+
+import numpy as np
+import pytest
+
+from axisid import Identification, Record, identify, read_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.noise import NoiseBias, noise_biases
+from benchmarks.machines import Machine, records, white
+
+
+def _reference() -> np.ndarray:
+    time = 1e-3 * np.arange(8000)
+    waves = 0.02 * np.sin(2 * np.pi * 0.5 * time) + 0.004 * np.sin(2 * np.pi * 1.9 * time)
+    return np.minimum(1.0, time / 0.5) * waves
+
+
+def _results(axis: GeneratedAxis, machine: Machine, runs: int) -> list[Identification]:
+    every = records(machine, _reference(), runs, 5)
+    return [identify(axis, read_record(columns, axis)) for columns in every]
+
+
+def test_interval_that_noise_of_the_position_moves_is_said_to_miss(
+    emps2015: GeneratedAxis,
+) -> None:
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    for result in _results(emps2015, machine, 4):
+        bias = result.diagnosis.noise_biases["idm-ls"]["M"]
+        low, high = result["idm-ls"].parameters["M"].interval
+        assert bias.misses
+        assert not low < 100.2 < high
+        assert bias.difference < 0
+        (check,) = (c for c in result.verdict if c.name == "least squares against instruments")
+        assert check.status in ("note", "fail")
+        assert "its 95 % interval of M misses for it" in check.meaning
+        row = next(
+            line for line in result.summary().splitlines() if line.startswith("  moved by noise")
+        )
+        assert float(row.split()[3]) == pytest.approx(bias.difference, rel=0.01)
+
+
+def test_noise_of_the_recorded_control_moves_nothing(emps2015: GeneratedAxis) -> None:
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))
+    results = _results(emps2015, machine, 6)
+    biases = [r.diagnosis.noise_biases["idm-ls"] for r in results]
+    assert not any(b.misses for of_one in biases for b in of_one.values())
+    assert all(b.shift < 0.1 for of_one in biases for b in of_one.values())
+    assert np.median([of_one["M"].p_value for of_one in biases]) > 0.01
+    assert "moved by noise" not in results[0].summary()
+
+
+def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis) -> None:
+    """Noise of the position, over runs: what the difference scatters by, chance alone."""
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    every = [r.diagnosis.noise_biases["idm-ls"]["M"] for r in _results(emps2015, machine, 16)]
+    scatter = np.std([b.difference for b in every], ddof=1)
+    assert 0.5 < np.mean([b.deviation for b in every]) / scatter < 3
+
+
+def test_it_needs_a_form_with_both(emps2015: GeneratedAxis, twin: Record) -> None:
+    result = identify(emps2015, twin, methods=["idm-ls", "ddm-ls", "ddm-iv"])
+    assert set(noise_biases(result.estimates)) == {"ddm-ls"}
+    assert noise_biases({"idm-ls": result["idm-ls"]}) == {}
+
+
+@pytest.mark.parametrize(
+    ("p", "joint", "shift", "misses"),
+    [
+        (0.001, 0.001, 1.0, True),
+        (0.02, 0.001, 9.0, False),
+        (0.001, 0.02, 9.0, False),
+        (1e-9, 1e-9, 0.4, False),
+    ],
+)
+def test_interval_misses_where_both_tests_reject_and_it_matters(
+    p: float, joint: float, shift: float, *, misses: bool
+) -> None:
+    bias = NoiseBias(difference=1.0, deviation=0.1, p_value=p, joint_p_value=joint, shift=shift)
+    assert bias.misses is misses
