@@ -182,7 +182,8 @@ def _incomparable(law: ControlLaw, record: Record) -> LawCheck | Missing | None:
     if apart is not None and not apart.confirmed:
         return _other_clock(apart.note)
     if record.reference is None or record.control is None:
-        return Missing("the record has no reference or no control")
+        clocks = f"{apart.note.text}; " if apart is not None else ""
+        return Missing(f"{clocks}the record has no reference or no control")
     if clock.step != 1 and (apart is not None or law_ratio(law, record.period, clock) is None):
         return Missing(
             f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
