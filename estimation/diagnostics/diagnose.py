@@ -25,6 +25,7 @@ from axisid.estimation.diagnostics.loop import (
     law_check,
     limit_check,
     rest_check,
+    timing_remedy,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
@@ -138,7 +139,8 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak)
+    remedy = timing_remedy(case.timing, case.data.axis.axis.control)
+    return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak, remedy=remedy)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

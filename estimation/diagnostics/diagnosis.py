@@ -15,7 +15,15 @@ from axisid.estimation.diagnostics.estimates import (
     instrument_tests,
     strength_check,
 )
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck, alignment_of, check_law
+from axisid.estimation.diagnostics.loop import (
+    Alignment,
+    ForceTiming,
+    LawCheck,
+    alignment_of,
+    check_law,
+    force_timing,
+    law_in_time,
+)
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
@@ -32,10 +40,11 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
+from axisid.support.presentable import Presentable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Diagnosis(Exact):
+class Diagnosis(Presentable, Exact):
     """What was measured of a result.
 
     Attributes
@@ -104,7 +113,18 @@ class Case:
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""
-        return check_law(self.data.axis, self.data.record)
+        found = check_law(self.data.axis, self.data.record)
+        if isinstance(found, Missing) or not found.delay:
+            return found
+        return law_in_time(found, self.data.axis.axis.control, self.timing)
+
+    @cached_property
+    def timing(self) -> ForceTiming | Missing:
+        """Whole samples between where the force is recorded and where it acts."""
+        data, profile = self.data, self.alignment
+        if self.weak:
+            return Missing("the instruments are too weak to measure a delay")
+        return force_timing(data.axis, data.record, profile, data.hold_delay)
 
     @cached_property
     def instruments(self) -> InstrumentTests | None:

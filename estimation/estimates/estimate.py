@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -317,21 +317,21 @@ class Estimate(Presentable, Exact):
             self.net_residuals, self.X if self.Z is None else self.Z, neighbours=self.neighbours
         )
 
-    def plot_force(self) -> "Figure":
+    def plot_force(self, ax: Any = None) -> "Figure":
         """Draw measured and reconstructed force (or acceleration) and the error."""
-        return self.plot("force")
+        return self.plot("force", ax=ax)
 
-    def plot_autocorrelation(self) -> "Figure":
+    def plot_autocorrelation(self, ax: Any = None) -> "Figure":
         """Draw the residuals' autocorrelation."""
-        return self.plot("autocorrelation")
+        return self.plot("autocorrelation", ax=ax)
 
-    def plot_spectrum(self) -> "Figure":
+    def plot_spectrum(self, ax: Any = None) -> "Figure":
         """Draw the residuals' power density."""
-        return self.plot("spectrum")
+        return self.plot("spectrum", ax=ax)
 
-    def plot_convergence(self) -> "Figure":
+    def plot_convergence(self, ax: Any = None) -> "Figure":
         """Draw the iterates of instruments; a `UsageError` for least squares."""
-        return self.plot("convergence")
+        return self.plot("convergence", ax=ax)
 
     def _bend(self) -> Bend:
         return bend(self.form, self.theta, self._of_theta(self.chosen))

@@ -35,8 +35,8 @@ def identify(
     axis : Axis or GeneratedAxis
     record : Record
     prefilter : Prefilter, optional
-        The paper's appropriate filter by default; on records above 1.5 kHz fewer rows are kept,
-        see `Prefilter.suited`.
+        The paper's appropriate filter by default. What it leaves open of cut-off and decimation
+        follows the record's rate, see `Prefilter`.
     methods : sequence of str, optional
         Of `METHODS`. By default all that the axis and the record allow; what they do not allow is
         in `Identification.skipped`, what came to nothing in `Identification.failed`.
@@ -55,7 +55,9 @@ def identify(
     generated = as_generated(axis)
     _check_arguments(record, covariance)
     requested = _requested(methods)
-    as_given = Prefilter.suited(record.period) if prefilter is None else prefilter
+    as_given = Prefilter() if prefilter is None else prefilter
+    if isinstance(as_given, Prefilter):
+        as_given = as_given.at_rate_of(record.period)
     data = bound_record(generated, record, as_given)
     return identify_filtered(data, as_given, requested, lags=lags, covariance=covariance)
 

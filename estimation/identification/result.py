@@ -118,37 +118,37 @@ class Identification(Presentable, Exact):
         """
         return str(view_of("as_text", self, draws=draws, full=full))
 
-    def plot_force(self, method: str | None = None) -> "Figure":
+    def plot_force(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw measured and reconstructed force of a method, by default the judged one."""
-        return self.plot("force", method=method)
+        return self.plot("force", method=method, ax=ax)
 
-    def plot_autocorrelation(self, method: str | None = None) -> "Figure":
+    def plot_autocorrelation(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw the residuals' autocorrelation."""
-        return self.plot("autocorrelation", method=method)
+        return self.plot("autocorrelation", method=method, ax=ax)
 
-    def plot_spectrum(self, method: str | None = None) -> "Figure":
+    def plot_spectrum(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw the residuals' power density."""
-        return self.plot("spectrum", method=method)
+        return self.plot("spectrum", method=method, ax=ax)
 
-    def plot_repeats(self, method: str | None = None) -> "Figure":
+    def plot_repeats(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw what is left again where the reference repeats; a `UsageError` where it does not."""
-        return self.plot("repeats", method=method)
+        return self.plot("repeats", method=method, ax=ax)
 
-    def plot_convergence(self, method: str | None = None) -> "Figure":
+    def plot_convergence(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw the iterates of instruments; a `UsageError` for least squares."""
-        return self.plot("convergence", method=method)
+        return self.plot("convergence", method=method, ax=ax)
 
-    def plot_friction(self, method: str | None = None) -> "Figure":
+    def plot_friction(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw the fitted friction law over the binned measurement."""
-        return self.plot("friction", method=method)
+        return self.plot("friction", method=method, ax=ax)
 
-    def plot_tracking(self, method: str | None = None) -> "Figure":
+    def plot_tracking(self, method: str | None = None, ax: Any = None) -> "Figure":
         """Draw recorded and simulated position; a `UsageError` if there is no loop."""
-        return self.plot("tracking", method=method)
+        return self.plot("tracking", method=method, ax=ax)
 
-    def plot_record(self) -> "Figure":
+    def plot_record(self, ax: Any = None) -> "Figure":
         """Draw the record, with what was dropped."""
-        return self.plot("record")
+        return self.plot("record", ax=ax)
 
     def _of(self, method: str | None) -> Estimate:
         if method is None:

@@ -1,21 +1,18 @@
 """What a file is by its first bytes, so that a wrong ending is told with what to do about it."""
 
-import gzip
-import io
 import re
 import stat
 import zipfile
-import zlib
 from pathlib import Path
 
 from axisid.support.errors import DataError
-from axisid.support.files.memory import Room
 
-from .formats import GZIP, ZIP, format_by_content, format_of
+from .formats import ZIP, format_by_content, format_of
+from .packings import packing_by_content, packing_of
 
-_PIECE = 1 << 20  # bytes that are unpacked before they are counted
 HEAD = 4096  # bytes that tell the kind
 _ASK = "give the file the ending "
+_JSON = re.compile(rb'\s*(\{\s*"|\[\s*[\[{])')
 #: First bytes of what is no log, what such a file is, and what to do.
 _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (b"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
@@ -27,10 +24,8 @@ _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (b"Rar!", "a RAR archive", "unpack it and give the log"),
     (b"BZh", "compressed by bzip2", "unpack it first"),
     (b"\xfd7zXZ\0", "compressed by xz", "unpack it first"),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "unpack it first"),
     (b"{\\rtf", "a word processor's document", "save the table as CSV"),
 )
-_GZIP_START = b"\x1f\x8b"
 
 
 def check_regular(file: Path, *, folder: bool) -> None:
@@ -99,10 +94,14 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
     named = format_of(file)
     if head.startswith(ZIP):
         return None if named.start == ZIP else _archive(file)
-    if head.startswith(_GZIP_START):
-        return None if ending == GZIP else ("compressed by gzip", f"{_ASK}.gz, as in .csv.gz")
-    if ending == GZIP:
-        return "not compressed by gzip", f"{_ASK}of what it is"
+    packed, packing = packing_by_content(head), packing_of(file)
+    if packed is not None:
+        advice = f"{_ASK}{packed.ending}, as in .csv{packed.ending}"
+        return None if packed is packing else (f"compressed by {packed.name}", advice)
+    if packing is not None:
+        return f"not compressed by {packing.name}", f"{_ASK}of what it is"
+    if b'"axisid.' in head and _JSON.match(head):
+        return "a result of axisid in JSON", "give the log that it was found from"
     if named.is_text:
         return _marked_up(head)
     return ("text", f"{_ASK}.csv") if named.is_binary and _is_text(head) else None
@@ -128,47 +127,11 @@ def _marked_up(head: bytes) -> tuple[str, str] | None:
         return "a page in HTML", "export the log itself as CSV"
     if begin.startswith(b"<?xml"):
         return "an XML document", "export the log as CSV"
-    if re.match(rb'\{\s*"|\[\s*[\[{]', begin):
-        if b'"axisid.' in head:
-            return "a result of axisid in JSON", "give the log that it was found from"
-        return "a JSON document", "export the log as CSV"
+    if _JSON.match(begin):
+        return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
     return None
 
 
 def _is_text(head: bytes) -> bool:
     """Whether bytes are printable and have lines, as a table in text has."""
     return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
-
-
-def unpacked(file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
-    """The content of a file that is compressed by gzip.
-
-    Parameters
-    ----------
-    file : Path
-        For messages.
-    content : bytes
-    room : Room
-        The memory that there is for it.
-    text : bool
-        Whether it is read as text, which is counted at once: text takes the most.
-
-    Raises
-    ------
-    DataError
-        It is damaged, or unfolds to more than there is room for.
-    """
-    pieces = []
-    try:
-        with gzip.open(io.BytesIO(content)) as stream:
-            while piece := stream.read(_PIECE):
-                room.take(2 * len(piece))  # by itself and joined
-                if text:
-                    room.take_text(piece)
-                pieces.append(piece)
-    except (OSError, EOFError, zlib.error) as error:
-        raise DataError(
-            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
-            code="damaged-gzip",
-        ) from error
-    return b"".join(pieces)

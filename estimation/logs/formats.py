@@ -10,12 +10,12 @@ from axisid.estimation.tables import Table
 from axisid.support.files.memory import Room
 
 from .columnar import parquet_blocks, read_npz, read_parquet
+from .json_log import read_json, read_json_lines
 from .matlab import read_matlab
 from .measurement import read_mdf, read_tdms
+from .packings import PACKINGS
 from .rosbag import read_bag
 
-#: Of what any format may be packed by.
-GZIP = ".gz"
 #: First bytes of an archive, whatever is in it.
 ZIP = b"PK\x03\x04"
 
@@ -97,6 +97,8 @@ FORMATS = (
         blocks=parquet_blocks,
         extra="parquet",
     ),
+    Format(name="JSON", endings=(".json",), read=read_json),
+    Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=read_json_lines),
     # An archive is known by what is in it.
     Format(name="NumPy", endings=(".npz",), start=ZIP, read=read_npz),
     Format(
@@ -160,7 +162,8 @@ def format_by_content(head: bytes) -> tuple[Format, Signature] | None:
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
-    return (*(ending for known in FORMATS for ending in known.endings), GZIP)
+    packed = (packing.ending for packing in PACKINGS)
+    return (*(ending for known in FORMATS for ending in known.endings), *packed)
 
 
 def format_endings() -> str:

@@ -6,15 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from axisid.estimation.logs.text import NoTextError, read_text
-from axisid.estimation.tables import Repair, Table
+from axisid.estimation.tables import Repair, Table, wide
 from axisid.support.errors import DataError
 from axisid.support.files.memory import IN_BLOCKS, MEMORY, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 from axisid.support.remedy import Remedy
 
 from .columnar import read_frame
-from .file_kinds import check_kind, check_regular, unpacked
-from .formats import GZIP, format_endings, format_of
+from .file_kinds import check_kind, check_regular
+from .formats import format_endings, format_of
+from .packings import packing_of, unpacked
 from .rosbag import bag_of, is_bag, read_bag
 
 _NO_TAIL = Repair(
@@ -33,6 +34,7 @@ def read_table(
         table = replace(table, source=str(log))
     else:
         table = read_frame(log)
+    table = wide(table)
     if drop_tail and not any(repair.kind == "tail" for repair in table.repairs):
         table = replace(table, repairs=(*table.repairs, _NO_TAIL))
     return table
@@ -75,19 +77,19 @@ def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) ->
 
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
-    packed = file.suffix.lower() == GZIP
-    known = format_of(Path(file.stem) if packed else file)
-    if packed:
+    packing = packing_of(file)
+    known = format_of(Path(file.stem) if packing else file)
+    if packing is not None:
         if known.read_file is not None:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
-        content = unpacked(file, content, room, text=known.is_text)
+        content = unpacked(packing, file, content, room, text=known.is_text)
     elif known.is_text:
         room.take_text(content)
     if known.read is None:
         table = _as_text(file, content, drop_tail=drop_tail)
     else:
         table = known.read(file, content, room)
-    notes = ("unpacked by gzip",) if packed else ()
+    notes = (f"unpacked by {packing.name}",) if packing else ()
     return replace(table, notes=(*notes, *table.notes))
 
 

@@ -17,7 +17,7 @@ from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
 from axisid.estimation.tables import LogClock, Provenance, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.unchanged import WatchedFile
@@ -44,7 +44,7 @@ class LogBlocks:
     ----------
     file : Path
     axis : Axis, GeneratedAxis or None
-    columns : mapping of str to str
+    columns : mapping of str to str or Column
         As in `read_record`.
     rows : int
         Of a block.
@@ -54,7 +54,7 @@ class LogBlocks:
 
     file: Path
     axis: Axis | GeneratedAxis | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, str | Column] = field(default_factory=dict)
     rows: int = ROWS
     injected_at: str | None = None
     _passes: "_Passes" = field(init=False, repr=False, compare=False)
@@ -86,7 +86,7 @@ class LogBlocks:
                 yield RoleColumns(
                     table,
                     as_declared(self.axis),
-                    dict(self.columns),
+                    column_texts(self.columns),
                     injected_at=self.injected_at,
                 )
         except OSError as error:

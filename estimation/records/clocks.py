@@ -41,28 +41,33 @@ def jitter_notes(time: Array, segments: Sequence[Span]) -> tuple[Note, ...]:
     return step_notes(steps.min(), steps.max(), steps.mean(), drift_of(pieces))
 
 
-def timed(
-    table: Table, samples: Mapping[str, Samples], sample_period: float | None, *, uneven: bool
+def clocked(
+    table: Table, samples: Mapping[str, Samples], sample_period: float | None
 ) -> dict[str, Samples]:
-    """Every column but time with its times, those without a value left out if they may be."""
+    """Every column but time with its times: the time column's, its own, or a count."""
     columns = {role: s for role, s in samples.items() if role != "time"}
     if "time" in samples:
         time = samples["time"].values
         lengths = {role: len(s.values) for role, s in samples.items()}
         if len(set(lengths.values())) > 1:
             raise _unequal(table, lengths)
-        columns = {role: replace(s, clock=time) for role, s in columns.items()}
-    elif any(s.clock is None for s in columns.values()):
-        if sample_period is None:
-            raise DataError(
-                f"{table.source}: there is no time column among {table.listed()}; ",
-                no_time(f" {table.missing}" if table.missing else ""),
-                code=NO_TIME,
-            )
-        columns = {
-            role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
-            for role, s in columns.items()
-        }
+        return {role: replace(s, clock=time) for role, s in columns.items()}
+    if all(s.clock is not None for s in columns.values()):
+        return columns
+    if sample_period is None:
+        raise DataError(
+            f"{table.source}: there is no time column among {table.listed()}; ",
+            no_time(f" {table.missing}" if table.missing else ""),
+            code=NO_TIME,
+        )
+    return {
+        role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
+        for role, s in columns.items()
+    }
+
+
+def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dict[str, Samples]:
+    """Columns without the samples that lack a value, where these may be left out."""
     if uneven:
         columns = {role: _filled(s) for role, s in columns.items()}
     else:
@@ -74,7 +79,7 @@ def timed(
                 f"{table.source}: the {role} has no row with a number and a time.",
                 code="no-timed-number",
             )
-    return columns
+    return dict(columns)
 
 
 def _filled(samples: Samples) -> Samples:

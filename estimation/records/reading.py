@@ -1,7 +1,8 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,25 +21,28 @@ from axisid.estimation.records.faults import (
 from axisid.estimation.records.times import count_by_period, count_past_restarts, open_end
 from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.remedy import Note
 
-from .clocks import jitter_notes, timed, together
+from .clocks import clocked, filled, jitter_notes, together
 from .record import Record, check_sample_period
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
+from .shifts import shifted
+from .windows import Window, checked_windows, edges, windows_text, within
 
 
 def read_record(
     log: str | Path | object,
     axis: Axis | GeneratedAxis | None = None,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, str | Column] | None = None,
     sample_period: float | None = None,
     injected_at: str | None = None,
+    windows: Iterable[tuple[float | None, float | None]] = (),
     repairs: Repairs | None = None,
     max_memory: float | None = None,
 ) -> Record:
@@ -53,15 +57,20 @@ def read_record(
         Or a dataframe, or a mapping of column names to arrays.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
-    columns : mapping of str to str, optional
-        Column names by role, over those of the axis, each with a unit if it is not SI
-        (``"pos:mm"``). A role that neither names is looked for under its own name (``time``,
-        ``position``, ``reference``, ``control``, ``force``, ``injected``).
+    columns : mapping of str to str or Column, optional
+        Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
+        its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
+        (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
+        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``).
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
         ``"reference"``, over what the axis says.
     sample_period : float, optional
         s; takes the place of the time column's mean step, and of the column if there is none.
+    windows : iterable of (float or None, float or None), optional
+        First and last time, s, as the log's own time counts, of what is taken; None for the log's
+        beginning or end. All else is left out before anything is looked at: each window is a
+        segment of the record. The whole log by default.
     repairs : Repairs, optional
         What may be done to the data; nothing by default.
     max_memory : float, optional
@@ -77,10 +86,10 @@ def read_record(
     ------
     DataError
         The file is missing, malformed or too large, changes while it is read, lacks a column, or
-        needs a repair that is not asked for.
+        needs a repair that is not asked for; a window is outside it, or holds nothing.
     UsageError
-        A role does not exist, a unit is not the role's, or a sampling period is given for columns
-        that are resampled by times of their own.
+        A role does not exist, a window is no pair of times or overlaps another, a unit is not the
+        role's, or a sampling period is given for columns that are resampled by times of their own.
     """
     check_sample_period(sample_period)
     declared = as_declared(axis)
@@ -97,15 +106,16 @@ def read_record(
             code="repairs-type",
         )
     repairs = repairs or Repairs()
+    chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
     found = RoleColumns(
         table,
         declared,
-        dict(columns or {}),
+        column_texts(columns or {}),
         has_period=sample_period is not None,
         injected_at=injected_at,
     )
-    return _record(table, found, declared, sample_period, repairs)
+    return _record(table, found, declared, sample_period, repairs, chosen)
 
 
 def _record(
@@ -114,20 +124,29 @@ def _record(
     axis: Axis | None,
     sample_period: float | None,
     repairs: Repairs,
+    windows: tuple[Window, ...] = (),
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
-    samples = timed(table, read, sample_period, uneven=repairs.resample is not None)
-    empty = _dropped_rows(read, samples)
-    samples, masks, made, jumps = _repaired(table.source, samples, axis, repairs)
-    spiky = spike_notes(samples, axis, numbered=not empty)
+    uneven = repairs.resample is not None
+    whole, moved = shifted(
+        table.source, clocked(table, read, sample_period), repairs.shift, uneven=uneven
+    )
+    columns, taken, name = whole, [], table.source
+    if windows:
+        columns, windows, cut_out = within(table.source, whole, windows)
+        taken, name = [cut_out], f"{table.source} {windows_text(windows)}"
+    samples = filled(replace(table, source=name), columns, uneven=uneven)
+    empty = _dropped_rows(columns, samples)
+    samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
+    spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
     laid = (
-        _as_sampled(samples, masks, sample_period, repairs)
+        _as_sampled(samples, masks, sample_period, repairs, windows)
         if repairs.resample is None
         else resample(
-            table.source,
+            name,
             samples,
             masks,
             repairs.resample,
@@ -135,6 +154,7 @@ def _record(
             stated=sample_period,
             splined=("position", "reference")
             + (("injected",) if found.injected_at == "reference" else ()),
+            edges=edges(windows),
         )
     )
     return Record(
@@ -144,6 +164,8 @@ def _record(
         sample_period=laid.period,
         segments=laid.segments,
         masked=runs(laid.masked),
+        windows=windows,
+        around=whole if windows else {},
         provenance=Provenance(
             source=Path(table.source).name,
             sha256=table.sha256,
@@ -152,21 +174,26 @@ def _record(
             columns=found.names,
             assumed=found.notes,
             doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_notes(laid.time, laid.segments)),
-            repairs=(*table.repairs, *retimed, *made, *empty, *laid.repairs),
+            repairs=(*table.repairs, *retimed, *moved, *taken, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
     )
 
 
 def _as_sampled(
-    samples: dict[str, Samples], masks: dict[str, Mask], period: float | None, repairs: Repairs
+    samples: dict[str, Samples],
+    masks: dict[str, Mask],
+    period: float | None,
+    repairs: Repairs,
+    windows: Sequence[Window] = (),
 ) -> Laid:
-    """Columns at the times that they have, cut at gaps if that was asked for."""
+    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
     time, values, masked = together(samples, masks)
-    segments: tuple[Span, ...] = ()
+    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
+    segments: tuple[Span, ...] = tuple(pairwise([0, *cuts, len(time)])) if cuts else ()
     made: tuple[Repair, ...] = ()
     if repairs.gaps is not None:
-        kept, segments, repair = split_at_gaps(time)
+        kept, segments, repair = split_at_gaps(time, cuts)
         time, masked, made = time[kept], masked[kept], (repair,)
         values = {role: v[kept] for role, v in values.items()}
     pieces = [time[start:stop] for start, stop in segments or ((0, len(time)),)]

@@ -2,7 +2,9 @@
 
 import hashlib
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import accumulate, pairwise
 from operator import index
 from typing import Any
 
@@ -19,19 +21,26 @@ from axisid.estimation.records.times import (
     odd_steps,
     open_end,
 )
-from axisid.estimation.tables import Provenance
+from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds.records import (
     MAX_MEAN_STEP_DEVIATION,
     MAX_STATED_PERIOD_DEVIATION,
     MIN_RECORD_ROWS,
 )
 from axisid.modeling.declaration import INJECTION_POINTS
-from axisid.support.arrays import Array, Exact, frozen
+from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
+from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.given import given
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.remedy import Remedy, Setting
+
+from .repairs import Span
+from .shifts import checked_shifts, shifted
+from .windows import Window, checked_windows, rows_within, window_repair, windows_text
+
+_ROWS = "row"  # beside the columns, while some are moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
@@ -61,6 +70,10 @@ class Record(Presentable, Exact):
         First row and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)
         Rows that are no measurements (clipped), likewise.
+    windows : tuple of (float, float)
+        First and last time, s, of each part of a log that the record is; empty for the whole.
+    around : mapping of str to Samples
+        Of such a record the columns of the whole log, for figures; else empty.
     provenance : Provenance
         Where the record comes from.
 
@@ -80,6 +93,8 @@ class Record(Presentable, Exact):
     sample_period: float | None = None
     segments: tuple[tuple[int, int], ...] = ()
     masked: tuple[tuple[int, int], ...] = ()
+    windows: tuple[Window, ...] = ()
+    around: Mapping[str, Samples] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
@@ -99,6 +114,7 @@ class Record(Presentable, Exact):
             check_sample_period(self.sample_period)
         for name in ("segments", "masked"):
             object.__setattr__(self, name, self._spans(name))
+        object.__setattr__(self, "around", _frozen_samples(self.around))
         self._check_lengths()
         self._check_spans()
         self._check_time()
@@ -135,6 +151,11 @@ class Record(Presentable, Exact):
         return open_end([self.time[a:b] for a, b in self.spans])
 
     @property
+    def windows_told(self) -> str:
+        """The parts of the log that it is, in words; empty for the whole."""
+        return windows_text(self.windows)
+
+    @property
     def spans(self) -> tuple[tuple[int, int], ...]:
         """First row and the one after the last of each segment; of a whole record, its own."""
         return self.segments or ((0, len(self)),)
@@ -143,11 +164,107 @@ class Record(Presentable, Exact):
         """The longest segment as a record of its own; a record of one piece itself."""
         if not self.segments:
             return self
-        start, stop = max(self.segments, key=lambda span: span[1] - span[0])
-        cut: dict[str, Any] = {role: v[start:stop] for role, v in self.channels().items()}
-        masked = [(max(a, start) - start, min(b, stop) - start) for a, b in self.masked]
-        inside = tuple((a, b) for a, b in masked if a < b)
-        return replace(self, **cut, segments=(), masked=inside)
+        return self._of([max(self.segments, key=lambda span: span[1] - span[0])])
+
+    def windowed(self, *windows: tuple[float | None, float | None]) -> "Record":
+        """The record within windows of time alone, each of them a segment.
+
+        Parameters
+        ----------
+        *windows : (float or None, float or None)
+            First and last time of each, s, as `time` counts; None for the record's own end.
+
+        Returns
+        -------
+        Record
+            As if what lies outside had never been recorded.
+
+        Raises
+        ------
+        UsageError
+            A window is no pair of times, or two overlap.
+        DataError
+            A window is outside the record, or holds less than three samples.
+        """
+        wanted = checked_windows(windows)
+        if not wanted:
+            return self
+        spans = rows_within(self._name(), self.time, wanted, MIN_RECORD_ROWS.value)
+        pieces = [
+            (max(a, start), min(b, stop))
+            for start, stop in spans
+            for a, b in self.spans
+            if min(b, stop) - max(a, start) >= MIN_RECORD_ROWS.value
+        ]
+        first, last = float(self.time[0]), float(self.time[-1])
+        return self._of(
+            pieces,
+            windows=tuple((max(start, first), min(stop, last)) for start, stop in wanted),
+            around={r: Samples(values=v, clock=self.time) for r, v in self.channels().items()},
+            provenance=self._repaired(window_repair(wanted, spans, len(self))),
+        )
+
+    def shifted(self, **shifts: float | str) -> "Record":
+        """The record with columns moved to later times, as of a logger that wrote them too early.
+
+        Parameters
+        ----------
+        **shifts : int, float or str
+            By role, whole samples, or a time with its unit: ``control=1``, ``reference="-2ms"``.
+
+        Returns
+        -------
+        Record
+            Without the rows at the ends of each segment that have no partner then.
+
+        Raises
+        ------
+        UsageError
+            A role cannot be moved, or the amount is no whole number of samples.
+        """
+        wanted = checked_shifts(shifts)
+        columns = {
+            role: Samples(values=v, clock=self.time)
+            for role, v in (*self.channels().items(), (_ROWS, np.arange(float(len(self)))))
+            if role != "time"
+        }
+        masked = covered(self.masked, len(self)).astype(float)
+        columns |= {f"{role} {_ROWS}": replace(columns[role], values=masked) for role in wanted}
+        moves = {**wanted, **{f"{role} {_ROWS}": shift for role, shift in wanted.items()}}
+        found, said = shifted(self._name(), columns, moves, uneven=False)
+        kept = found.pop(_ROWS).values.astype(int)
+        hidden = masked[kept] > 0
+        for role in wanted:
+            hidden |= found.pop(f"{role} {_ROWS}").values > 0
+        lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
+        joined = [0, *accumulate(lengths)]
+        moved: dict[str, Any] = {role: s.values for role, s in found.items()}
+        return replace(
+            self,
+            time=self.time[kept],
+            **moved,
+            segments=tuple(pairwise(joined)) if self.segments else (),
+            masked=runs(hidden),
+            provenance=self._repaired(*said[: len(wanted)]),
+        )
+
+    def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
+        """These rows of it, as segments."""
+        cut: dict[str, Any] = {
+            role: np.concatenate([v[a:b] for a, b in pieces]) for role, v in self.channels().items()
+        }
+        joined = [0, *accumulate(b - a for a, b in pieces)]
+        rows = np.concatenate([np.arange(a, b) for a, b in pieces])
+        return replace(
+            self,
+            **cut,
+            segments=tuple(pairwise(joined)) if len(pieces) > 1 else (),
+            masked=runs(covered(self.masked, len(self))[rows]),
+            **changed,
+        )
+
+    def _repaired(self, *repairs: Repair) -> Provenance:
+        return replace(self.provenance, repairs=(*self.provenance.repairs, *repairs))
 
     @property
     def commanded(self) -> Array | None:
@@ -186,7 +303,9 @@ class Record(Presentable, Exact):
         return digest.hexdigest()
 
     def _name(self) -> str:
-        return self.provenance.source
+        return " ".join(
+            [self.provenance.source, *([windows_text(self.windows)] if self.windows else [])]
+        )
 
     @property
     def _varying(self) -> set[str]:
@@ -294,6 +413,18 @@ class Record(Presentable, Exact):
         check_even(self._name(), typical, mean, self.sample_period, RESAMPLE_EVENLY)
         drift = drift_of([self.time[a:b] for a, b in self.spans])
         drift.check(self._name(), mean, RESAMPLE_EVENLY)
+
+
+def _frozen_samples(columns: Mapping[str, Samples]) -> FrozenMapping[str, Samples]:
+    """Columns that nobody changes."""
+    return FrozenMapping(
+        {
+            role: Samples(
+                values=frozen(s.values), clock=None if s.clock is None else frozen(s.clock)
+            )
+            for role, s in columns.items()
+        }
+    )
 
 
 def _made(kind: type[Record], parts: dict[str, Any]) -> Record:

@@ -1,8 +1,9 @@
 """Repairs of a log, made on request only; each says what it did and how often."""
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+from axisid.support.frozen_mapping import FrozenMapping
+
+from .shifts import checked_shifts
 
 Span = tuple[int, int]
 
@@ -34,6 +38,9 @@ class Repairs:
         filters reach it.
     tail : {"drop"} or None
         Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
+    shift : mapping of str to int, float or str
+        By role, how far a column is moved to later times against the others: samples, or a time
+        with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
 
     Raises
     ------
@@ -46,6 +53,7 @@ class Repairs:
     wrap: str | float | None = None
     mask: Literal["clipped"] | None = None
     tail: Literal["drop"] | None = None
+    shift: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rate = self.resample
@@ -59,6 +67,7 @@ class Repairs:
             raise UsageError(f"what to mask is {self.mask!r}; give clipped.")
         if self.tail not in ("drop", None):
             raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
+        object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
 
     def modulus(self, axis: Axis | None) -> Modulus | None:
         """Modulus of the position."""
@@ -70,15 +79,19 @@ class Repairs:
         return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
 
 
-def split_at_gaps(time: Array) -> tuple[Mask, tuple[Span, ...], Repair]:
+def split_at_gaps(time: Array, cuts: Sequence[int] = ()) -> tuple[Mask, tuple[Span, ...], Repair]:
     """Rows to keep, (N,), the segments that they make, and what was found.
 
-    Pieces of fewer than 3 rows are left out.
+    Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever
+    the time before them.
     """
     steps = np.diff(time)
     typical = float(np.median(steps)) if len(steps) else 0.0
-    gaps = np.flatnonzero(steps > MAX_EVEN_STEP.value * typical)
-    pieces = [*zip([0, *(gaps + 1)], [*(gaps + 1), len(time)], strict=True)]
+    long = steps > MAX_EVEN_STEP.value * typical
+    long[[row - 1 for row in cuts]] = False
+    gaps = np.flatnonzero(long)
+    begins = sorted({*(gaps + 1).tolist(), *cuts})
+    pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
     kept = np.zeros(len(time), dtype=bool)
     lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_ROWS.value]
     for a, b in pieces:

@@ -61,6 +61,7 @@ def resample(
     split: bool,
     stated: float | None = None,
     splined: Sequence[str] = _SPLINED,
+    edges: Sequence[float] | Array = (),
 ) -> Laid:
     """Resample columns, each with its own clock.
 
@@ -80,6 +81,8 @@ def resample(
         s; the position's sampling period as the user knows it, in place of its mean step.
     splined : sequence of str
         Roles that go on smoothly between their samples.
+    edges : sequence of float
+        Times between windows, s, where the log is cut anyway.
 
     Raises
     ------
@@ -114,7 +117,8 @@ def resample(
             f"give a lower rate (the position is sampled at {own:.6g} Hz).",
             code="resampling-rate",
         )
-    covered = _common([_pieces(clock) for clock in clocks.values()])
+    covered = _common([_pieces(clock, edges) for clock in clocks.values()])
+    gaps = len(covered) - 1 - len(edges)
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
@@ -122,9 +126,10 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="no-common-time",
         )
-    if len(covered) > 1 and not split:
+    if gaps > 0 and not split:
+        first = next(b[1] for b, a in pairwise(covered) if not _between(edges, b[1], a[0]))
         raise DataError(
-            f"{source}: time has {len(covered) - 1} gaps, the first after {covered[0][1]:.9g} s; "
+            f"{source}: time has {gaps} gaps, the first after {first:.9g} s; "
             "resampling would invent the motion there. ",
             Remedy.of("Add ", Setting("gaps", "split"), "."),
             code="gaps",
@@ -141,9 +146,11 @@ def resample(
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
     repairs = [_told(samples, clocks, time, chosen, splined)]
     if split:
-        lost = sum(b[0] - a[1] - 1 / own for a, b in pairwise(covered))
+        lost = sum(
+            b[0] - a[1] - 1 / own for a, b in pairwise(covered) if not _between(edges, a[1], b[0])
+        )
         out = sum(len(g) for g in grids) - len(time)
-        repairs.append(gaps_repair(len(covered) - 1, lost, len(kept), out))
+        repairs.append(gaps_repair(max(gaps, 0), lost, len(kept), out))
     return Laid(
         time=time,
         columns=columns,
@@ -178,10 +185,18 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     return clock
 
 
-def _pieces(clock: Array) -> list[tuple[float, float]]:
-    """First and last time of each piece of a clock without gaps."""
+def _between(edges: Sequence[float] | Array, end: float, begin: float) -> bool:
+    """Whether a window ends between two times."""
+    return any(end <= edge <= begin for edge in edges)
+
+
+def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
+    """First and last time of each piece of a clock without gaps, cut where windows end."""
     steps = np.diff(clock)
-    gaps = np.flatnonzero(steps > MAX_UNEVEN_STEP.value * np.median(steps))
+    long = steps > MAX_UNEVEN_STEP.value * np.median(steps)
+    ends = np.searchsorted(clock, edges, side="right") - 1
+    long[ends[(ends >= 0) & (ends < len(steps))]] = True
+    gaps = np.flatnonzero(long)
     return [
         (float(clock[a]), float(clock[b]))
         for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)

@@ -63,6 +63,7 @@ class FilteredRecord(Exact):
                 f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
+        prefilter = prefilter.at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
         kept = cls(axis=axis, record=record, prefilter=settings)

@@ -11,13 +11,21 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from axisid.estimation.thresholds.signals import SAME_FILTER_FREQUENCY
+from axisid.estimation.thresholds.signals import MAX_DEFAULT_CUTOFF, SAME_FILTER_FREQUENCY
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.real_numbers import is_real, is_whole
 
 #: Edge of the decimation filter, of the rate that it leaves.
 DECIMATION_EDGE = 0.4
+
+
+class _OpenCutoff(float):
+    """A cut-off that nobody gave: it follows the record's rate."""
+
+
+class _OpenDecimation(int):
+    """A decimation that nobody gave: it follows the cut-off and the record's rate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,11 +35,13 @@ class Prefilter:
     Attributes
     ----------
     cutoff : float
-        Of the Butterworth low-pass on the position, Hz.
+        Of the Butterworth low-pass on the position, Hz. Where it is not given, 60 Hz, or a fifth
+        of the record's sampling frequency where that is below 300 Hz.
     order : int
         Of the Butterworth filter (once; it is applied forward and backward).
     decimate : int
-        One row in so many is kept; 1 keeps all and applies no decimation filter.
+        One row in so many is kept; 1 keeps all and applies no decimation filter. Where it is not
+        given, 10, or more where the force would else be filtered less than the motion.
     decimation : {"matlab", "scipy"}
         Which rows: aligned to the record's end as MATLAB's ``decimate``, or to its start as
         SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
@@ -58,9 +68,9 @@ class Prefilter:
         A setting makes no sense for any record.
     """
 
-    cutoff: float = 60.0
+    cutoff: float = _OpenCutoff(60.0)
     order: int = 4
-    decimate: int = 10
+    decimate: int = _OpenDecimation(10)
     decimation: Literal["matlab", "scipy"] = "matlab"
     drop: tuple[int, int] | None = None
     hold: Literal["raw", "zoh"] | None = None
@@ -114,9 +124,7 @@ class Prefilter:
 
     @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
-        """Settings for a sampling period in s, the decimation chosen if it is not among them.
-
-        It keeps one row in 10, or fewer where the force would be filtered less than the motion.
+        """Settings for a sampling period in s, cut-off and decimation chosen where not among them.
 
         Raises
         ------
@@ -128,12 +136,16 @@ class Prefilter:
                 f"the sampling period is {given(period)}; give a positive number of seconds.",
                 code="filter-period",
             )
-        chosen = cls(**settings)
-        if "decimate" in settings:
-            return chosen
-        return replace(
-            chosen, decimate=max(chosen.decimate, matching_decimation(chosen.cutoff, period))
-        )
+        return cls(**settings).at_rate_of(period)
+
+    def at_rate_of(self, period: float) -> "Prefilter":
+        """The settings with what was left open of cut-off and decimation chosen for a period, s."""
+        cutoff, decimate = self.cutoff, self.decimate
+        if isinstance(cutoff, _OpenCutoff):
+            cutoff = min(float(cutoff), MAX_DEFAULT_CUTOFF.value / period)
+        if isinstance(decimate, _OpenDecimation):
+            decimate = max(int(decimate), matching_decimation(cutoff, period))
+        return replace(self, cutoff=float(cutoff), decimate=int(decimate))
 
     def at_period(self, designed: float, period: float) -> "Prefilter":
         """The same filter for a record of another period: edges in Hz stay, counts follow.

@@ -97,7 +97,7 @@ def identify_stream(
     origin = provenance or Provenance()
     found = extent(origin.source, blocks, sample_period, generated.axis)
     chosen = prefilter(found.period) if callable(prefilter) else prefilter
-    chosen = chosen or Prefilter.suited(found.period)
+    chosen = (chosen or Prefilter()).at_rate_of(found.period)
     rows = _LogRows(generated, blocks, chosen, found, origin.source)
     triangle, size, left = _factored(rows)
     if chosen.reversals is None and rows.information.remaining < MIN_INFORMATION_LEFT.value:

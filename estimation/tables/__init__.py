@@ -4,6 +4,7 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
+from .long_format import wide as wide
 from .provenance import LogClock as LogClock
 from .provenance import Provenance as Provenance
 from .provenance import Repair as Repair
@@ -17,6 +18,7 @@ from .table import one_line as one_line
 from .table_builder import TableBuilder as TableBuilder
 from .unit_labels import COUNTS as COUNTS
 from .unit_labels import LABEL_WITH_UNIT as LABEL_WITH_UNIT
+from .unit_labels import exact_unit as exact_unit
 from .unit_labels import is_unit as is_unit
 from .unit_labels import known_unit as known_unit
 from .unit_labels import split_labels as split_labels

@@ -12,9 +12,11 @@ class Repair:
     Attributes
     ----------
     kind : str
-        ``tail``, ``wrap``, ``clipped``, ``empty``, ``clock``, ``resample`` or ``gaps``.
+        ``tail``, ``clock``, ``shift``, ``window``, ``wrap``, ``clipped``, ``empty``, ``resample``
+        or ``gaps``.
     count : int
-        How often it was made: lines left out, jumps undone, samples masked, rows made, gaps.
+        How often it was made: lines or samples left out, samples moved, jumps undone, samples
+        masked, rows made, gaps.
     text : str
         The same for the user, with the method.
     """

@@ -1,5 +1,6 @@
 """What a file holds before any column has a role: names, units as written, and what was assumed."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -46,12 +47,19 @@ class Column:
         Name and unit as they stand in the file, where the name was cut out of it.
     note : str
         What was assumed of it, a sentence with its name, told where it is chosen.
+    number : int
+        Its place in the file from 1, columns that hold no numbers among them; 0 where the places
+        are those of the table.
+    texts : sequence of str
+        Its cells, where it holds text.
     """
 
     read: Callable[[], Samples]
     unit: str = ""
     label: str = ""
     note: str = ""
+    number: int = 0
+    texts: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +85,8 @@ class Table:
         More to say where a column is not found, such as how to save what cannot be read.
     passed_over : mapping of str to str
         What is no column, by its name: what it holds.
+    texts : mapping of str to sequence of str
+        Cells of the columns that hold text, by name.
     warnings : tuple of str
         What the library that read the file says is wrong with it.
     incomplete : int
@@ -92,6 +102,7 @@ class Table:
     path: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
     incomplete: int = 0
 
@@ -110,7 +121,16 @@ class Table:
         if name in self.columns:
             return [name]
         labelled = [own for own, column in self.columns.items() if column.label == name]
-        return labelled or _ending(name, self.columns)
+        return labelled or _ending(name, self.columns) or self._numbered(name)
+
+    def _numbered(self, name: str) -> list[str]:
+        """The column of a number such as ``#3``."""
+        match = re.fullmatch(r"#([1-9]\d{0,5})", name)
+        places = {
+            column.number or place: own
+            for place, (own, column) in enumerate(self.columns.items() if match else (), 1)
+        }
+        return [places[int(match[1])]] if match and int(match[1]) in places else []
 
     def listed(self) -> str:
         """Names of the columns, for messages."""

@@ -26,12 +26,15 @@ class TableBuilder:
         The first time stamps by column, for what is read in blocks.
     room : Room or None
         The memory that there is for the columns; None where they are in memory already.
+    texts : dict
+        As in `Table`.
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
     passed_over: dict[str, str] = field(default_factory=dict)
     origins: dict[str, np.datetime64] = field(default_factory=dict)
     room: Room | None = None
+    texts: dict[str, list[str]] = field(default_factory=dict)
 
     def add(
         self,
@@ -47,6 +50,7 @@ class TableBuilder:
         Time stamps count from the first, or from the name's entry in `origins`.
         """
         array, note = np.asarray(values), ""
+        number = len(self.columns) + len(self.passed_over) + 1
         if array.dtype.kind == "M" and array.ndim == 1:
             note = f"{name}: time stamps counted from the first"
             stamps = array[~np.isnat(array)]
@@ -58,11 +62,14 @@ class TableBuilder:
             array, unit = array / np.timedelta64(1, "s"), "s"
         if array.dtype.kind not in "fiub" or array.ndim != 1:
             self.passed_over[label or name] = _content(array)
+            if array.ndim == 1 and self.passed_over[label or name] == "text":
+                self.texts[label or name] = [str(cell) for cell in array]
             return
         if self.room is not None:
             self.room.take(8 * array.size)
         numbers = array.astype(np.float64)
-        self.columns[name] = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+        column = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+        self.columns[name] = replace(column, number=number)
 
     def add_array(self, name: str, values: object) -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
@@ -96,6 +103,7 @@ class TableBuilder:
             notes=notes,
             missing=missing,
             passed_over=self.passed_over,
+            texts=self.texts,
             warnings=warnings,
         )
 

@@ -8,6 +8,8 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import NamedTuple
 
 from axisid.modeling.quantities import Unit, parse_unit
 from axisid.support.errors import ModelError
@@ -16,6 +18,8 @@ from .table import numbered
 
 _TURN = 2 * math.pi
 _DEGREE = math.pi / 180
+_LARGEST_POWER = 10**12  # of ten, below a factor that is a decimal number
+_MOST_PARTS = 1_000_000  # of a turn or of a minute
 
 
 #: Factor to SI, and the coherent unit, by symbol.
@@ -110,6 +114,30 @@ def known_unit(text: str) -> tuple[float, Unit] | None:
         return 1.0, parse_unit(plain)
     except ModelError:
         return None
+
+
+class ExactUnit(NamedTuple):
+    """A unit's factor to SI, a fraction times a power of pi, and its coherent unit."""
+
+    factor: Fraction
+    turns: int
+    unit: Unit
+
+
+def exact_unit(text: str) -> ExactUnit | None:
+    """What `known_unit` gives, before it is rounded."""
+    found = known_unit(text)
+    if found is None:
+        return None
+    factor, unit = found
+    decimal = Fraction(repr(factor))
+    if _LARGEST_POWER % decimal.denominator == 0:
+        return ExactUnit(decimal, 0, unit)
+    for turns in (1, 0):  # parts of a turn, and of a minute
+        part = Fraction(factor / math.pi**turns).limit_denominator(_MOST_PARTS)
+        if math.isclose(float(part) * math.pi**turns, factor, rel_tol=1e-15):
+            return ExactUnit(part, turns, unit)
+    return ExactUnit(Fraction(factor), 0, unit)
 
 
 def is_unit(text: str) -> bool:

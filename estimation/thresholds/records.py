@@ -252,3 +252,9 @@ MAX_STEP_ACROSS_SPIKE = Threshold(
     "difference of the two sides of a spike, as a share of it, up to which it is no step",
     "chosen",
 )
+MIN_COUNTS = Threshold(
+    10,
+    "values",
+    "different whole numbers that a position without a unit needs to be taken for counts",
+    "chosen: metres or radians are whole by chance in no log; fewer are a test of a few rows",
+)

@@ -105,3 +105,9 @@ MIN_INFORMATION_LEFT = Threshold(
     "chosen: its deviation is then 1.2 times as large; keeping them is nearer the truth on the "
     "twins of the library from there on, and on held-out motions of the DFKI pendulum",
 )
+MAX_DEFAULT_CUTOFF = Threshold(
+    0.2,
+    "1",
+    "cut-off where none is given, of the sampling frequency, where 60 Hz would be more",
+    "chosen: 60 Hz from 300 Hz on, and two in five of the Nyquist frequency below",
+)

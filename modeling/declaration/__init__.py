@@ -9,6 +9,8 @@ from .axis import ROLES as ROLES
 from .axis import Axis as Axis
 from .axis import check_axis as check_axis
 from .axis import equation_of_motion as equation_of_motion
+from .column import Column as Column
+from .column import column_texts as column_texts
 from .control import LAWS as LAWS
 from .control import ControlLaw as ControlLaw
 from .control import Memory as Memory

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import UnionType
+from typing import Any
 
 import sympy
 
@@ -22,7 +23,9 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.given import given
+from axisid.support.presentable import view_of
 
+from .column import column_texts
 from .control import ControlLaw
 from .drive import Drive
 from .experiment import Experiment
@@ -53,8 +56,9 @@ class Axis:
         From control to force.
     control : ControlLaw or None
         The sampled law that closes the loop; instrumental variables need it.
-    columns : mapping of str to str
-        Column names of this axis's records by role (see `ROLES`).
+    columns : mapping of str to str or Column
+        Columns of this axis's records by role (see `ROLES`): names, with a unit or a scaling where
+        they are not SI, as ``--columns`` takes them; they are kept as texts.
     injected_at : str
         What the test signal in the column ``injected`` is added to: ``control``, before the drive's
         limit, or ``reference``. Empty where there is none, or where each record says it.
@@ -73,7 +77,7 @@ class Axis:
     force: sympy.Expr
     drive: Drive
     control: ControlLaw | None = None
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
     experiment: Experiment | None = None
     title: str = ""
     left_out: tuple[Parameter, ...] = ()
@@ -88,7 +92,7 @@ class Axis:
                 f"axis {self.name!r}: the title {self.title!r} is not one line of text.",
                 code="axis-title",
             )
-        object.__setattr__(self, "columns", FrozenMapping(self.columns))
+        object.__setattr__(self, "columns", FrozenMapping(column_texts(self.columns)))
         self._check_names()
         self._check_symbols()
         self._check_columns()
@@ -101,6 +105,10 @@ class Axis:
     def __str__(self) -> str:
         title = f": {self.title}" if self.title else ""
         return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: its equation of motion and what follows from it."""
+        return str(view_of("axis_html", self))
 
     @property
     def unchecked_terms(self) -> tuple[str, ...]:

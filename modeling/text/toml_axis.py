@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from axisid.modeling.declaration import (
     LAWS,
     ROLES,
     Axis,
+    Column,
     ControlLaw,
     Drive,
     Experiment,
@@ -49,6 +50,7 @@ from .toml_table import Symbols, Table
 
 _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
+_COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
 _PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
 _BETWEEN = "reference_between"
 _ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
@@ -343,7 +345,20 @@ def _injected_at(root: Table) -> str:
 def _columns(root: Table) -> dict[str, str]:
     table = root.table("columns")
     table.only(*ROLES, "injected_at")
-    return {role: table.text(role) for role in ROLES if role in table.values}
+    found = {role: _column(table, role) for role in ROLES if role in table.values}
+    return {role: text for role, text in found.items() if text}
+
+
+def _column(table: Table, role: str) -> str:
+    """A column as a text, or as a table of what it means."""
+    if not isinstance(table.values[role], Mapping):
+        return table.text(role)
+    inner = table.table(role)
+    inner.only(*_COLUMN)
+    inner.needs("name")
+    fields = {key: inner.values[key] for key in _COLUMN if key in inner.values}
+    made = inner.attempt("", lambda: Column(**fields)) if inner.fine else None
+    return "" if made is None else str(made)
 
 
 def _experiment(root: Table, names: list[str]) -> Experiment | None:

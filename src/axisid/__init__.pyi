@@ -17,6 +17,7 @@ from .estimation.studies import sweep as sweep
 from .estimation.studies import validate as validate
 from .exports.export import export as export
 from .modeling.declaration import Axis as Axis
+from .modeling.declaration import Column as Column
 from .modeling.declaration import Experiment as Experiment
 from .modeling.declaration import back_and_forth as back_and_forth
 from .modeling.declaration import fix as fix

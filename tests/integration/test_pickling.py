@@ -19,6 +19,7 @@ import sympy
 import axisid
 from axisid import (
     AxisidError,
+    Column,
     Constant,
     DataError,
     EstimationError,
@@ -107,6 +108,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "model": derive(declared),
         "generated axis": axis,
         "coordinate": declared.coordinate,
+        "column": Column("inc", resolution=4096, gear=50),
         "parameter": declared.parameters[0],
         "constant": Constant(2.0, "kg", "plate"),
         "law": declared.control,
@@ -147,7 +149,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,parameter,constant,law,drive,experiment,record,"
+    "axis,model,generated axis,coordinate,column,parameter,constant,law,drive,experiment,record,"
     "masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"

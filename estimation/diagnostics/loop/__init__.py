@@ -13,5 +13,9 @@ from .control_law import check_law as check_law
 from .control_law import law_check as law_check
 from .force import force_check as force_check
 from .force import limit_check as limit_check
+from .in_time import ForceTiming as ForceTiming
+from .in_time import force_timing as force_timing
+from .in_time import law_in_time as law_in_time
+from .in_time import timing_remedy as timing_remedy
 from .simulation import following as following
 from .simulation import rest_check as rest_check

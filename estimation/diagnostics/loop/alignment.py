@@ -269,9 +269,17 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
 
 
 def alignment_check(
-    preferred: Estimate, profile: Alignment | Missing, data: FilteredRecord, *, weak: bool
+    preferred: Estimate,
+    profile: Alignment | Missing,
+    data: FilteredRecord,
+    *,
+    weak: bool,
+    remedy: Remedy | None = None,
 ) -> Check | Missing:
-    """The delay that fits best against the one that the hold takes; `weak` are the instruments."""
+    """The delay that fits best against the one that the hold takes; `weak` are the instruments.
+
+    The `remedy` is for a force that acts whole samples after it is recorded.
+    """
     if isinstance(profile, Missing):
         return profile
     if weak:
@@ -293,6 +301,7 @@ def alignment_check(
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
     other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
+    advice = remedy if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
         and not profile.at_the_end
@@ -304,8 +313,8 @@ def alignment_check(
         threshold=MAX_MISALIGNMENT.value,
         source="samples between the delay of least equation error and the one that is used, unless "
         "two deviations of it are more; a drive that holds its force is half a sample late",
-        meaning=fits if aligned else f"{fits}. {moves}" if other is None else f"{fits}. ",
-        remedy=None if aligned or other is None else Remedy.of("Try ", other, f". {moves}"),
+        meaning=fits if aligned else f"{fits}. {moves}" if advice is None else f"{fits}. ",
+        remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
 
 

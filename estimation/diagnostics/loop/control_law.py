@@ -34,7 +34,7 @@ from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy
+from axisid.support.remedy import Note, Remedy, Setting
 
 from .law_between import left_open_percent
 from .law_sentences import (
@@ -44,6 +44,7 @@ from .law_sentences import (
     MOST_SHIFT,
     large_fault,
     remedy_by_test_signal,
+    remedy_by_time,
     small_fault,
 )
 from .law_terms import LAW_SETTLING, compared_with_law, law_error_percent
@@ -132,13 +133,14 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     lean = _lean(left, control[used], following)
     passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
     constant = None if passed else _constant(control[used], terms[used], names, fitted)
-    repair = "" if passed or shift else _repair(axis, law, record, settle, declared)
+    repair = None if passed else _repair(axis, law, record, settle, declared, shift)
     fault = small_fault(law, scaled, lean, factors, axis.axis.drive.unit)
     remedy = None
     if declared >= MAX_LAW_RESIDUAL.value or shift:
         delay = None if law.continuous else law.delay
         fault = large_fault(law, factors, declared, fitted, shift, delay, constant)
         remedy = remedy_by_test_signal(record, fitted, shift, constant)
+        remedy = remedy or remedy_by_time(shift, delay)
     return LawCheck(
         factors=factors,
         residual_percent=declared,
@@ -149,10 +151,11 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         + f"; what it reads between the samples leaves {left_open:.2g} % open" * (left_open > 0)
         if passed
-        else f"the recorded control is not the declared law's ({declared:.3g} % off), but {repair}"
+        else f"the recorded control is not the declared law's ({declared:.3g} % off), but "
+        f"{repair.text}"
         if repair
         else fault,
-        remedy=None if passed or repair else remedy,
+        remedy=None if passed else repair.remedy if repair else remedy,
     )
 
 
@@ -215,13 +218,22 @@ def _other_clock(note: Note) -> LawCheck:
 
 
 def _repair(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float
-) -> str:
-    """What would make the law fit: columns changed, or its velocity formed otherwise; or empty."""
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float, shift: int
+) -> Note | None:
+    """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
+
+    Where the control is only some samples early or late, there is nothing else to mend.
+    """
     good = min(MAX_LAW_RESIDUAL.value, MAX_REPAIRED_RESIDUAL.value * declared)
+    if shift:
+        if law_error_percent(axis, law, record.shifted(control=-shift), settle) < good:
+            return None
+        return _moved_column(axis, law, record, settle, good)
     for said, changed in _changed_columns(record):
         if law_error_percent(axis, law, changed, settle) < good:
-            return f"it is with {said}"
+            return Note(f"it is with {said}")
+    if moved := _moved_column(axis, law, record, settle, good):
+        return moved
     offs = {
         name: law_error_percent(
             build(replace(axis.axis, control=variant), native=False), variant, record, settle
@@ -230,10 +242,30 @@ def _repair(
     }
     best = min(offs, key=lambda name: offs[name], default="")
     if not best or offs[best] >= good:
-        return ""
-    return (
+        return None
+    return Note(
         f"it is that of the law {best} with the same gains ({offs[best]:.2g} % off), which forms "
         "the velocity in another way: declare that"
+    )
+
+
+def _moved_column(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
+) -> Note | None:
+    """The reference or the position some samples earlier or later, where the law fits them so."""
+    offs = {
+        (role, samples): law_error_percent(axis, law, record.shifted(**{role: samples}), settle)
+        for samples in (1, -1, 2, -2)
+        for role in ("reference", "position")
+    }
+    role, samples = min(offs, key=lambda moved: offs[moved])
+    if offs[role, samples] >= good:
+        return None
+    way = "later" if samples > 0 else "earlier"
+    return Note(
+        f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: where the "
+        "log wrote it at another time, move it with ",
+        Remedy.of(Setting("shift", f"{role}={samples}")),
     )
 
 

@@ -145,15 +145,24 @@ def large_fault(
     )
 
 
+def remedy_by_time(shift: int, delay: int | None) -> Remedy | None:
+    """What puts a control in time with the law; which of them, the law alone does not tell."""
+    if not shift or abs(shift) == MOST_SHIFT:
+        return None
+    wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
+    known = delay is not None and delay + shift >= 0
+    return Remedy.of(
+        f"declare delay={(delay or 0) + shift}, or, " if known else "",
+        f"where the log writes the control {wrong}, move it with ",
+        Setting("shift", f"control={-shift}"),
+    )
+
+
 def _clock(shift: int, delay: int | None) -> str:
+    """By how much a control is not in time, up to what to do."""
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == MOST_SHIFT:
         return f"it is shifted by {samples} or more; check the clocks and the columns"
-    if delay is None:
-        return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; check the clocks"
-    if delay + shift < 0:
-        return f"it comes {samples} before the law could give it; check the clocks and the columns"
-    return (
-        f"it comes {samples} {'later' if shift > 0 else 'earlier'}; declare delay={delay + shift}, "
-        "or check the clock"
-    )
+    if delay is not None and delay + shift < 0:
+        return f"it comes {samples} before the law could give it; "
+    return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; "

@@ -77,11 +77,15 @@ def _plain(line: str, dialect: Dialect) -> list[str]:
 
 
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
-    """Columns by name, with their units; one without a name is left out."""
+    """Columns by name, with their units; one without a name is called by its number."""
     return {
-        name: replace(columns[k], unit=columns[k].unit or dialect.units[k], label=dialect.labels[k])
-        for k, name in enumerate(dialect.names)
-        if name
+        name or f"#{k}": replace(
+            columns[k - 1],
+            unit=columns[k - 1].unit or dialect.units[k - 1],
+            label=dialect.labels[k - 1],
+            number=k,
+        )
+        for k, name in enumerate(dialect.names, 1)
     }
 
 
@@ -175,7 +179,7 @@ def _of_text(
         else:
             return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
     where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma))
+    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
 
 
 def _tail_hint(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:

@@ -123,7 +123,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
     names, unit_row = _named(header, units)
-    _check_names(source, lines[first - 1][0], names)
+    _check_names(source, lines[max(first - 1, 0)][0], names)
     body = [line for i, line in sample if i >= first]
     if not comma and separator != ",":
         body = _until_decided(lines, body, separator)
@@ -234,12 +234,8 @@ def _header(
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
     rows = above or commented[-1:]
     if not rows:
-        shown = ", ".join(split_cells(lines[first][1], separator)[:4])
-        raise DataError(
-            f"{source}: the first row holds numbers ({shown}); write the names of the columns "
-            "above it.",
-            code="no-header",
-        )
+        numbers = [f"#{k}" for k in range(1, width + 1)]
+        return numbers, [""] * width, "no header row, so columns are called by their numbers"
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
         header, units, used = cells(rows[-2]), header, rows[-2:]

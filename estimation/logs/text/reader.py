@@ -66,9 +66,11 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         repairs = (repair,)
     else:
         doubts = cut_notes(body, dialect, ended=ended)
+    columns = text_columns(source, body, dialect)
     return Table(
         source=source,
-        columns=text_columns(source, body, dialect),
+        columns=columns,
+        texts={name: column.texts for name, column in columns.items() if len(column.texts)},
         notes=dialect.notes + notes,
         doubts=doubts,
         repairs=repairs,

@@ -3,7 +3,8 @@
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from datetime import date
+from datetime import date, datetime, time
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,36 @@ _STAMP = re.compile(
     r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.\d{4}|\d\d?/\d\d?/\d{4}"
     r"|[+-]?\d{1,6} days?,?)(?:T|\s+\+?))?"
     r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
-    r"(?:\s*(?P<half>[AaPp][Mm]))?(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
+    r"(?:\s*(?P<half>[AaPp][Mm]))?"
+    r"(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?|[A-Z]{3,4}|[A-Z]\w+(?:/[\w+-]+){1,2}))?"
+    r"(?:\[[\w/+-]+\])?"
 )
+#: Hours by which zones of three or four letters are ahead of UTC, where they name one alone.
+_ZONES = {
+    "Z": 0,
+    "UTC": 0,
+    "GMT": 0,
+    "WET": 0,
+    "WEST": 1,
+    "BST": 1,
+    "CET": 1,
+    "MEZ": 1,
+    "CEST": 2,
+    "MESZ": 2,
+    "EET": 2,
+    "EEST": 3,
+    "MSK": 3,
+    "JST": 9,
+    "EST": -5,
+    "EDT": -4,
+    "CST": -6,
+    "CDT": -5,
+    "MST": -7,
+    "MDT": -6,
+    "PST": -8,
+    "PDT": -7,
+}
+_HOUR = 3600
 _SLASHED = re.compile(r"\d\d?/\d\d?/\d{4}")
 
 _Whole = NDArray[np.int64]
@@ -108,10 +137,14 @@ def _filled_seconds(cells: Sequence[str], seen: StampHistory) -> tuple[Array, st
     for part in (dates, times[-1], zones):
         if "" in part and any(part):
             raise NoStampsError(0, "its stamps are of several kinds")
-    within = _since_midnight(*times) - _SECOND * _mapped(zones, _zone)
+    local = _since_midnight(*times)
     seen.dates |= dict.fromkeys(dates)
     order, note = _order(seen.dates)
     days = _mapped(dates, lambda text: _day(text, order))
+    if any("/" in zone for zone in dict.fromkeys(zones)) and any(dates):
+        within = local - _SECOND * _ahead_by_place(zones, days, local)
+    else:
+        within = local - _SECOND * _mapped(zones, _zone)
     if not any(dates):
         last = within[0] if seen.last is None else seen.last
         back = np.diff(within, prepend=last) < -_DAY * _SECOND // 2
@@ -157,12 +190,49 @@ def _since_midnight(
 
 
 def _zone(text: str) -> int:
-    """Seconds by which a zone is ahead of UTC."""
-    if text in ("", "Z", "UTC", "GMT"):
+    """Seconds by which a zone is ahead of UTC; one of a place alone says nothing without a date."""
+    if not text or "/" in text:
         return 0
+    if text in _ZONES:
+        return _ZONES[text] * _HOUR
+    if text[0] not in "+-":
+        raise NoStampsError(0, f"the zone {text!r} is not known")
     digits = text[1:].replace(":", "").ljust(4, "0")
-    ahead = int(digits[:2]) * 3600 + int(digits[2:]) * 60
+    ahead = int(digits[:2]) * _HOUR + int(digits[2:]) * 60
     return -ahead if text[0] == "-" else ahead
+
+
+def _ahead_by_place(zones: Sequence[str], days: _Whole, local: _Whole) -> _Whole:
+    """Seconds by which the clock of a place is ahead of UTC, by the day and the time of day.
+
+    The hour that an autumn's night has twice is the second one from where the stamps go back.
+    """
+    minutes = local // (60 * _SECOND)
+    names = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
+    which = np.array([names[zone] for zone in zones], dtype=np.int64)
+    moments, rows = np.unique(np.column_stack([which, days, minutes]), axis=0, return_inverse=True)
+    first, second = (
+        np.array([_ahead([*names][k], day, minute, fold) for k, day, minute in moments.tolist()])
+        for fold in (0, 1)
+    )
+    ahead, later = first[rows.ravel()], second[rows.ravel()]
+    twice = ahead != later
+    seconds = days * _DAY + local // _SECOND - ahead
+    back = np.diff(seconds, prepend=seconds[0]) < -_HOUR // 4
+    again = twice & (np.cumsum(back & twice) > 0)
+    return np.asarray(np.where(again, later, ahead), dtype=np.int64)
+
+
+def _ahead(zone: str, day: int, minute: int, fold: int) -> int:
+    """Seconds by which a zone is ahead of UTC at a minute of a day of its own."""
+    if "/" not in zone:
+        return _zone(zone)
+    moment = datetime.combine(date.fromordinal(day), time(minute // 60, minute % 60, fold=fold))
+    try:
+        ahead = moment.replace(tzinfo=ZoneInfo(zone)).utcoffset()
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+        raise NoStampsError(0, f"the zone {zone!r} is not known") from error
+    return 0 if ahead is None else int(ahead.total_seconds())
 
 
 def _order(dates: Iterable[str]) -> tuple[str, str]:

@@ -8,9 +8,11 @@ from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
+from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
 
-from .units import assumed_units_text, to_si
+from .scaling import is_scaling
+from .units import assumed_units_text, check_no_counts, scaled, to_si
 
 _NEEDED = ("position",)
 _CLOCKS = "the file's own clocks are taken"
@@ -46,7 +48,17 @@ class RoleColumns:
             samples = column.read()
             written = unit or column.unit
             values, note = samples.values, ""
-            if written:
+            if unit and is_scaling(unit):
+                values, note = scaled(
+                    role,
+                    values,
+                    unit,
+                    axis,
+                    own=column.unit,
+                    source=table.source,
+                    injected_at=self.injected_at,
+                )
+            elif written:
                 values, note = to_si(
                     role,
                     values,
@@ -57,6 +69,7 @@ class RoleColumns:
                     injected_at=self.injected_at,
                 )
             else:
+                check_no_counts(role, name, values, axis, source=table.source)
                 without_unit[role] = name
             self.names[role] = name
             self.samples[role] = replace(samples, values=values)
@@ -146,12 +159,7 @@ def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
     """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
-    for role in requested:
-        if role not in ROLES:
-            raise UsageError(
-                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
-                code="unknown-role",
-            )
+    _check_requested(requested)
     declared = dict(axis.columns) if axis is not None else {}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
@@ -180,6 +188,21 @@ def _choose(
         raise _lacking(table, chosen, missing, declared=bool(declared))
     _check_apart(table, chosen)
     return chosen, tuple(without.values())
+
+
+def _check_requested(requested: Mapping[str, object]) -> None:
+    """Refuse roles that there are not, and columns that are no text."""
+    for role, column in requested.items():
+        if role not in ROLES:
+            raise UsageError(
+                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
+                code="unknown-role",
+            )
+        if not isinstance(column, str):
+            raise UsageError(
+                f"the column for the {role} is {given(column)}; give its name, or a Column.",
+                code="column-type",
+            )
 
 
 def _timed(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> bool:

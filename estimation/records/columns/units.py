@@ -5,12 +5,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, known_unit
+from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, known_unit
+from axisid.estimation.thresholds.records import MIN_COUNTS
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Unit, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
+
+from .scaling import ScalingError, read_scaling
+
+_EXAMPLE = Setting("columns", "position=NAME:counts*360deg/4096/50+0.2deg")
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
@@ -66,10 +71,14 @@ def to_si(
     found = known_unit(unit)
     named = Setting("columns", f"{role}=NAME:UNIT")
     if found is None:
-        counts = "encoder counts: scale them first. Else " if unit.lower() in COUNTS else ""
+        counts: Remedy | None = None
+        if unit.lower() in COUNTS:
+            each = Setting("columns", f"{role}=NAME:{unit}*360deg/4096")
+            counts = Remedy.of("say what one of these counts is, as in ", each, ". Else ")
         raise wrong(
-            f"{source}: the {role} has the unit {unit!r}, which is not known; {counts}",
+            f"{source}: the {role} has the unit {unit!r}, which is not known; ",
             Remedy.of(
+                counts,
                 "give the unit that it is in with ",
                 named,
                 " (mm, deg, rev, ms, mA, Ncm, ...), or "
@@ -89,6 +98,92 @@ def to_si(
     if factor == 1.0:
         return values, ""
     return values * factor, f"{role}: {unit} -> {coherent}"
+
+
+def scaled(
+    role: str,
+    values: Array,
+    text: str,
+    axis: Axis | None,
+    *,
+    own: str,
+    source: str,
+    injected_at: str | None = None,
+) -> tuple[Array, str]:
+    """Make a column SI as a text such as ``counts*360deg/4096`` says, and say what was done.
+
+    Parameters
+    ----------
+    role, values, axis, source, injected_at
+        As in `to_si`.
+    text : str
+        See `read_scaling`.
+    own : str
+        Unit as the file writes it; empty where it writes none.
+
+    Raises
+    ------
+    UsageError
+        It is no such text, it does not say what one count is, or gives something else than the role
+        measures.
+    """
+    try:
+        scaling = read_scaling(text, own if is_unit(own) else "")
+    except ScalingError as error:
+        raise UsageError(
+            f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; ",
+            Remedy.of("write it as in ", _EXAMPLE, "."),
+            code="no-scaling",
+        ) from error
+    of, wanted = scaling.of, expected_units(role, axis, injected_at)
+    if of.is_count and not scaling.is_scaled:
+        raise UsageError(
+            f"{source}: the {role} is given as {text!r}, which does not say what one count is; ",
+            Remedy.of("give that, as in ", _EXAMPLE, "."),
+            code="unscaled-counts",
+        )
+    if of.unit is not None and wanted and not any(_measures(of.unit, unit) for unit in wanted):
+        raise UsageError(
+            f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the {role} is "
+            f"measured in {' or '.join(wanted)}; check its units.",
+            code="scaling-unit",
+        )
+    unit = of.unit or (wanted[0] if len(wanted) == 1 else "SI")
+    said = f"{role}: {text}, {float(of):.9g} {unit} each"
+    values = values * float(of)
+    if scaling.offset is not None:
+        values = values + float(scaling.offset)
+        said += f" {'+' if scaling.offset.value >= 0 else '-'} {abs(float(scaling.offset)):.9g}"
+    return values, said
+
+
+def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:
+    """Refuse whole numbers without a unit as a position: they are what an encoder counts.
+
+    Raises
+    ------
+    DataError
+        They are.
+    """
+    if role not in ("position", "reference"):
+        return
+    known = values[np.isfinite(values)]
+    if not known.size or np.any(known != np.round(known)):
+        return
+    if len(np.unique(known)) < MIN_COUNTS.value:
+        return
+    unit = (axis.coordinate.unit if axis is not None else "") or "rad"
+    example = "5mm/4096" if unit == "m" else "360deg/4096"
+    raise DataError(
+        f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
+        f"{known.min():.9g} to {known.max():.9g}: those are counts of an encoder; ",
+        Remedy.of(
+            "say what one of them is, as in ",
+            Setting("columns", f"{role}={name}:counts*{example}"),
+            f"; where they are {unit} indeed, say so ({name}:{unit}).",
+        ),
+        code="whole-numbers",
+    )
 
 
 def _measures(unit: Unit, wanted: str) -> bool:

@@ -17,7 +17,7 @@ from axisid.commands.options.outputs import (
     force_option,
     json_option,
 )
-from axisid.commands.options.record_options import Reading, record_options
+from axisid.commands.options.record_options import Reading, record_options, window_of
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
 from axisid.estimation.choices.methods import method_names
 from axisid.presentation.console import ProgressLine
@@ -30,6 +30,7 @@ def _check_idle(covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
+    check_needed(("--validate-window",), ("--validate",))
     if not takes_lags(covariance):
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
     if json_file == "-":
@@ -60,7 +61,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     help="Estimator; all runs what axis and record allow and says what it left out.",
 )
 @filter_options(
-    cutoff="Butterworth low-pass.  [default: 60]",
+    cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
     order="Its order.  [default: 4]",
     decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
     decimation="Rows aligned to the record's end or start.  [default: matlab]",
@@ -86,6 +87,14 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     metavar="RECORD",
     shell_complete=complete_file,
     help="Hold the estimates, frozen, against a second record.",
+)
+@click.option(
+    "--validate-window",
+    "second_windows",
+    multiple=True,
+    metavar="FROM..TO",
+    help="As --window, of the record of --validate, which else is taken whole; that may be the "
+    "same file.",
 )
 @click.option(
     "--covariance",
@@ -140,6 +149,7 @@ def identify(
     record: str | None,
     method: str,
     second: str | None,
+    second_windows: tuple[str, ...],
     filtering: Filtering,
     reading: Reading,
     covariance: str,
@@ -162,8 +172,8 @@ def identify(
 
     AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
     rotary_table, valve, crank, linear_motor) or a TOML or Python file that declares one.
-    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS or a
-    ROS bag. Values are SI unless the file or --columns says otherwise.
+    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
+    a ROS bag. Values are SI unless the file or --columns says otherwise.
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
@@ -188,7 +198,8 @@ def identify(
     prefilter = filtering.prefilter(data.period)
     other = None
     if second is not None:
-        other = reading.record(second, generated)
+        held = tuple(window_of(text, "--validate-window") for text in second_windows)
+        other = reading.record(second, generated, held)
         _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(

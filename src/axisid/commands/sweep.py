@@ -1,6 +1,7 @@
 """``axisid sweep``."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import click
@@ -35,7 +36,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
 @filter_options("order", "hold", "reversals", order="Of the Butterworth filter.  [default: 4]")
-@record_options
+@partial(record_options, ends=False)
 @leave_out_option
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")

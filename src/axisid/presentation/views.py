@@ -4,13 +4,17 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
+from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, StreamedEstimate, Sweep, Validation
+from axisid.modeling.declaration import Axis
+from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.documents import (
     comparison_dict,
+    diagnosis_dict,
     estimate_dict,
     identification_dict,
     record_dict,
@@ -18,6 +22,7 @@ from axisid.presentation.documents import (
     sweep_dict,
     validation_dict,
 )
+from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import (
     Plot,
@@ -45,6 +50,7 @@ from axisid.presentation.saved import (
 from axisid.presentation.schema import plain
 from axisid.presentation.text import (
     comparison_document,
+    diagnosis_blocks,
     estimate_document,
     identification_document,
     record_document,
@@ -96,6 +102,7 @@ def _settled(document: Callable[..., Document]) -> Callable[..., Document]:
 
 
 as_blocks.register(Record, record_document)
+as_blocks.register(Diagnosis, diagnosis_blocks)
 as_blocks.register(Estimate, _settled(estimate_document))
 as_blocks.register(Identification, identification_document)
 as_blocks.register(Sweep, sweep_document)
@@ -122,6 +129,18 @@ def as_html(result: Presentable) -> str:
     return blocks_html(as_blocks(result))
 
 
+def axis_html(axis: Axis) -> str:
+    """A declared axis for notebooks, with the models that follow from it."""
+    return blocks_html(axis_document(derive(axis)))
+
+
+def as_frame(result: Presentable, library: str | None = None) -> Any:
+    """A result's numbers as a dataframe of pandas or polars."""
+    from .frames import frame_of
+
+    return frame_of(result, library)
+
+
 @singledispatch
 def as_document(result: Presentable) -> dict[str, Any]:
     """A result as plain numbers, texts and lists."""
@@ -129,6 +148,7 @@ def as_document(result: Presentable) -> dict[str, Any]:
 
 
 as_document.register(Record, record_dict)
+as_document.register(Diagnosis, diagnosis_dict)
 as_document.register(Estimate, estimate_dict)
 as_document.register(Identification, identification_dict)
 as_document.register(Sweep, sweep_dict)
@@ -140,55 +160,65 @@ as_document.register(SavedIdentification, lambda saved: plain(saved.document))
 as_document.register(SavedEstimate, lambda saved: plain(saved.document))
 
 
+def figure_of(
+    result: Presentable, what: str, method: str | None = None, ax: object = None
+) -> "Figure":
+    """One of a result's figures, by its name, drawn anew or on axes that are given."""
+    plot = plot_of(result, what, method)
+    from axisid.presentation.drawing import draw, draw_on
+
+    return draw(plot) if ax is None else draw_on(plot, ax)
+
+
 @singledispatch
-def figure_of(result: Presentable, what: str, method: str | None = None) -> "Figure":
-    """One of a result's figures, by its name."""
+def plot_of(result: Presentable, what: str, method: str | None = None) -> Plot:
+    """One of a result's figures as data, by its name."""
     del method
     raise _no_figure(result, what, ())
 
 
-def _of_estimate(result: Estimate, what: str, method: str | None = None) -> "Figure":
+def _of_estimate(result: Estimate, what: str, method: str | None = None) -> Plot:
     if not is_among(what, _OF_ESTIMATE):
         raise _no_figure(result, what, _OF_ESTIMATE)
     _check_method(result, method, (result.method,))
-    return _drawn(drawable(_OF_ESTIMATE[what](result), what))
+    return drawable(_OF_ESTIMATE[what](result), what)
 
 
-def _of_identification(result: Identification, what: str, method: str | None = None) -> "Figure":
+def _of_identification(result: Identification, what: str, method: str | None = None) -> Plot:
     if is_among(what, ("record",)):
-        return _drawn(record_plot(result))
+        return record_plot(result)
     estimate = result.preferred if method is None else result[method]
     if is_among(what, _OF_METHOD):
-        return _drawn(drawable(_OF_METHOD[what](result, estimate), what))
+        return drawable(_OF_METHOD[what](result, estimate), what)
     if not is_among(what, _OF_ESTIMATE):
         raise _no_figure(result, what, ("record", *_OF_METHOD, *_OF_ESTIMATE))
-    return figure_of(estimate, what)
+    return plot_of(estimate, what)
 
 
-def _of_sweep(result: Sweep, what: str, method: str | None = None) -> "Figure":
+def _of_sweep(result: Sweep, what: str, method: str | None = None) -> Plot:
     if not is_among(what, ("", "sweep")):
         raise _no_figure(result, what, ("sweep",))
     _check_method(result, method, ())
-    return _drawn(sweep_plot(result))
+    return sweep_plot(result)
 
 
-def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> "Figure":
+def _of_saved_estimate(result: SavedEstimate, what: str, method: str | None = None) -> Plot:
     _check_method(result, method, (result.method,))
-    return _drawn(drawable(saved_plot(result, what), what))
+    return drawable(saved_plot(result, what), what)
 
 
-def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> "Figure":
+def _of_saved(result: SavedIdentification, what: str, method: str | None = None) -> Plot:
     judged = method is None or method.lower() == result.preferred.method
     if what == "repeats" and judged and result.diagnosis.lack_of_fit is not None:
-        return _drawn(saved_repeats_plot(result))
-    return figure_of(result.preferred if method is None else result[method], what)
+        return saved_repeats_plot(result)
+    return plot_of(result.preferred if method is None else result[method], what)
 
 
-figure_of.register(SavedEstimate, _of_saved_estimate)
-figure_of.register(SavedIdentification, _of_saved)
-figure_of.register(Estimate, _of_estimate)
-figure_of.register(Identification, _of_identification)
-figure_of.register(Sweep, _of_sweep)
+plot_of.register(SavedEstimate, _of_saved_estimate)
+plot_of.register(SavedIdentification, _of_saved)
+plot_of.register(Estimate, _of_estimate)
+plot_of.register(Identification, _of_identification)
+plot_of.register(Sweep, _of_sweep)
 
 
 def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -> None:
@@ -197,12 +227,6 @@ def _check_method(result: Presentable, method: str | None, own: Sequence[str]) -
             f"a figure of {type(result).__name__} has no method to choose; leave it out.",
             code="no-method-to-choose",
         )
-
-
-def _drawn(plot: Plot) -> "Figure":
-    from axisid.presentation.drawing import draw
-
-    return draw(plot)
 
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:

@@ -34,7 +34,9 @@ class Presentable:
         what : str
             Which one, if there are several.
         **how
-            Of which method, if there are several: ``method="idm-ls"``.
+            Of which method, if there are several: ``method="idm-ls"``; ``ax``, Matplotlib's axes to
+            draw on, as many as the figure has panels (one alone for one panel). By default a new
+            figure is made.
 
         Raises
         ------
@@ -44,11 +46,26 @@ class Presentable:
         drawn: Figure = view_of("figure_of", self, what, **how)
         return drawn
 
+    def to_frame(self, library: str | None = None) -> Any:
+        """The result's numbers as a dataframe.
+
+        Parameters
+        ----------
+        library : {"pandas", "polars"}, optional
+            By default the one that is installed, pandas first.
+
+        Raises
+        ------
+        UsageError
+            The result has no table of numbers, or there is no such library.
+        """
+        return view_of("as_frame", self, library=library)
+
     def _repr_html_(self) -> str:
         """For notebooks."""
         return str(view_of("as_html", self))
 
 
-def view_of(view: str, result: Presentable, *what: str, **how: Any) -> Any:
+def view_of(view: str, result: object, *what: str, **how: Any) -> Any:
     """A view of a result, by the view's name in `axisid.presentation.views`."""
     return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)

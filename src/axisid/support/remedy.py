@@ -157,6 +157,9 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "tail": Argument(
             of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text("tail")
         ),
+        "shift": Argument(
+            of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping("shift")
+        ),
         "decimate": Argument(
             of="Prefilter", name="decimate", call=_PREFILTER, written=_number("decimate")
         ),

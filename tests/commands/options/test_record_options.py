@@ -183,3 +183,59 @@ def test_what_streaming_cannot_do_is_refused(
     code, _, err = run("identify", "emps2015", file, "--stream", *options)
     assert code == 2
     assert "--stream" in err
+
+
+def test_windows_and_shifts_are_taken_and_told(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    one = estimates(run, file, "--columns", CHOSEN, "--from", 0.5, "--to", 2.5)
+    same = estimates(run, file, "--columns", CHOSEN, "--window", "0.5..2.5")
+    assert values(one) == values(same)
+    assert one["record"]["windows"] == [[0.5, 2.5]]
+    two = estimates(
+        run, file, "--columns", CHOSEN, "--window", "..1", "--window", "1.5..", "--shift",
+        "control=1",
+    )  # fmt: skip
+    first, last = columns["t"][[1, -1]]
+    assert two["record"]["windows"] == [[first, 1.0], [1.5, last]]
+    assert [repair["kind"] for repair in two["record"]["repairs"]] == ["shift", "window"]
+    cut = write(tmp_path / "cut.csv", {k: v[500:2501] for k, v in columns.items()})
+    assert values(estimates(run, cut, "--columns", CHOSEN)) == values(one)
+
+
+def test_a_second_record_has_windows_of_its_own(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    found = estimates(
+        run, file, "--columns", CHOSEN, "--to", 1.5, "--validate", file, "--validate-window",
+        "1.5..2.5",
+    )  # fmt: skip
+    assert found["record"]["windows"] == [[0.0, 1.5]]
+    assert found["validation"]["record"]["windows"] == [[1.5, 2.5]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--window", "2-5"), "is no window; give FROM..TO"),
+        (("--window", ".."), "is no window"),
+        (("--window", "1..2..3"), "is no window"),
+        (("--window", "5..2"), "does not end after it begins"),
+        (("--window", "1..2", "--from", 1), "give each by --window"),
+        (("--from", 100), "outside the log"),
+        (("--shift", "control"), "is not ROLE=N"),
+        (("--shift", "control=1,control=2"), "is not ROLE=N"),
+        (("--shift", "control=x"), "give samples, such as 1"),
+        (("--shift", "control=0.5ms"), "--resample auto"),
+        (("--validate-window", "1..2"), "nothing without --validate"),
+    ],
+)
+def test_windows_and_shifts_that_cannot_be_are_refused(
+    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], arguments: tuple[object], said: str
+) -> None:
+    file = write(tmp_path / "log.csv", columns)
+    code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN, *arguments, *FILTER)
+    assert code == (3 if "--from" in arguments[:1] else 2)
+    assert said in " ".join(err.split())

@@ -29,7 +29,7 @@ TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
         ("log.xls", b"\xd0\xcf\x11\xe0\xa1\xb1", "an old Excel or Office file.*as CSV"),
         ("log.csv", b"\n<!DOCTYPE html><html></html>", "a page in HTML"),
         ("log.csv", b'<?xml version="1.0"?>', "an XML document"),
-        ("log.json", b'{"t": [1, 2]}', "a JSON document"),
+        ("log.csv", b'{"t": [1, 2]}', "a JSON document"),
         ("log.mat", TEXT.encode(), r"text by its content.*ending \.csv"),
         ("log.npz", TEXT.encode(), r"text by its content.*ending \.csv"),
         ("log.mf4", b"PAR1....", "a Parquet file"),
@@ -77,7 +77,7 @@ def test_text_compressed_by_gzip_is_read(tmp_path: Path) -> None:
     assert np.array_equal(record.position, read_record(plain).position)
     assert "unpacked by gzip" in record.provenance.assumed
     packed.write_bytes(gzip.compress(TEXT.encode())[:-20])
-    with refuses("damaged-gzip"):
+    with refuses("damaged-packing"):
         read_record(packed)
 
 
@@ -99,3 +99,40 @@ def test_blocks_are_of_regular_files_of_their_kind(tmp_path: Path) -> None:
             list(LogBlocks(file=tmp_path / f"{name}.csv"))
     with refuses("log-not-a-file"):
         read_record("/dev/zero")
+
+
+def test_text_compressed_by_zstd_is_read(tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    packed = tmp_path / "log.csv.zst"
+    content = arrow.compress(TEXT.encode(), codec="zstd", asbytes=True)
+    packed.write_bytes(content)
+    record = read_record(packed)
+    assert "unpacked by zstd" in record.provenance.assumed
+    (tmp_path / "log.csv").write_bytes(content)
+    with pytest.raises(DataError, match=r"compressed by zstd .*\.csv\.zst"):
+        read_record(tmp_path / "log.csv")
+    packed.write_bytes(content[:-9])
+    with pytest.raises(DataError, match="cannot be unpacked"):
+        read_record(packed)
+    packed.write_bytes(TEXT.encode())
+    with pytest.raises(DataError, match="not compressed by zstd"):
+        read_record(packed)
+    bomb = arrow.compress(bytes(100_000_000), codec="zstd", asbytes=True)
+    packed.write_bytes(bomb)
+    with pytest.raises(DataError, match="memory"):
+        read_record(packed, max_memory=1e7)
+
+
+def test_without_a_library_zstd_is_told_with_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import axisid.estimation.logs.packings as packings
+
+    def missing(*name: object) -> None:
+        raise DataError(f"{name} is not installed")
+
+    packed = tmp_path / "log.csv.zst"
+    packed.write_bytes(b"\x28\xb5\x2f\xfd" + bytes(20))
+    monkeypatch.setattr(packings, "library", missing)
+    with pytest.raises(DataError, match="pip install zstandard"):
+        read_record(packed)

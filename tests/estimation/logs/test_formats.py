@@ -15,7 +15,8 @@ import pytest
 from axisid import Record, identify, read_record
 from axisid.codegen import GeneratedAxis
 from axisid.estimation.logs import formats
-from axisid.estimation.logs.formats import FORMATS, GZIP, Format
+from axisid.estimation.logs.formats import FORMATS, Format
+from axisid.estimation.logs.packings import PACKINGS
 from axisid.estimation.tables import Table, TableBuilder
 from axisid.support.files.memory import Room
 from tests.recipes import recipe_blocks
@@ -129,5 +130,6 @@ def test_every_format_is_in_the_documentation_with_its_endings_and_extra(root: P
 
 def test_no_two_formats_have_one_ending() -> None:
     endings = [ending for known in FORMATS for ending in known.endings]
-    assert len({*endings, GZIP}) == len(endings) + 1
+    packed = [packing.ending for packing in PACKINGS]
+    assert len({*endings, *packed}) == len(endings) + len(packed)
     assert endings == [ending.lower() for ending in endings]

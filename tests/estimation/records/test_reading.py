@@ -81,7 +81,7 @@ def test_mat_file_is_read(tmp_path: Path) -> None:
     [
         ("", "no-samples", "has 0 filled lines"),
         ("time,position\n", "no-samples", "has 1 filled lines"),
-        ("0.0,1.0\n0.1,2.0\n", "no-header", ""),
+        ("0.0,1.0\n0.1,2.0\n", "no-column", "found #1, #2"),
         ("time,position,position\n0,1,2\n", "no-column", "several columns: position.1, position.2"),
         ("time,position\n0,1\n1,x\n", "no-number", "line 3: 'x' in column 'position'"),
         ("time,position\n0,1\n1\n", "broken-line", "3: 1 cells where the header names 2"),

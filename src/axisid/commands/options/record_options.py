@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from axisid.codegen.artefacts import GeneratedAxis
     from axisid.estimation.records import LogBlocks, Record
 
+#: First and last time, s; None for the log's own.
+Window = tuple[float | None, float | None]
+
 _GIGABYTE = 1e9
 
 
@@ -29,6 +32,8 @@ class Reading:
     wrap: str | None
     mask: Literal["clipped"] | None
     tail: Literal["drop"] | None
+    shift: dict[str, str]
+    window: tuple[Window, ...]
     max_memory: float | None
 
     @property
@@ -37,8 +42,10 @@ class Reading:
         values = {name: getattr(self, name) for name in self.__slots__}
         return [f"--{name.replace('_', '-')}" for name, value in values.items() if value]
 
-    def record(self, file: str, axis: "GeneratedAxis") -> "Record":
-        """Read a log as the record of an axis."""
+    def record(
+        self, file: str, axis: "GeneratedAxis", windows: "tuple[Window, ...] | None" = None
+    ) -> "Record":
+        """Read a log as the record of an axis, within other windows where they are given."""
         from axisid.estimation.records import Repairs, read_record
 
         repairs = Repairs(
@@ -47,6 +54,7 @@ class Reading:
             wrap=self.wrap,
             mask=self.mask,
             tail=self.tail,
+            shift=self.shift,
         )
         return read_record(
             file,
@@ -54,6 +62,7 @@ class Reading:
             columns=self.columns,
             injected_at=self.injected_at,
             sample_period=self.sample_period,
+            windows=self.window if windows is None else windows,
             repairs=repairs,
             max_memory=self.max_memory,
         )
@@ -72,12 +81,23 @@ class Reading:
         )
 
 
+_ENDS = (
+    click.option(
+        "--from",
+        "start",
+        type=float,
+        metavar="S",
+        help="Take the log from this time on, s, as its own time counts.",
+    ),
+    click.option("--to", "stop", type=float, metavar="S", help="Take the log up to this time, s."),
+)
 _OPTIONS = (
     click.option(
         "--columns",
         metavar="ROLE=NAME[:UNIT],...",
-        help="Columns; roles: time, position, reference, control, force, injected (a test signal); "
-        "units such as mm, deg, ms, mA.",
+        help="Columns by name or number (#3); roles: time, position, reference, control, force, "
+        "injected (a test signal); units such as mm, deg, ms, mA, or a scaling: "
+        "position=inc:counts*360deg/4096/50+0.2deg.",
     ),
     click.option(
         "--injected-at",
@@ -91,6 +111,20 @@ _OPTIONS = (
         metavar="S",
         help="In place of the time column's mean step; confirms that the log is not sampled as "
         "the control law runs, which is then simulated at its own period.",
+    ),
+    click.option(
+        "--window",
+        "windows",
+        multiple=True,
+        metavar="FROM..TO",
+        help="Take only this part of the log, s; again for each, filtered and simulated by itself.",
+    ),
+    click.option(
+        "--shift",
+        "shifts",
+        metavar="ROLE=N,...",
+        help="Move a column N samples to later times, or by a time such as 2ms, where the log "
+        "wrote it too early: control=1.",
     ),
     click.option(
         "--resample", metavar="HZ|auto", help="Uneven or different times onto an even grid."
@@ -123,11 +157,22 @@ _OPTIONS = (
 )
 
 #: Names of all of them on the command line.
-RECORD_OPTIONS = tuple(f"--{name.replace('_', '-')}" for name in Reading.__dataclass_fields__)
+RECORD_OPTIONS = (
+    *(f"--{name.replace('_', '-')}" for name in Reading.__dataclass_fields__),
+    "--from",
+    "--to",
+)
 
 
-def record_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options; the command takes them as one `reading`."""
+def record_options(command: Callable[..., None], *, ends: bool = True) -> Callable[..., None]:
+    """Add the options; the command takes them as one `reading`.
+
+    Parameters
+    ----------
+    command : callable
+    ends : bool
+        Whether ``--from`` and ``--to`` are of the log, and not something of the command's own.
+    """
 
     @functools.wraps(command)
     def collected(
@@ -140,7 +185,11 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
         wrap: str | None,
         mask: Literal["clipped"] | None,
         tail: Literal["drop"] | None,
+        windows: tuple[str, ...],
+        shifts: str | None,
         max_memory: float | None,
+        start: float | None = None,
+        stop: float | None = None,
         **others: Any,
     ) -> None:
         reading = Reading(
@@ -152,11 +201,13 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
             wrap=wrap,
             mask=mask,
             tail=tail,
+            shift=_amounts(shifts),
+            window=_windows(start, stop, windows),
             max_memory=_bytes(max_memory),
         )
         command(reading=reading, **others)
 
-    for option in reversed(_OPTIONS):
+    for option in reversed((*(_ENDS if ends else ()), *_OPTIONS)):
         collected = option(collected)
     return collected
 
@@ -202,6 +253,48 @@ def _rate(text: str | None) -> float | Literal["auto"] | None:
             f"{text!r} is no rate; give hertz, or auto", param_hint="--resample"
         )
     return rate
+
+
+def _windows(
+    start: float | None, stop: float | None, windows: tuple[str, ...]
+) -> tuple[Window, ...]:
+    if start is None and stop is None:
+        return tuple(window_of(text, "--window") for text in windows)
+    if windows:
+        raise click.UsageError(
+            "--from and --to are one window, and --window is another; give each by --window "
+            "FROM..TO."
+        )
+    return ((start, stop),)
+
+
+def window_of(text: str, option: str) -> Window:
+    """The times of ``FROM..TO``, of which one may be left out."""
+    first, dots, last = (part.strip() for part in text.partition(".."))
+    try:
+        start, stop = (float(part) if part else None for part in (first, last))
+    except ValueError:
+        dots = ""
+    if not dots or (start is None and stop is None):
+        raise click.BadParameter(
+            f"{text!r} is no window; give FROM..TO in seconds, such as 2..5, 2.. or ..5",
+            param_hint=option,
+        )
+    return start, stop
+
+
+def _amounts(shifts: str | None) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for pair in shifts.split(",") if shifts else ():
+        role, equals, amount = (part.strip() for part in pair.partition("="))
+        if not equals or not role or not amount or role in found:
+            raise click.BadParameter(
+                f"{pair!r} is not ROLE=N with each role once, N in samples or a time, as in "
+                "control=1 or control=2ms",
+                param_hint="--shift",
+            )
+        found[role] = amount
+    return found
 
 
 def _roles(columns: str | None) -> dict[str, str]:

@@ -5,6 +5,7 @@ In: a result. Out: what JSON holds. Knows nothing of how statistics are computed
 
 from .comparison import comparison_dict as comparison_dict
 from .diagnosis import NOT_EVALUATED as NOT_EVALUATED
+from .diagnosis import diagnosis_dict as diagnosis_dict
 from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import identification_document as identification_document

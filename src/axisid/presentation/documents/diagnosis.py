@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import msgspec
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check
@@ -38,6 +39,12 @@ from axisid.support.remedy import Setting, as_options
 
 #: How the meaning of a law's check begins that could not be made.
 NOT_EVALUATED = "not evaluated: "
+
+
+def diagnosis_dict(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Everything that was measured of a result, as plain numbers, texts and lists."""
+    members = diagnosis_members(diagnosis, [each.name for each in diagnosis.excitation])
+    return dict(finite_tree(msgspec.to_builtins(members, enc_hook=lambda value: value.item())))
 
 
 def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:

@@ -8,3 +8,4 @@ from .files import force_figure as force_figure
 from .files import sweep_figure as sweep_figure
 from .files import write_figures as write_figures
 from .matplotlib import draw as draw
+from .matplotlib import draw_on as draw_on

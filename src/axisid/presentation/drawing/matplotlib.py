@@ -1,7 +1,10 @@
 """Matplotlib draws a `Plot`. Imported only where one is drawn."""
 
 import io
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
 
 from axisid.estimation.tables import one_line
 from axisid.support.errors import UsageError
@@ -89,15 +92,45 @@ def draw(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     with rc_context(_style()):
         figure = Drawing(figsize=(width / _INCH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
-        for axes, panel in zip(rows[:, 0], plot.panels, strict=True):
-            _draw_panel(axes, panel, plot, 4 if width > _NARROW else 2)
-        last: Axes = rows[-1, 0]
-        last.set_xlabel(_plain(plot.x_label))
-        set_ticks(last.xaxis, log=plot.log, whole=plot.whole)
+        _draw_panels(list(rows[:, 0]), plot, 4 if width > _NARROW else 2)
         if title:
             figure.suptitle(title, x=0.01, horizontalalignment="left", fontsize=10)
         figure.align_ylabels(list(rows[:, 0]))
     return figure
+
+
+def draw_on(plot: Plot, ax: object) -> Figure:
+    """Draw a plot on axes that are there, in their figure's own style.
+
+    Parameters
+    ----------
+    plot : Plot
+    ax : Axes or sequence of Axes
+        As many as the plot has panels.
+
+    Raises
+    ------
+    UsageError
+        They are no axes, or not as many.
+    """
+    given = [ax] if isinstance(ax, Axes) else [*np.ravel(np.asarray(ax, dtype=object))]
+    if not given or not all(isinstance(each, Axes) for each in given):
+        raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="no-axes")
+    if len(given) != len(plot.panels):
+        raise UsageError(
+            f"the figure {plot.name} has {len(plot.panels)} panels, and ax {len(given)} axes; give "
+            f"as many, such as plt.subplots({len(plot.panels)}, sharex=True)[1].",
+            code="axes-count",
+        )
+    _draw_panels(given, plot, 2)
+    return cast(Figure, given[0].get_figure(root=True))
+
+
+def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
+    for each, panel in zip(axes, plot.panels, strict=True):
+        _draw_panel(each, panel, plot, columns)
+    axes[-1].set_xlabel(_plain(plot.x_label))
+    set_ticks(axes[-1].xaxis, log=plot.log, whole=plot.whole)
 
 
 def rendered(figure: Figure, form: str) -> bytes:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import cycle
+from itertools import chain, cycle
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         caption=f"The closed loop simulated with {estimate.method.upper()} from {given}. "
         f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
-        x_label="time [s]",
+        x_label=_time_label(record),
         panels=(
             Panel(label=labelled("position", unit), series=positions),
             Panel(label=labelled("tracking error", unit), series=errors, weight=1.5),
@@ -108,10 +108,20 @@ def record_plot(result: Identification) -> Plot:
     """The record as it was read, with what was dropped."""
     record, drive = result.record, result.axis.axis.drive
     time, q = _times(record), result.axis.axis.coordinate
-    position = [line("position", time, record.position, "measured")]
+
+    def drawn(role: str, values: Array) -> tuple[Array, Array]:
+        """Times and values; of a part of a log the whole of it, shaded where it is left out."""
+        whole = record.around.get(role)
+        if whole is None or whole.clock is None:
+            return time, values
+        return whole.clock, whole.values
+
+    position = [line("position", *drawn("position", record.position), "measured")]
     if record.reference is not None:
-        reference = Series(label="reference", x=time, y=record.reference, broad=True)
-        position.append(reference)
+        x, y = drawn("reference", record.reference)
+        position.append(Series(label="reference", x=x, y=y, broad=True))
+    outside = _outside(record)
+    lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
     panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("control", drive.unit, record.control, "warm"),
@@ -124,7 +134,10 @@ def record_plot(result: Identification) -> Plot:
         ),
     )
     panels += [
-        Panel(label=labelled(name, unit), series=(line("", time, values, tone),))
+        Panel(
+            label=labelled(name, unit),
+            series=(line("", *drawn(name.partition(",")[0], values), tone),),
+        )
         for name, unit, values, tone in columns
         if values is not None
     ]
@@ -135,6 +148,8 @@ def record_plot(result: Identification) -> Plot:
         if left_out
         else ""
     )
+    if record.windows:
+        dropped += f" The rest of the log is shaded too; only {record.windows_told} is taken."
     times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
     source = "as recorded" if record.force is not None else f"{times} the control"
     plot = Plot(
@@ -142,10 +157,10 @@ def record_plot(result: Identification) -> Plot:
         title="The record",
         caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
         f"force is {source}.{dropped}",
-        x_label="time [s]",
+        x_label=_time_label(record),
         panels=tuple(panels),
-        shaded=_dropped(result),
-        marks=tuple((place, "gap") for place in _gaps(record)),
+        shaded=_joined(outside + _dropped(result)),
+        marks=tuple((place, "gap") for place in lost),
     )
     return broken(plot, _gaps(record))
 
@@ -257,10 +272,36 @@ def _swept(sweep: Sweep, *, cut: bool) -> str:
 
 
 def _times(record: Record) -> Array:
-    """Since the first sample, (N,), s; even but for gaps."""
+    """Since the first sample, (N,), s; even but for gaps. Of a part of a log as the log counts."""
+    if record.windows:
+        return record.time
     if record.segments:
         return np.asarray(record.time - record.time[0], dtype=float)
     return record.period * np.arange(len(record), dtype=float)
+
+
+def _time_label(record: Record) -> str:
+    return "time of the log [s]" if record.windows else "time [s]"
+
+
+def _outside(record: Record) -> tuple[tuple[float, float], ...]:
+    """Stretches of time of a log that windows leave out."""
+    whole = record.around.get("position")
+    if whole is None or whole.clock is None:
+        return ()
+    ends = [float(np.nanmin(whole.clock)), *chain(*record.windows), float(np.nanmax(whole.clock))]
+    return tuple((a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b)
+
+
+def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Stretches in their order, those that overlap as one."""
+    joined: list[tuple[float, float]] = []
+    for start, stop in sorted(stretches):
+        if joined and start <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(stop, joined[-1][1])
+        else:
+            joined.append((start, stop))
+    return tuple(joined)
 
 
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:

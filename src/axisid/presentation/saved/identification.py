@@ -47,6 +47,8 @@ class SavedRecord:
         Of the samples, as `Record.digest`.
     injected_at : str or None
         What a recorded test signal was added to.
+    windows : tuple of (float, float)
+        As of a `Record`.
     """
 
     provenance: Provenance
@@ -56,6 +58,7 @@ class SavedRecord:
     masked: tuple[tuple[int, int], ...]
     digest: str
     injected_at: str | None = None
+    windows: tuple[tuple[float, float], ...] = ()
 
     def __len__(self) -> int:
         return self.samples
@@ -301,6 +304,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         masked=written.masked,
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
+        windows=written.windows or (),
     )
 
 

@@ -11,8 +11,16 @@ from .base import JsonObject, about
 class WrittenRepair(JsonObject, frozen=True, kw_only=True):
     """What was done to the data, once."""
 
-    kind: Literal["tail", "wrap", "clipped", "empty", "clock", "resample", "gaps"]
-    count: Annotated[int, about("Lines left out, jumps undone, samples masked, rows made, gaps.")]
+    kind: Literal[
+        "tail", "wrap", "clipped", "empty", "clock", "resample", "gaps", "shift", "window"
+    ]
+    count: Annotated[
+        int,
+        about(
+            "Lines or samples left out, samples moved, jumps undone, samples masked, rows made, "
+            "gaps."
+        ),
+    ]
     text: str
 
 
@@ -66,6 +74,10 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     injected_at: Annotated[
         Literal["control", "reference"] | UnsetType,
         about("What a recorded test signal was added to."),
+    ] = UNSET
+    windows: Annotated[
+        tuple[tuple[float, float], ...] | UnsetType,
+        about("First and last time of each part of the log that was taken, s; not of a whole one."),
     ] = UNSET
 
 

@@ -30,7 +30,7 @@ from axisid.presentation.formulas import decimals
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
-from .details import details_document
+from .details import checks_table, details_document
 from .moves import band_row, moves_notes
 from .noise import noise_notes, noise_row
 from .physical import physical_notes
@@ -281,6 +281,11 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     passed = tuple(check.name for check in checks if check.status == "pass")
     judged += [CheckGroup("pass", passed)] if passed else []
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
+
+
+def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -> Document:
+    """What was checked of a result, as a verdict and with every check's figures."""
+    return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
 
 
 def left_out_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:

@@ -102,7 +102,7 @@ def test_faults_of_the_record_are_recognised(
     check = check_law(emps, spoil(emps_record))
     assert isinstance(check, LawCheck)
     assert not check.passed
-    assert message in check.meaning
+    assert message in str(check.note)
 
 
 def test_right_law_passes_whatever_the_identification_filters(emps2015: GeneratedAxis) -> None:

@@ -1,5 +1,7 @@
 """Time stamps of many ways give the same seconds; one that may mean two times is refused."""
 
+from datetime import UTC
+
 import numpy as np
 import pytest
 
@@ -98,3 +100,44 @@ def test_what_may_mean_two_times_or_none_is_refused(cells: list[str], row: int, 
         stamp_seconds(cells, StampHistory())
     assert caught.value.row == row
     assert bool(caught.value.why) == bool(why)
+
+
+@pytest.mark.parametrize(
+    ("zone", "start"),
+    [
+        ("Europe/Berlin", (2026, 10, 25, 0, 59, 59)),  # UTC, a second before the clock goes back
+        ("Europe/Berlin", (2026, 3, 29, 0, 59, 59)),  # and before it goes forward
+        ("America/New_York", (2026, 11, 1, 5, 59, 59)),
+        ("America/Argentina/Buenos_Aires", (2026, 11, 1, 5, 59, 59)),
+    ],
+)
+def test_a_zone_of_a_place_counts_through_the_change_of_the_clock(
+    zone: str, start: tuple[int, int, int, int, int, int]
+) -> None:
+    from datetime import datetime, timedelta
+    from zoneinfo import ZoneInfo
+
+    first = datetime(*start, tzinfo=UTC)
+    cells = [
+        (first + timedelta(seconds=k / 4))
+        .astimezone(ZoneInfo(zone))
+        .strftime("%Y-%m-%d %H:%M:%S.%f")
+        + f" {zone}"
+        for k in range(12)
+    ]
+    seconds, _ = stamp_seconds(cells, StampHistory())
+    assert seconds == pytest.approx(0.25 * np.arange(12))
+
+
+def test_zones_of_letters_and_in_brackets_are_read() -> None:
+    cells = ["2026-10-25 02:59:59 CEST", "2026-10-25 02:00:00 CET", "2026-10-25 01:00:01 UTC"]
+    seconds, _ = stamp_seconds(cells, StampHistory())
+    assert seconds == pytest.approx([0.0, 1.0, 2.0])
+    iso = ["2026-02-01T12:00:00+01:00[Europe/Berlin]", "2026-02-01T12:00:01+01:00[Europe/Berlin]"]
+    assert stamp_seconds(iso, StampHistory())[0] == pytest.approx([0.0, 1.0])
+
+
+@pytest.mark.parametrize("zone", ["Mars/Olympus", "XYZ", "ABCD"])
+def test_a_zone_that_is_not_known_is_told(zone: str) -> None:
+    with pytest.raises(NoStampsError, match=f"the zone '{zone}' is not known"):
+        stamp_seconds([f"2026-02-01 12:00:00 {zone}"], StampHistory())

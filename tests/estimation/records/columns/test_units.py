@@ -76,7 +76,7 @@ def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
     rotary: Axis, name: str
 ) -> None:
     log = {"time": TIME, "angle [inc]": VALUES}
-    with refuses("unknown-unit", says="'inc', which is not known; encoder counts: scale"):
+    with refuses("unknown-unit", says="'inc', which is not known; say what one"):
         read_record(log, rotary, columns={"position": name})
     record = read_record(log, rotary, columns={"position": f"{name}:mrad"})
     assert record.position == pytest.approx(1e-3 * VALUES)

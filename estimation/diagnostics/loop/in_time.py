@@ -1,0 +1,152 @@
+"""A control that is logged at another time than it acts, told from a law of another delay.
+
+Both leave the same in the recorded control: it is the declared law's, some samples earlier or
+later. They differ in the motion. A control that is recorded when it acts moves the axis as its
+hold says; one that a logger writes as it is computed moves it whole samples later.
+"""
+
+from dataclasses import dataclass, replace
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_DELAY_DEVIATION,
+    MAX_DELAY_DISTANCE,
+    MAX_MISALIGNMENT,
+)
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
+
+from .alignment import Alignment
+from .control_law import LawCheck, check_law
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceTiming:
+    """How many samples after it is recorded a control or a force acts, beside its hold.
+
+    Attributes
+    ----------
+    role : str
+        ``control`` or ``force``.
+    samples : int
+        Whole ones; negative where it acts before it is recorded.
+    found, deviation : float
+        As the motion shows it, samples.
+    law : LawCheck or Missing
+        With the column moved by so many samples.
+    """
+
+    role: str
+    samples: int
+    found: float
+    deviation: float
+    law: LawCheck | Missing
+
+    @property
+    def shift(self) -> Setting:
+        """What moves the column to where it acts."""
+        return Setting("shift", f"{self.role}={self.samples}")
+
+    @property
+    def text(self) -> str:
+        """What the motion shows."""
+        when = "after" if self.found > 0 else "before"
+        return (
+            f"acts {abs(self.found):.2f} +- {self.deviation:.2g} samples {when} it is recorded, "
+            "its hold apart"
+        )
+
+
+def force_timing(
+    axis: GeneratedAxis, record: Record, profile: Alignment | Missing, held: float
+) -> ForceTiming | Missing:
+    """Whole samples between where a force is recorded and where it acts, or why they are unknown.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    profile : Alignment or Missing
+    held : float
+        The delay that the prefilter takes for the hold, samples.
+    """
+    if isinstance(profile, Missing):
+        return profile
+    if profile.deviation > MAX_DELAY_DEVIATION.value or profile.at_the_end:
+        return Missing("the motion does not show when the force acts")
+    apart = profile.best - held
+    samples = round(apart)
+    margin = max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
+    if abs(apart - samples) > min(margin, 0.5):
+        return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
+    role = "control" if record.force is None else "force"
+    moved = record.shifted(**{role: samples}) if samples else record
+    return ForceTiming(
+        role=role,
+        samples=samples,
+        found=apart,
+        deviation=profile.deviation,
+        law=check_law(axis, moved),
+    )
+
+
+def law_in_time(
+    law: LawCheck | Missing, declared: ControlLaw | None, timing: ForceTiming | Missing
+) -> LawCheck | Missing:
+    """A law check that says which of shift and delay the motion supports, where it is one."""
+    if isinstance(law, Missing) or not law.delay or declared is None or declared.continuous:
+        return law
+    if isinstance(timing, Missing):
+        why = f". Which of them, this record does not tell: {timing}"
+        return replace(law, remedy=Remedy.of(law.remedy, why))
+    if timing.role != "control":
+        return law
+    if not timing.samples:
+        return replace(law, remedy=_of_the_law(law.delay, declared.delay, timing))
+    return replace(
+        law,
+        remedy=Remedy.of(
+            f"the log is to blame, as the control {timing.text}: move it there with ",
+            timing.shift,
+            _and_delay(declared, timing.law),
+        ),
+    )
+
+
+def _of_the_law(shift: int, delay: int, timing: ForceTiming) -> Remedy:
+    """What to do about a law that is not in time with a control that acts when it is recorded."""
+    if delay + shift < 0 and not delay:
+        return Remedy.of(
+            f"and the control {timing.text}: see whether position or reference is written late, "
+            "and move it with ",
+            Setting("shift", f"reference={shift}"),
+            " or the like",
+        )
+    return Remedy.of(
+        f"declare delay={max(delay + shift, 0)}. The motion supports that: the control "
+        f"{timing.text}"
+    )
+
+
+def timing_remedy(timing: ForceTiming | Missing, declared: ControlLaw | None) -> Remedy | None:
+    """What to do about a force that acts whole samples after it is recorded."""
+    if isinstance(timing, Missing) or not timing.samples:
+        return None
+    of_law = None if timing.role == "force" else _and_delay(declared, timing.law)
+    return Remedy.of(
+        f"Where the log writes the {timing.role} "
+        f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, move it "
+        "with ",
+        timing.shift,
+        of_law,
+    )
+
+
+def _and_delay(declared: ControlLaw | None, moved: LawCheck | Missing) -> str:
+    """The delay of the law that goes with a control that was moved, where it is another one."""
+    if declared is None or declared.continuous or isinstance(moved, Missing) or not moved.delay:
+        return ""
+    delay = declared.delay + moved.delay
+    return f", and declare delay={delay}" if delay >= 0 else ""

@@ -1,0 +1,170 @@
+"""Windows of time: what of a log is taken, and which rows that are."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from axisid.estimation.tables import Repair, Samples
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, UsageError
+from axisid.support.given import given
+from axisid.support.real_numbers import is_real
+
+from .repairs import Span
+
+#: First and last time that is taken, s, as the log's own time counts.
+Window = tuple[float, float]
+
+_ROUNDING = 1e-6  # of a step: times are sums
+_GIVE = "give pairs of seconds, such as (2.0, 5.0), with None where a window has no end"
+
+
+def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
+    """Windows in their order, an end that is left open at infinity.
+
+    Raises
+    ------
+    UsageError
+        One is no pair of numbers, ends before it begins, or reaches into another.
+    """
+    if isinstance(windows, (str, bytes)) or not isinstance(windows, Iterable):
+        raise UsageError(f"the windows are {given(windows)}; {_GIVE}.", code="windows")
+    found = sorted(_checked(each) for each in windows)
+    for one, other in pairwise(found):
+        if other[0] < one[1]:
+            raise UsageError(
+                f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
+                "as one.",
+                code="overlapping-windows",
+            )
+    return tuple(found)
+
+
+def _checked(window: object) -> Window:
+    pair = tuple(window) if isinstance(window, (tuple, list)) else ()
+    if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
+        raise UsageError(f"a window is {given(window)}; {_GIVE}.", code="window")
+    start = -math.inf if pair[0] is None else float(pair[0])
+    stop = math.inf if pair[1] is None else float(pair[1])
+    if not start < stop or start == math.inf or stop == -math.inf:
+        raise UsageError(
+            f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
+            "earlier time first.",
+            code="reversed-window",
+        )
+    return start, stop
+
+
+def windows_text(windows: Sequence[Window]) -> str:
+    """Windows as they are said: ``from 2 to 5 s and from 10 s on``."""
+    return " and ".join(_window_text(start, stop) for start, stop in windows)
+
+
+def _window_text(start: float, stop: float) -> str:
+    if math.isinf(start):
+        return f"up to {stop:.9g} s" if math.isfinite(stop) else "of all"
+    return f"from {start:.9g} s on" if math.isinf(stop) else f"from {start:.9g} to {stop:.9g} s"
+
+
+def rows_within(
+    source: str, time: Array, windows: Sequence[Window], fewest: int = 1
+) -> tuple[Span, ...]:
+    """First row and the one after the last of each window.
+
+    A time on the edge of two windows is the earlier one's. Rows without a time belong to those
+    around them.
+
+    Parameters
+    ----------
+    source : str
+        For messages.
+    time : (N,) array
+        s
+    windows : sequence of Window
+    fewest : int
+        Rows that a window needs.
+
+    Raises
+    ------
+    DataError
+        A window is outside the log, or holds too few rows.
+    """
+    known = time[np.isfinite(time)]
+    if not known.size:
+        raise DataError(
+            f"{source}: there is no time for the window {windows_text(windows)}.",
+            code="untimed-window",
+        )
+    first, last = float(known.min()), float(known.max())
+    close = _ROUNDING * float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
+    spans: list[Span] = []
+    for start, stop in windows:
+        if start > last + close or stop < first - close:
+            raise DataError(
+                f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
+                f"time goes from {first:.9g} to {last:.9g} s; give times of the log.",
+                code="window-outside",
+            )
+        inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
+        begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
+        end = int(inside[-1]) + 1 if inside.size else 0
+        if end - begin < fewest:
+            holds = "no sample" if end <= begin else f"{end - begin} samples"
+            raise DataError(
+                f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
+                "longer.",
+                code="empty-window",
+            )
+        spans.append((begin, end))
+    return tuple(spans)
+
+
+def within(
+    source: str, columns: Mapping[str, Samples], windows: Sequence[Window]
+) -> tuple[dict[str, Samples], tuple[Window, ...], Repair]:
+    """The samples of the windows, each column by its own clock.
+
+    Returns
+    -------
+    dict of str to Samples
+    tuple of Window
+        As far as the position's clock reaches.
+    Repair
+    """
+    clock = columns["position"].clock
+    assert clock is not None  # noqa: S101  # every column has one by now
+    own = rows_within(source, clock, windows)
+    kept = {
+        role: _taken(samples, rows_within(f"{source}, {role}", samples.clock, windows))
+        for role, samples in columns.items()
+        if samples.clock is not None
+    }
+    first, last = float(np.nanmin(clock)), float(np.nanmax(clock))
+    reached = tuple((max(start, first), min(stop, last)) for start, stop in windows)
+    return kept, reached, window_repair(windows, own, len(clock))
+
+
+def _taken(samples: Samples, spans: Sequence[Span]) -> Samples:
+    clock = samples.clock
+    assert clock is not None  # noqa: S101
+    return replace(
+        samples,
+        values=np.concatenate([samples.values[a:b] for a, b in spans]),
+        clock=np.concatenate([clock[a:b] for a, b in spans]),
+    )
+
+
+def window_repair(windows: Sequence[Window], spans: Sequence[Span], rows: int) -> Repair:
+    """What is said of windows, and of how many rows are left out."""
+    left = rows - sum(stop - start for start, stop in spans)
+    each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
+    text = f"only {windows_text(windows)} taken{each}: {left} of {rows} samples left out"
+    return Repair(kind="window", count=left, text=text)
+
+
+def edges(windows: Sequence[Window]) -> Array:
+    """Times between windows that follow one another, at which a log is cut."""
+    return np.array([(one[1] + other[0]) / 2 for one, other in pairwise(windows)])

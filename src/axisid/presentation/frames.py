@@ -1,0 +1,115 @@
+"""Results as dataframes of pandas or polars, whichever is asked for or installed."""
+
+from collections.abc import Iterable, Mapping
+from functools import singledispatch
+from importlib.util import find_spec
+from typing import Any
+
+from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.identification import Identification
+from axisid.estimation.records import Record
+from axisid.estimation.studies import Sweep
+from axisid.presentation.saved import SavedEstimate, SavedIdentification
+from axisid.support.errors import UsageError
+from axisid.support.given import given, is_among
+from axisid.support.presentable import Presentable
+
+_LIBRARIES = ("pandas", "polars")
+
+Row = dict[str, Any]
+
+
+def frame_of(result: Presentable, library: str | None) -> Any:
+    """A result as a dataframe, see `Presentable.to_frame`."""
+    name = _library(library)
+    columns = columns_of(result)
+    if name == "pandas":
+        import pandas as pd  # type: ignore[import-untyped]
+
+        return pd.DataFrame(columns)
+    import polars as pl
+
+    return pl.DataFrame(columns)
+
+
+def _library(library: str | None) -> str:
+    if library is None:
+        library = next((name for name in _LIBRARIES if find_spec(name)), None)
+        if library is None:
+            raise UsageError(
+                "a dataframe needs pandas or polars; run: pip install pandas", code="no-dataframes"
+            )
+    if not is_among(library, _LIBRARIES):
+        raise UsageError(
+            f"there is no dataframe of {given(library)}; give pandas or polars.",
+            code="unknown-dataframe",
+        )
+    if find_spec(library) is None:
+        raise UsageError(
+            f"{library} is not installed; run: pip install {library}", code="missing-dataframe"
+        )
+    return library
+
+
+@singledispatch
+def columns_of(result: Presentable) -> Mapping[str, Any]:
+    """The columns of a result's dataframe by name."""
+    raise UsageError(
+        f"a {type(result).__name__} has no table of numbers; see its to_dict().", code="no-frame"
+    )
+
+
+def _of_estimate(result: Estimate | SavedEstimate) -> Mapping[str, Any]:
+    return _columns(_rows(result))
+
+
+def _of_identification(result: Identification | SavedIdentification) -> Mapping[str, Any]:
+    return _columns(row for estimate in result.estimates.values() for row in _rows(estimate))
+
+
+def _of_sweep(result: Sweep) -> Mapping[str, Any]:
+    return _columns(
+        {"cutoff": cutoff, **row}
+        for cutoff, found in zip(result.cutoffs, result.results, strict=True)
+        for estimate in found.estimates.values()
+        for row in _rows(estimate)
+    )
+
+
+def _of_record(result: Record) -> Mapping[str, Any]:
+    return result.channels()
+
+
+columns_of.register(Estimate, _of_estimate)
+columns_of.register(SavedEstimate, _of_estimate)
+columns_of.register(Identification, _of_identification)
+columns_of.register(SavedIdentification, _of_identification)
+columns_of.register(Sweep, _of_sweep)
+columns_of.register(Record, _of_record)
+
+
+def _rows(estimate: Estimate | SavedEstimate) -> Iterable[Row]:
+    """A row for each parameter."""
+    for name, value in estimate.parameters.items():
+        yield {"method": estimate.method, "parameter": name, **_row(value)}
+
+
+def _row(value: Value) -> Row:
+    low, high = value.interval
+    return {
+        "unit": value.unit,
+        "value": value.value,
+        "corrected": value.corrected,
+        "sd_hac": value.sd_hac,
+        "lower_95": low,
+        "upper_95": high,
+        "sd_iid": value.sd,
+        "sd_gain": value.sd_gain,
+        "filter_bias": value.filter_bias,
+        "interval_covariance": value.chosen,
+    }
+
+
+def _columns(rows: Iterable[Row]) -> dict[str, list[Any]]:
+    listed = [*rows]
+    return {name: [row[name] for row in listed] for name in (listed[0] if listed else ())}

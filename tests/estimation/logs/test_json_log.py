@@ -1,0 +1,119 @@
+"""Logs in JSON, of every shape that writers give them."""
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import DataError, read_record
+
+TIME = 1e-3 * np.arange(200)
+COLUMNS: dict[str, list[float]] = {
+    "time": TIME.tolist(),
+    "position": np.sin(20 * TIME).tolist(),
+    "control": np.cos(20 * TIME).tolist(),
+}
+ROWS = [list(row) for row in zip(*COLUMNS.values(), strict=True)]
+RECORDS = [dict(zip(COLUMNS, row, strict=True)) for row in ROWS]
+NUMBERED = {"time": "#1", "position": "#2", "control": "#3"}
+
+
+def lines(each: Any) -> str:
+    return "\n".join(map(json.dumps, each))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("arrays.json", json.dumps(COLUMNS)),
+        ("below.json", json.dumps({"log": {"axis": COLUMNS}, "made by": "a drive"})),
+        (
+            "unit.json",
+            json.dumps(
+                {
+                    **COLUMNS,
+                    "position": {"unit": "m", "values": COLUMNS["position"]},
+                    "time [ms]": (1e3 * TIME).tolist(),
+                }
+                | {"time": None}
+            ),
+        ),
+        ("records.json", json.dumps(RECORDS)),
+        ("nested.json", json.dumps([{"axis": record} for record in RECORDS])),
+        ("rows.json", json.dumps([[*COLUMNS], *ROWS])),
+        ("split.json", json.dumps({"columns": [*COLUMNS], "data": ROWS})),
+        (
+            "pandas.json",
+            json.dumps({k: {str(i): x for i, x in enumerate(v)} for k, v in COLUMNS.items()}),
+        ),
+        ("records.jsonl", lines(RECORDS)),
+        ("records.ndjson", lines(RECORDS) + "\n\n"),
+        ("rows.jsonl", lines([[*COLUMNS], *ROWS])),
+    ],
+)
+def test_every_shape_is_the_same_record(tmp_path: Path, name: str, text: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    record = read_record(file)
+    assert record.position == pytest.approx(COLUMNS["position"], abs=1e-15)
+    assert record.time == pytest.approx(TIME, abs=1e-12)
+    assert np.asarray(record.control) == pytest.approx(COLUMNS["control"], abs=1e-15)
+
+
+def test_rows_without_names_are_called_by_number(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    file.write_text(lines(ROWS))
+    assert len(read_record(file, columns=NUMBERED)) == len(TIME)
+
+
+def test_time_stamps_and_packed_files_are_read(tmp_path: Path) -> None:
+    stamps = [f"2026-02-01T12:00:00.{round(1e3 * t):03d}Z" for t in TIME]
+    file = tmp_path / "log.jsonl.gz"
+    records = [{**r, "time": s} for r, s in zip(RECORDS, stamps, strict=True)]
+    file.write_bytes(gzip.compress(lines(records).encode()))
+    record = read_record(file)
+    assert record.time == pytest.approx(TIME, abs=1e-9)
+    assert "time stamps counted from the first" in " ".join(record.provenance.assumed)
+
+
+def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
+    file = tmp_path / "log.json"
+    lacking = [dict(record) for record in RECORDS]
+    del lacking[7]["position"]
+    lacking[9]["position"] = None  # type: ignore[assignment]
+    file.write_text(json.dumps(lacking))
+    with pytest.raises(DataError, match=r"nan in data row 8 \(2 of 200"):
+        read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("log.json", "{1", "is no JSON: expecting property name"),
+        ("log.jsonl", '{"time": 1}\n{"time":', "line 2 is no JSON"),
+        ("log.json", "[" * 100_000, "nested too deep"),
+        ("log.json", '{"a": "b"}', "holds no columns of numbers; give arrays by name"),
+        ("log.json", "[]", "holds no columns of numbers"),
+        ("log.json", "3", "holds no columns of numbers"),
+        ("log.json", "[[1, 2], [3]]", "holds no columns of numbers"),
+        ("log.json", '{"a": [[1], [2]], "b": ["x", "y"]}', "b: text"),
+        ("log.json", '{"schema": "axisid.stream/1"}', "a result of axisid"),
+        ("log.csv", json.dumps(RECORDS), "give the file the ending .json, or .jsonl"),
+    ],
+)
+def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    with pytest.raises(DataError, match=said):
+        read_record(file)
+
+
+def test_a_document_larger_than_the_room_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "log.json"
+    file.write_text(json.dumps(RECORDS * 100))
+    with pytest.raises(DataError) as refused:
+        read_record(file, max_memory=1e6)
+    assert "memory" in str(refused.value)

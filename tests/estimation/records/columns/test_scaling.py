@@ -1,0 +1,263 @@
+"""What a column's numbers mean, read exactly, and mistakes told with their place."""
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axisid import (
+    AxisidError,
+    Column,
+    Coordinate,
+    DataError,
+    ModelError,
+    Parameter,
+    UsageError,
+    load_axis,
+    newton,
+    read_record,
+    twin_record,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import Drive
+from axisid.estimation.records.columns.scaling import ScalingError, is_scaling, read_scaling
+from axisid.estimation.tables import exact_unit, known_unit
+from axisid.estimation.tables.unit_labels import _FACTORS
+from axisid.modeling import LIBRARY
+
+TIME = 1e-3 * np.arange(200)
+COUNTS = np.round(2000 * np.sin(20 * TIME)) + 17
+
+
+def log(**changes: Any) -> dict[str, Any]:
+    return {"time": TIME, "position": COUNTS, "control": np.cos(20 * TIME)} | changes
+
+
+@pytest.mark.parametrize(
+    ("text", "own", "factor", "offset"),
+    [
+        ("counts*360deg/4096/50", "", 2 * math.pi / (4096 * 50), 0.0),
+        ("counts*360deg/4096/50+0.2deg", "", 2 * math.pi / 204800, math.pi / 900),
+        ("360deg/4096", "", 2 * math.pi / 4096, 0.0),
+        ("*360deg/4096", "inc", 2 * math.pi / 4096, 0.0),
+        ("ticks * 1 rev / 4096 - 2048 ticks", "", 2 * math.pi / 4096, -math.pi),
+        ("mm/50", "", 2e-5, 0.0),
+        ("/50", "mm", 2e-5, 0.0),
+        ("counts*-360deg/4096", "", -2 * math.pi / 4096, 0.0),
+        ("mm*-1-2mm", "", -1e-3, -2e-3),
+        ("mm*2-1.5mm", "", 2e-3, -1.5e-3),
+        ("V*10mm/1V-2.5V", "", 1e-2, -2.5e-2),
+        ("1e-3mm", "", 1e-6, 0.0),
+        ("inc*.5um", "", 5e-7, 0.0),
+        ("rpm*2", "", 2 * math.pi / 30, 0.0),
+        ("m/s**2*3", "", 3.0, 0.0),
+        ("m/s^-2*3", "", 3.0, 0.0),
+    ],
+)
+def test_a_scaling_is_read_to_the_last_bit(
+    text: str, own: str, factor: float, offset: float
+) -> None:
+    assert is_scaling(text)
+    found = read_scaling(text, own)
+    assert float(found.of) == pytest.approx(factor, rel=2.3e-16)
+    assert float(found.offset or 0.0) == pytest.approx(offset, rel=2.3e-16)
+
+
+@pytest.mark.parametrize("text", ["mm", "mm/s", "1/min", "N m", "m/s^2", "kg m^2/s^2", "", "q.x"])
+def test_a_unit_is_no_scaling(text: str) -> None:
+    assert not is_scaling(text)
+
+
+@pytest.mark.parametrize("unit", [*_FACTORS])
+def test_every_unit_is_known_exactly(unit: str) -> None:
+    exact, known = exact_unit(unit), known_unit(unit)
+    assert exact is not None
+    assert known is not None
+    assert float(exact.factor) * math.pi**exact.turns == pytest.approx(known[0], rel=4e-16)
+    assert exact.factor.denominator <= 10**10
+
+
+@given(
+    st.lists(st.fractions(Fraction(1, 9), 99, max_denominator=9), min_size=1, max_size=5),
+    st.sampled_from(["mm", "deg", "counts", "V"]),
+)
+def test_factors_are_multiplied_as_fractions(factors: list[Fraction], unit: str) -> None:
+    text = unit + "".join(f"*{f.numerator}/{f.denominator}" for f in factors)
+    found = read_scaling(text)
+    plain = read_scaling(f"{unit}*1")
+    assert found.of.value == plain.of.value * math.prod(factors)
+
+
+@pytest.mark.parametrize(
+    ("text", "letter", "said"),
+    [
+        ("counts*36Odeg", 10, "'Odeg' is no unit that is known"),
+        ("counts*360dag/3", 11, "'dag' is no unit"),
+        ("furlongs*3", 1, "'furlongs' is no unit"),
+        ("counts*360deg+3", 14, "an offset needs its unit"),
+        ("counts*360deg+1deg*3", 19, "the offset comes last, and once"),
+        ("counts*360deg+1deg-2deg", 19, "the offset comes last, and once"),
+        ("counts*3counts", 8, "one count is a length or an angle"),
+        ("counts*0deg", 8, "a factor of 0"),
+        ("mm/0", 4, "a factor of 0"),
+        ("mm+2V", 3, "an offset in V does not add to m"),
+    ],
+)
+def test_a_mistake_is_told_with_its_place(text: str, letter: int, said: str) -> None:
+    with pytest.raises(ScalingError, match=said) as refused:
+        read_scaling(text)
+    assert refused.value.letter == letter
+    with pytest.raises(UsageError, match=f"at letter {letter}, ") as told:
+        read_record(log(), columns={"position": f"position:{text}"})
+    assert told.value.code == "no-scaling"
+
+
+def test_counts_are_scaled_in_every_way_alike() -> None:
+    each = 2 * math.pi / (4096 * 50)
+    for column in (
+        "position:counts*360deg/4096/50",
+        "#2:360deg/4096/50",
+        Column("position", resolution=4096, gear=50),
+        Column(2, unit="inc", scale="360deg/204800"),
+        "position:counts*-360deg/-204800",
+    ):
+        record = read_record(log(), columns={"position": column})
+        assert record.position == pytest.approx(each * COUNTS, rel=1e-15)
+    (told,) = [said for said in record.provenance.assumed if "position" in said]
+    assert "3.06796158e-05 rad each" in told
+
+
+def test_a_scale_turns_the_sign() -> None:
+    column = Column("position", resolution=4096, scale=-1)
+    record = read_record(log(), columns={"position": column})
+    assert record.position == pytest.approx(-2 * math.pi / 4096 * COUNTS)
+
+
+def test_an_axis_declares_it_once(tmp_path: Any) -> None:
+    given = {"position": Column("position", resolution=4096, gear="121/3", offset="-0.2deg")}
+    text = "position:counts*1rev/4096/121*3-0.2deg"
+    assert str(given["position"]) == text
+    q, J = Coordinate("q", "rad"), Parameter("J", "kg m^2")
+    axis = newton(
+        "a",
+        coordinate=q,
+        parameters=(J,),
+        inertia=J,
+        resistance=0,
+        drive=Drive(gain=1.0, unit="A"),
+        columns=given,
+    )
+    assert axis.columns["position"] == text
+    file = tmp_path / "a.toml"
+    file.write_text(
+        'name = "a"\n[coordinate]\nname = "q"\nunit = "rad"\n[parameters.J]\nunit = "kg m^2"\n'
+        '[newton]\ninertia = "J"\n[drive]\ngain = 1\nunit = "A"\n[columns]\ntime = "time"\n'
+        'position = { name = "position", resolution = 4096, gear = "121/3", offset = "-0.2deg" }\n'
+    )
+    loaded = load_axis(file)
+    assert loaded.columns["position"] == text
+    for each in (axis, loaded):
+        record = read_record(log(), each)
+        expected = 2 * math.pi * 3 / (4096 * 121) * COUNTS - math.pi / 900
+        assert record.position == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("{ unit = 'mm' }", "name: it is missing"),
+        ("{ name = 'q', gears = 3 }", "there is no such key"),
+        ("{ name = 'q', gear = -3 }", "the gear of a column is -3; give a positive number"),
+        ("{ name = 'q', gear = 'x' }", "the gear of a column is 'x'"),
+        ("{ name = 'q', scale = 'deg' }", "the scale of a column is 'deg'; give a quantity"),
+        ("{ name = 'q', offset = 0.2 }", "the offset of a column is 0.2; give a text"),
+        ("{ name = 'q', unit = 'mm', resolution = 4096 }", "leave one of them out"),
+        ("{ name = 'q', scale = 0 }", "the scale of a column is 0; give a number other than 0"),
+        ("{ name = 0 }", "give a text, or its number from 1"),
+    ],
+)
+def test_a_column_of_an_axis_file_that_is_none_is_told_with_its_key(
+    tmp_path: Any, entry: str, said: str
+) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(
+        'name = "a"\n[coordinate]\nname = "q"\nunit = "rad"\n[parameters.J]\nunit = "kg m^2"\n'
+        f'[newton]\ninertia = "J"\n[drive]\ngain = 1\nunit = "A"\n[columns]\nposition = {entry}\n'
+    )
+    with pytest.raises(ModelError) as refused:
+        load_axis(file)
+    assert "columns.position" in str(refused.value)
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("position:counts", "say what one of these counts is"),
+        ("position:counts/4096", "does not say what one count is"),
+        ("position:counts*5mm/4096", "which is m, but the position is measured in rad"),
+        ("position:V*2", "but the position is measured in rad"),
+    ],
+)
+def test_a_scaling_that_gives_no_position_is_refused(
+    emps2015: GeneratedAxis, column: str, said: str
+) -> None:
+    with pytest.raises(UsageError, match=said):
+        read_record(log(), load_axis("pendulum"), columns={"position": column})
+
+
+def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:
+    with pytest.raises(DataError, match=r"whole numbers alone, from -1470 to 2017") as refused:
+        read_record(log())
+    assert refused.value.code == "whole-numbers"
+    assert "position:counts*360deg/4096" in str(refused.value)
+    assert len(read_record(log(), columns={"position": "position:rad"})) == len(TIME)
+
+
+def test_right_logs_are_not_told_to_be_counts() -> None:
+    """Rounded to an encoder's steps, to decimals, at rest, of few samples."""
+    for position in (
+        2 * math.pi / 4096 * COUNTS,
+        np.round(0.5 * np.sin(20 * TIME), 3),
+        np.round(np.sin(5 * TIME)),
+        1e-3 * COUNTS,
+    ):
+        assert len(read_record(log(position=position))) == len(TIME)
+    for name in LIBRARY:
+        axis = load_axis(name)
+        twin = twin_record(axis)
+        assert len(read_record(dict(twin.channels()), replace_columns(axis))) == len(twin)
+
+
+def replace_columns(axis: Any) -> Any:
+    from dataclasses import replace
+
+    return replace(axis, columns={})
+
+
+def test_columns_go_by_number_also_without_a_header(tmp_path: Any) -> None:
+    file = tmp_path / "log.csv"
+    rows = np.column_stack([TIME, COUNTS, np.cos(20 * TIME)])
+    np.savetxt(file, rows, delimiter=";")
+    columns = {"time": "#1", "position": "#2:360deg/4096", "control": "#3"}
+    record = read_record(file, columns=columns)
+    assert record.position == pytest.approx(2 * math.pi / 4096 * COUNTS)
+    assert "no header row" in " ".join(record.provenance.assumed)
+    with pytest.raises(DataError, match="found #1, #2, #3"):
+        read_record(file)
+    with pytest.raises(AxisidError, match="no column '#4'"):
+        read_record(file, columns={**columns, "control": "#4"})
+
+
+def test_a_number_counts_columns_that_hold_text_or_have_no_name(tmp_path: Any) -> None:
+    file = tmp_path / "log.csv"
+    lines = [f"{t:.3f};on;{x:.6f};{u:.6f}" for t, x, u in zip(TIME, TIME**2, TIME, strict=True)]
+    file.write_text("\n".join(["t;state;;u", *lines]))
+    columns = {"time": "#1", "position": "#3", "control": "#4"}
+    assert read_record(file, columns=columns).position == pytest.approx(TIME**2, abs=1e-6)
+    frame = {"time": TIME, "state": np.array(["on"] * 200), "x": TIME**2, "u": TIME}
+    assert read_record(frame, columns=columns).position == pytest.approx(TIME**2)

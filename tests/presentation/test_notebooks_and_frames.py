@@ -1,0 +1,133 @@
+"""Results in notebooks, as dataframes, and on axes that a script made."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Identification,
+    Record,
+    UsageError,
+    identify,
+    load_axis,
+    load_result,
+    read_record,
+    sweep,
+)
+from axisid.codegen.artefacts import GeneratedAxis
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_a_result_is_a_dataframe_of_its_parameters(
+    result: Identification, tmp_path: Path, library: str
+) -> None:
+    pytest.importorskip(library)
+    frame = result.to_frame(library)
+    assert type(frame).__module__.startswith(library)
+    assert len(frame) == sum(len(e.parameters) for e in result.estimates.values())
+    rows = frame.to_dict("records") if library == "pandas" else frame.to_dicts()
+    first = next(row for row in rows if (row["method"], row["parameter"]) == ("idm-iv", "M"))
+    value = result["idm-iv"].parameters["M"]
+    assert (first["value"], first["sd_hac"], first["unit"]) == (value.value, value.sd_hac, "kg")
+    assert (first["lower_95"], first["upper_95"]) == value.interval
+    assert len(result["idm-ls"].to_frame(library)) == 3
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    assert load_result(file).to_frame(library).equals(frame)
+    assert len(result.record.to_frame(library)) == len(result.record)
+
+
+def test_a_sweep_is_a_dataframe_too(emps2015: GeneratedAxis, twin: Record) -> None:
+    pytest.importorskip("pandas")
+    found = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"])
+    frame = found.to_frame("pandas")
+    assert sorted(set(frame["cutoff"])) == [40.0, 60.0]
+    assert len(frame) == 6
+
+
+def test_what_is_no_library_or_no_table_is_refused(
+    result: Identification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(UsageError, match="give pandas or polars"):
+        result.to_frame("excel")
+    with pytest.raises(UsageError, match="has no table of numbers"):
+        result.diagnosis.to_frame()
+    monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
+    with pytest.raises(UsageError, match="pip install pandas"):
+        result.to_frame()
+    with pytest.raises(UsageError, match="pip install polars"):
+        result.to_frame("polars")
+
+
+def test_diagnosis_and_axis_have_tables_in_notebooks(result: Identification) -> None:
+    shown = result.diagnosis._repr_html_()
+    assert "<table" in shown
+    assert "control law" in shown
+    assert "control law" in result.diagnosis.summary()
+    assert result.diagnosis.to_dict()["judged"] == "idm-iv"
+    json.dumps(result.diagnosis.to_dict())
+    axis = load_axis("pendulum")._repr_html_()
+    assert "pendulum" in axis
+    assert "fv" in axis
+
+
+@pytest.mark.parametrize(
+    "what",
+    ["force", "autocorrelation", "spectrum", "convergence", "friction", "tracking", "record"],
+)
+def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, what: str) -> None:
+    from matplotlib.figure import Figure
+
+    panels = len(result.plot(what).axes)
+    figure = Figure()
+    axes = figure.subplots(panels, 1, squeeze=False)[:, 0]
+    named = getattr(result, f"plot_{what}")
+    assert result.plot(what, ax=axes) is figure
+    assert all(each.has_data() for each in axes)
+    assert named(ax=figure.subplots(panels, 1)) is figure
+    with pytest.raises(UsageError, match=f"has {panels} panels, and ax {panels + 1} axes"):
+        result.plot(what, ax=figure.subplots(panels + 1, 1))
+    with pytest.raises(UsageError, match="give axes of Matplotlib"):
+        result.plot(what, ax="here")
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_dataframes_are_read_without_another_library(
+    monkeypatch: pytest.MonkeyPatch, library: str
+) -> None:
+    module: Any = pytest.importorskip(library)
+    monkeypatch.setattr("axisid.estimation.logs.columnar.find_spec", lambda _: None)
+    time = 1e-3 * np.arange(300)
+    columns = {"time": time, "position": np.sin(20 * time), "control": np.cos(20 * time)}
+    record = read_record(module.DataFrame(columns))
+    assert np.array_equal(record.position, columns["position"])
+
+
+def test_what_pandas_has_of_its_own_is_read_without_another_library(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pd = pytest.importorskip("pandas")
+    monkeypatch.setattr("axisid.estimation.logs.columnar.find_spec", lambda _: None)
+    time = 1e-3 * np.arange(300)
+    stamps = pd.date_range("2026-10-25 00:59:59.9", periods=300, freq="ms", tz="UTC")
+    frame = pd.DataFrame(
+        {
+            "time": stamps.tz_convert("Europe/Berlin"),
+            "position": pd.array(np.sin(20 * time), dtype="Float64"),
+            "control": np.cos(20 * time),
+        }
+    )
+    record = read_record(frame)
+    assert record.time == pytest.approx(time, abs=1e-9)
+    assert record.position == pytest.approx(np.sin(20 * time))
+    frame.columns = ["time", "position", "position"]
+    with pytest.raises(Exception, match="more than once; rename one"):
+        read_record(frame)
