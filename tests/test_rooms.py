@@ -34,6 +34,7 @@ FLOORS = (
     ("estimation.records",),
     ("estimation.signals",),
     ("estimation.simulation",),
+    ("estimation.loops",),
     ("estimation.regression",),
     ("estimation.joint",),
     ("estimation.problems",),

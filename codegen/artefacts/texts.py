@@ -25,7 +25,7 @@ from axisid.modeling.wording import derived_sections
 from axisid.support.missing import Missing
 
 #: Counts changes of what is emitted; part of every signature.
-SCHEMA = 5
+SCHEMA = 6
 
 FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "functions.py",

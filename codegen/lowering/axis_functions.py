@@ -9,6 +9,7 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import (
+    BALANCED,
     DIRECTION,
     FORCE,
     MEASURED_POSITION,
@@ -112,7 +113,8 @@ def _state(law: ControlLaw) -> tuple[str, ...]:
 def _control_start(model: AxisModel, law: ControlLaw) -> Program:
     arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
     builder = arguments.builder
-    lowering = Lowering(builder, arguments.values)
+    # What balances is found where the load is known.
+    lowering = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
     memory = [lowering(memory.start) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}

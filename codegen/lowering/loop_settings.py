@@ -25,6 +25,24 @@ STUCK = 1 - 2.0**-53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LoopStart:
+    """Where a simulation starts.
+
+    Attributes
+    ----------
+    position : float or (B,) array
+        By lane for a batch, as all others.
+    velocity : float or (B,) array
+    memory : (m,) or (B, m) array or None
+        What the drive remembers, in the order of ``control_start``; None for an axis at rest.
+    """
+
+    position: Any
+    velocity: Any = 0.0
+    memory: Any = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
     """What a simulation needs beside its signals.
 

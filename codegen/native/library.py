@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
+from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
 from axisid.codegen.runtime import checked_arguments, is_scalar
 from axisid.support.arrays import Array
 
@@ -85,7 +85,7 @@ class NativeLibrary:
         noise: Array | None,
         injected: Array | None,
         parameters: Array,
-        start: float,
+        start: LoopStart,
         settings: LoopSettings,
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation, with a test signal added to the control or without.
@@ -108,7 +108,9 @@ class NativeLibrary:
                 len(reference),
                 *(reference, noise, injected, parameters),
                 float(settings.period),
-                float(start),
+                float(start.position),
+                float(start.velocity),
+                start.memory,
                 float(settings.resolution),
                 float(settings.allowed),
                 int(settings.substeps),
@@ -126,7 +128,7 @@ class NativeLibrary:
         noise: Array | None,
         injected: Array | None,
         parameters: Array,
-        start: Array,
+        start: LoopStart,
         settings: LoopSettings,
         wanted: Sequence[str],
         threads: int,
@@ -140,7 +142,8 @@ class NativeLibrary:
         injected : (N,) or (N, B) array or None
             Added to the control.
         parameters : (B, p) array, contiguous
-        start : (B,) array, contiguous
+        start : LoopStart
+            By lane, its arrays contiguous.
         settings : LoopSettings
         wanted : sequence of str
             Of `SIGNALS`; what is not wanted takes no memory.
@@ -169,7 +172,9 @@ class NativeLibrary:
                 *_strided(noise, first),
                 *_strided(injected, first),
                 parameters[first:],
-                start[first:],
+                start.position[first:],
+                start.velocity[first:],
+                None if start.memory is None else start.memory[first:],
                 settings.allowed[first:],
                 float(settings.period),
                 float(settings.resolution),

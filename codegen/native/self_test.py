@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.accuracy import rounding_bounds
-from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop, by_sample, is_scalar
 from axisid.codegen.thresholds.generation import (
     MAX_FUNCTION_DIFFERENCE,
@@ -125,7 +125,7 @@ class _Lanes:
     reference: Array
     noise: Array
     injected: Array
-    start: Array
+    start: LoopStart
     parameters: Array
     settings: LoopSettings
 
@@ -134,6 +134,15 @@ class _Lanes:
         reference, noise, injected = self.reference[:, lane], self.noise[:, lane], self.injected
         given = (reference.copy(), noise.copy(), injected[:, lane].copy())
         return given, replace(self.settings, allowed=float(self.settings.allowed[lane]))
+
+    def start_of(self, lane: int, scale: float = 1.0) -> LoopStart:
+        """Where a lane starts, or a little off."""
+        start = self.start
+        return LoopStart(
+            position=start.position[lane] * scale,
+            velocity=start.velocity[lane] * scale,
+            memory=start.memory[lane] * scale,
+        )
 
 
 def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps: int) -> None:
@@ -154,7 +163,7 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
     )
     for lane, pair in zip(_TRIED, pairs, strict=True):
         given, own = lanes.one(lane)
-        one = library.simulate(*given, lanes.parameters[lane], lanes.start[lane], own)
+        one = library.simulate(*given, lanes.parameters[lane], lanes.start_of(lane), own)
         beside = {name: values[:, lane] for name, values in batch.items()}
         for got in (one, (int(statuses[lane]), int(ends[lane]), beside)):
             if not _same(got, *pair):
@@ -180,7 +189,29 @@ def _lanes(functions: Mapping[str, Any], substeps: int) -> _Lanes:
         period=_STEP, resolution=0.0 if continuous else 1e-6, allowed=allowed, substeps=substeps
     )
     injected = 0.1 * sizes * rng.normal(size=reference.shape)
-    return _Lanes(reference, noise, injected, start, parameters, settings)
+    begins = LoopStart(
+        position=start,
+        velocity=_moving(rng, sizes),
+        memory=_remembered(functions, rng, reference[0], start),
+    )
+    return _Lanes(reference, noise, injected, begins, parameters, settings)
+
+
+def _moving(rng: np.random.Generator, sizes: Array) -> Array:
+    """Velocities of which every other lane has none."""
+    speeds = 0.1 * sizes * rng.normal(size=len(sizes))
+    return np.asarray(np.where(np.arange(len(sizes)) % 2, speeds, 0.0))
+
+
+def _remembered(
+    functions: Mapping[str, Any], rng: np.random.Generator, reference: Array, start: Array
+) -> Array:
+    """What the drive remembers of an axis at rest, in every other lane a tenth off."""
+    begin = functions["control_start"]
+    at_rest = [begin(*each).full().ravel() for each in zip(reference, start, strict=True)]
+    some = np.where(np.arange(len(start)) % 2, 0.1, 0.0)[:, None]
+    memory = np.array(at_rest).reshape(len(start), -1)
+    return np.asarray(memory * (1 + some * rng.choice([-1, 1], memory.shape)))
 
 
 def _expected(
@@ -190,11 +221,11 @@ def _expected(
     rng = np.random.default_rng(seed)
     for lane in _TRIED:
         given, own = lanes.one(lane)
-        start, parameters = lanes.start[lane], lanes.parameters[lane]
+        parameters = lanes.parameters[lane]
         off = parameters * (1 + _LITTLE * rng.choice([-1, 1], len(parameters)))
         yield (
-            VirtualLoop(functions, parameters, own).run(*given, start),
-            VirtualLoop(functions, off, own).run(*given, start * (1 + _LITTLE)),
+            VirtualLoop(functions, parameters, own).run(*given, lanes.start_of(lane)),
+            VirtualLoop(functions, off, own).run(*given, lanes.start_of(lane, 1 + _LITTLE)),
         )
 
 

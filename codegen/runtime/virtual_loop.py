@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings
+from axisid.codegen.lowering import RESOLVED, SIGNALS, STATUSES, STUCK, LoopSettings, LoopStart
 from axisid.support.arrays import Array
 
 from .virtual_plant import BufferedFunction, Mode, StepResult, VirtualPlant
@@ -48,17 +48,18 @@ class VirtualLoop:
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
-        self, reference: Array, noise: Array | None, injected: Array | None, start: float
+        self, reference: Array, noise: Array | None, injected: Array | None, start: LoopStart
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
-        q, dq, end = start, 0.0, 0.0
+        q, dq, end = float(start.position), float(start.velocity), 0.0
         mode = self._plant.beyond(q, dq, Mode(0.0, (0.0,) * self._plant.sides), 0)
-        measured = start + self._encoder(start, noise[0])
-        state = self._law_start(reference[0], measured).full().ravel()
+        state = start.memory
+        if state is None:
+            state = self._law_start(reference[0], q + self._encoder(q, noise[0])).full().ravel()
         self._loop_step.arguments["state"][:] = state
         for k in range(samples):
             if not abs(q - reference[k]) <= settings.allowed:

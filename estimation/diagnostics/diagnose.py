@@ -152,9 +152,8 @@ def _filter_bias(case: Case) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    hold = str(case.data.prefilter.hold)
     remedy = timing_remedy(case.timing, case.data.axis.axis.control)
-    return alignment_check(case.preferred, case.alignment, hold, weak=case.weak, remedy=remedy)
+    return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak, remedy=remedy)
 
 
 def _near_reversals(case: Case) -> Check | Missing | None:

@@ -181,7 +181,7 @@ class Case:
         data, profile = self.data, self.alignment
         if self.weak:
             return Missing("the instruments are too weak to measure a delay")
-        return force_timing(data.axis, data.record, profile, str(data.prefilter.hold))
+        return force_timing(data.axis, data.record, profile, data.hold_delay)
 
     @cached_property
     def instruments(self) -> InstrumentTests | None:

@@ -27,6 +27,7 @@ from .known import Known
 #: The drive gain among the parameters of several records.
 GAIN = "drive_gain"
 
+_SAME = 1e-9  # of a column
 _Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
 
 
@@ -330,7 +331,7 @@ def _tells_gain(members: Sequence[Member]) -> bool:
     size = np.linalg.norm(into, axis=0)
     columns = into / np.where(size > 0, size, 1.0)
     left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
-    return bool(np.linalg.norm(left) > 1e-9 * np.linalg.norm(offset))
+    return bool(np.linalg.norm(left) > _SAME * np.linalg.norm(offset))
 
 
 def _gain(axis: GeneratedAxis) -> Parameter:

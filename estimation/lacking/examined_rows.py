@@ -197,7 +197,7 @@ def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:
 
 
 def _starts(apart: Array, data: FilteredRecord) -> tuple[Span, ...]:
-    """Where a loop that begins at rest has not caught up with a segment that begins in motion."""
+    """Where a loop has not caught up with a segment that it does not begin like."""
     reach = 2 * data.sampling.filter.turn_reach
     most = MAX_STARTING_SPEED.value * float(np.abs(data.signals.velocity).max())
     found = []

@@ -8,6 +8,7 @@ is simulated with least squares turns where the axis does, and has no noise.
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import mean_until_next
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.regression import simulated_position
@@ -30,6 +31,7 @@ def bound_record(
         As `FilteredRecord.bind` does.
     """
     data = FilteredRecord.bind(axis, record, prefilter, fastest)
+    data = data.with_mean_control(mean_until_next(axis, record))
     if data.prefilter.reversals != "leave-out" or record.reference is None:
         return data
     try:

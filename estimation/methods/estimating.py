@@ -29,7 +29,6 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
     BOUND_TOLERANCE,
-    MAX_STARTING_SPEED,
     MIN_ROWS_PER_PARAMETER,
     NO_RELATION,
 )
@@ -264,22 +263,7 @@ def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
                 or "check the control law, the reference and the signs and units of the columns",
             )
         )
-    return remarks + _begun_in_motion(problem)
-
-
-def _begun_in_motion(problem: Problem) -> list[str]:
-    """What to say of a record, or a segment of it, whose simulated loop begins otherwise."""
-    for data in problem.data:
-        speed = np.abs(data.signals.velocity)
-        starts = [start for start, _ in data.record.spans]
-        if speed[starts].max() > MAX_STARTING_SPEED.value * speed.max():
-            which = "the record" if len(problem.data) == 1 else data.record.provenance.source
-            what = f"a segment of {which}" if data.record.segments else which
-            return [
-                f"{what} begins in motion, the simulated loop at rest: its first transient is "
-                "in the simulation error; begin it at rest, or drop more at the start"
-            ]
-    return []
+    return remarks
 
 
 def _outside_bounds(form: Form, physical: Array) -> list[str]:

@@ -12,6 +12,8 @@ from .record import check_record as check_record
 from .record import record_labels as record_labels
 from .repairs import Repairs as Repairs
 from .time_base import clock_of as clock_of
+from .time_base import hold_delay as hold_delay
 from .time_base import is_same_period as is_same_period
 from .time_base import is_sampled_by as is_sampled_by
+from .time_base import law_ratio as law_ratio
 from .time_base import other_period as other_period

@@ -43,7 +43,7 @@ from .windows import Window, checked_windows, rows_within, window_repair, window
 _ROWS = "row"  # beside the columns, while some are moved
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
 class Record(Presentable, Exact):
     """A closed-loop record at one sampling period, in SI units.
 
@@ -65,7 +65,7 @@ class Record(Presentable, Exact):
         What it was added to: ``control``, between the law and the drive's limit, or ``reference``.
     sample_period : float or None
         s. None takes the mean of the time column's steps. Given beside them, it confirms that the
-        log is not sampled as a control law runs.
+        log is not sampled as a control law runs, which is then simulated at its own period.
     segments : tuple of (int, int)
         First row and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)

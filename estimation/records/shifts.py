@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Repair, Samples, known_unit
+from axisid.estimation.thresholds.records import MAX_PART_OF_A_SAMPLE
 from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
@@ -17,7 +18,6 @@ from axisid.support.given import given
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
 
-_WHOLE = 0.01  # samples: how far a time may be from a whole number of them
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _GIVE = "give samples, such as 1, or a time with its unit, such as 2ms"
 
@@ -160,7 +160,7 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) 
             f"{source}: the {role} is to be shifted by {samples:g} samples, and has {rows}.",
             code="long-shift",
         )
-    if abs(samples - round(samples)) > _WHOLE:
+    if abs(samples - round(samples)) > MAX_PART_OF_A_SAMPLE.value:
         raise UsageError(
             f"{source}: the {role} is to be shifted by {samples:.4g} samples; ",
             Remedy.of(

@@ -2,7 +2,8 @@
 
 A time column in another unit, or scaled, changes every inertia by its square and leaves no other
 trace in a record without reference. Where the axis declares a law, its period is compared with the
-log's own; a log that is slower or faster than the loop is to be confirmed by the user.
+log's own; a log that is slower or faster than the loop is to be confirmed by the user, or the law
+declared to have a clock of its own. A continuous law has none.
 """
 
 from dataclasses import dataclass, replace
@@ -49,8 +50,39 @@ def clock_of(record: Record) -> LogClock:
 
 def is_sampled_by(record: Record, law: ControlLaw) -> bool:
     """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
-    own = clock_of(record)
-    return is_same_period(record.period, law.period, own.uncertainty if own.step == 1 else 0.0)
+    return law_ratio(law, record.period, clock_of(record)) == 1.0
+
+
+def law_ratio(law: ControlLaw | None, period: float, own: LogClock) -> float | None:
+    """How often a law is evaluated in a sample of a record: 1 where both have one clock.
+
+    It is 1 for a continuous law, and without one.
+
+    Parameters
+    ----------
+    law : ControlLaw or None
+    period : float
+        Of the record, s.
+    own : LogClock
+
+    Returns
+    -------
+    float or None
+        None where the periods differ and nobody says that they should, or because the record was
+        resampled.
+    """
+    if law is None or law.continuous:
+        return 1.0
+    if is_same_period(period, law.period, own.uncertainty if own.step == 1 else 0.0):
+        return 1.0
+    apart = other_period(law, period, own)
+    vouched = own.step == 1 and apart is not None and apart.confirmed
+    return period / law.period if vouched else None
+
+
+def hold_delay(law: ControlLaw | None, period: float, own: LogClock) -> float:
+    """By how much a drive that holds its control delays it, samples: half of how long it does."""
+    return 0.5 / max(law_ratio(law, period, own) or 1.0, 1.0)
 
 
 def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherPeriod | None:
@@ -65,19 +97,20 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
     own : LogClock
     """
     logged = own.step * period
-    if law is None or is_same_period(logged, law.period, own.uncertainty):
+    if law is None or law.continuous or is_same_period(logged, law.period, own.uncertainty):
         return None
     found = f"the record is sampled every {logged:.6g} s, the control law runs every "
     found += f"{law.period:.6g} s"
-    if own.stated and not own.counted:
-        said = f"{found}, as the period that was given confirms; the two cannot be compared"
-        return OtherPeriod(confirmed=True, note=Note(said))
+    if law.reference_between or (own.stated and not own.counted):
+        whose = "is declared" if law.reference_between else "the period that was given confirms"
+        return OtherPeriod(confirmed=True, note=Note(f"{found}, as {whose}"))
     if own.counted:
         advice = Remedy.of(
             "check ",
             Setting("sample-period"),
             ", which nothing else confirms, against the drive's period; where the log is no record "
-            "of every period, give its time column",
+            "of every period, give its time column, or declare how the reference runs between its "
+            "samples (reference_between), which says that the law has a clock of its own",
         )
         return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
     advice = Remedy.of(

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.loops import LawTicks, first_velocity, state_at_rest, terms_along
 from axisid.estimation.records import is_sampled_by
 from axisid.estimation.signals import FilteredRecord, about_samples
-from axisid.estimation.simulation import (
-    Simulation,
-    law_along,
-    no_control_law,
-    simulate_estimate,
-)
+from axisid.estimation.simulation import Simulation, no_control_law, simulate_estimate
 from axisid.estimation.thresholds.regression import LEAST_MEASURED_NOISE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
@@ -91,7 +88,10 @@ class FollowingLoops:
                 physical,
                 record.position[first:last],
                 record.period,
-                start=float(record.position[first]),
+                start=LoopStart(
+                    position=float(record.position[first]),
+                    velocity=first_velocity(record.position[first:last], record.period),
+                ),
                 injected=self.added[first:last],
                 position_noise=None if noise is None else noise[first:last],
             )
@@ -121,7 +121,8 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
     velocity, averaged = data.motion[1], data.record.control is None
     pieces = []
     for a, b in data.record.spans:
-        made = law_along(data.axis, reference[a:b], position[a:b], velocity[a:b]).sum(axis=1)
+        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b])
+        made = terms_along(data.axis, ticks, state_at_rest(data.axis, ticks)).sum(axis=1)
         pieces.append(about_samples(made, [0]) if averaged else made)
     return np.concatenate(pieces)
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record, is_sampled_by
+from axisid.estimation.loops import loop_starts, two_clocks
+from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import (
     Simulation,
@@ -13,6 +14,7 @@ from axisid.estimation.simulation import (
     signals_before,
     simulate_estimate,
 )
+from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy, Setting
@@ -34,7 +36,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     ModelError
         The axis has no control law.
     LoopDataError
-        The record has no reference, or another period than the law.
+        The record has no reference, or another period than the law, which nobody confirms.
     """
     law = axis.axis.control
     if law is None:
@@ -46,14 +48,21 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             Remedy.of("name it with ", Setting("columns", "reference=NAME"), "."),
             code="no-reference",
         )
-    if not is_sampled_by(record, law):
-        raise LoopDataError(
-            f"the record is sampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} every {law.period:.6g} s; instruments need a record at the "
-            "law's period. Declare the drive's period.",
-            code="loop-period",
-        )
+    if law_ratio(law, record.period, clock_of(record)) is None:
+        raise _other_period(axis, law, record)
     return record.commanded
+
+
+def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopDataError:
+    apart = other_period(law, record.period, clock_of(record))
+    if apart is not None and not apart.confirmed:
+        advice = apart.note.remedy and Remedy.of(apart.note.remedy, ".")
+        return LoopDataError(apart.note.text, advice, code="loop-period")
+    return LoopDataError(
+        f"the record was resampled every {record.period:.6g} s, the control law of axis "
+        f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
+        code="loop-resampled",
+    )
 
 
 def simulated_loops(
@@ -66,7 +75,7 @@ def simulated_loops(
 ) -> tuple[Simulation, ...]:
     """The loop of a record, simulated with physical parameters (p,): once for each segment.
 
-    Each begins at rest at the segment's first position. With a resolution it has an encoder of such
+    Each begins as its segment does, see `loop_starts`. With a resolution it has an encoder of such
     steps, which measures, and is commanded, positions that are `away` from those of the axis.
 
     Raises
@@ -83,12 +92,13 @@ def simulated_loops(
             physical,
             reference[first:last] + away,
             record.period,
-            start=float(record.position[first]),
+            start=start,
             injected=None if added is None else added[first:last],
             position_noise=np.full(last - first, away) if away else None,
             resolution=resolution,
+            clocks=two_clocks(axis, record, (first, last)),
         )
-        for first, last in record.spans
+        for (first, last), start in zip(record.spans, loop_starts(axis, record, away), strict=True)
     )
 
 

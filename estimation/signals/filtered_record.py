@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, DataError, UsageError
@@ -41,6 +41,9 @@ class FilteredRecord(Exact):
     fastest : float
         Largest filtered speed of the records beside it, of the same machine; 0 for one by itself.
         What is slow beside that is a rest in each of them, as in each segment of a record.
+    between : (N,) array or None
+        By how much the mean of the control until the next sample is more than that at each, where
+        the law is evaluated between them.
     """
 
     axis: GeneratedAxis
@@ -48,6 +51,7 @@ class FilteredRecord(Exact):
     prefilter: Prefilter
     excluded: tuple[Span, ...] = ()
     fastest: float = 0.0
+    between: Array | None = None
 
     @classmethod
     def bind(
@@ -104,6 +108,14 @@ class FilteredRecord(Exact):
         """The record with the samples near reversals and rests."""
         return self._without(())
 
+    def with_mean_control(self, between: Array | None) -> "FilteredRecord":
+        """The record with what its control is more in the mean than at the samples, (N,)."""
+        if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
+            return self
+        other = replace(self, between=between)
+        vars(other).update({name: vars(self)[name] for name in ("motion",) if name in vars(self)})
+        return other
+
     def _without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
         """With other samples that have no weight."""
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
@@ -132,6 +144,15 @@ class FilteredRecord(Exact):
         """Time between rows that follow each other, s."""
         return self.period * self.prefilter.decimate
 
+    @property
+    def hold_delay(self) -> float:
+        """Samples by which the prefilter takes the force earlier, for the drive that holds it."""
+        if self.prefilter.hold != "zoh":
+            return 0.0
+        if self.between is not None:
+            return 0.5
+        return hold_delay(self.axis.axis.control, self.period, clock_of(self.record))
+
     @cached_property
     def sampling(self) -> Sampling:
         """Which samples count, and which rows they make."""
@@ -158,7 +179,7 @@ class FilteredRecord(Exact):
             record.provenance.source,
             self.motion,
             force=record.force,
-            control=record.control,
+            control=self._control,
         )
 
     @cached_property
@@ -166,15 +187,22 @@ class FilteredRecord(Exact):
         """Filtered motion beside the force, aligned as the prefilter says."""
         return self._beside(self.force)
 
+    @property
+    def _control(self) -> Array | None:
+        """What the drive makes its force of: the mean until the next sample where that is known."""
+        control = self.record.control
+        return control if control is None or self.between is None else control + self.between
+
     @cached_property
     def force_by_gain(self) -> Array:
         """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
-        if self.record.force is not None or self.record.control is None:
+        control = self._control
+        if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
         position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(self.record.control, position, velocity)
+        slope = self.axis.force_by_gain(control, position, velocity)
         return self._beside(slope).force
 
     @property
@@ -233,7 +261,7 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return paired_with_force(self.motion, force, starts, hold=self.prefilter.hold)
+        return paired_with_force(self.motion, force, starts, delay=self.hold_delay)
 
 
 def check_filter(

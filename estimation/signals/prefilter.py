@@ -47,8 +47,8 @@ class Prefilter:
         SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
     drop : (int, int) or None
         Samples cut off at start and end, before decimation. None gives the low-pass transient
-        (decay to 1e-3) at both ends no weight: where the simulated loop starts from rest whatever
-        the axis did, and where the filters continue the record from its last sample.
+        (decay to 1e-3) at both ends no weight, where the filters continue the record from its first
+        and its last sample.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
         after it, since a drive holds its force over the period; ``raw`` with the force after it,

@@ -56,20 +56,24 @@ def force_of(
     return drive_force(axis, control, position, velocity)
 
 
-def about_samples(held: Array, starts: Sequence[int]) -> Array:
-    """The mean of what is held just before and just after each sample, (N,), segment by segment."""
+def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
+    """The mean of what is held just before and just after each sample, (N,), segment by segment.
+
+    That is half a sample late. Of what is held for less than a sample, only the value at each is
+    known: it is taken that much later along a straight line.
+    """
     before = np.concatenate([held[:1], held[:-1]])
     before[starts] = held[starts]
-    return np.asarray((held + before) / 2, dtype=float)
+    return np.asarray((1 - delay) * held + delay * before, dtype=float)
 
 
 def paired_with_force(
-    motion: Motion, force: Array, starts: Sequence[int], *, hold: str | None
+    motion: Motion, force: Array, starts: Sequence[int], *, delay: float
 ) -> Signals:
     """A filtered motion beside the force as the hold pairs them; segments begin at `starts`."""
     q, velocity, acceleration = motion
-    if hold == "zoh":
-        force = about_samples(force, starts)
+    if delay:
+        force = about_samples(force, starts, delay)
     return Signals(
         position=q,
         velocity=velocity,

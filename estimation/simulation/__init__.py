@@ -10,9 +10,8 @@ from .closed_loop import Simulation as Simulation
 from .closed_loop import signals_before as signals_before
 from .closed_loop import simulate as simulate
 from .closed_loop import simulate_estimate as simulate_estimate
-from .law_along import law_along as law_along
-from .law_along import takes_velocity as takes_velocity
 from .steps import has_inertia as has_inertia
 from .steps import no_control_law as no_control_law
 from .twin import trajectory as trajectory
 from .twin import twin_record as twin_record
+from .two_clocks import TwoClocks as TwoClocks

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
+from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
@@ -16,6 +16,7 @@ from axisid.support.errors import UsageError
 from axisid.support.given import given
 from axisid.support.real_numbers import is_whole, real_array
 
+from .loop_start import lane_starts
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -64,6 +65,8 @@ def simulate_batch(
     period: float,
     *,
     start: ArrayLike | None = None,
+    start_velocity: ArrayLike | None = None,
+    memory: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
     resolution: float = 0.0,
@@ -85,6 +88,10 @@ def simulate_batch(
         Sampling period, s.
     start : (B,) array_like, optional
         First positions; the first references by default.
+    start_velocity : (B,) array_like, optional
+        First velocities; 0 by default.
+    memory : (B, m) array_like, optional
+        What each drive remembers, as in `simulate`.
     position_noise : (N, B) array_like, optional
     injected : (N,) or (N, B) array_like, optional
         Added to the control; shared, or one column a lane.
@@ -120,20 +127,22 @@ def simulate_batch(
         )
     if not lanes:
         raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
-    first = _starts(start, ref, lanes)
+    noise = _lane_noise(position_noise, (len(ref), lanes))
+    off = np.zeros(lanes) if noise is None else noise[0]
+    first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory)
     wanted = _wanted(signals)
     if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
         raise UsageError(
             f"the threads are {given(threads)}; give a whole number from 1 to {_MOST_THREADS}."
         )
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
-    away = np.abs(first - ref[0])
+    away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
     batch = _Batch(
         axis=axis,
         parameters=theta,
         reference=ref,
-        noise=_lane_noise(position_noise, (len(ref), lanes)),
+        noise=noise,
         injected=_lane_injected(injected, (len(ref), lanes)),
         start=first,
         period=period,
@@ -147,17 +156,6 @@ def simulate_batch(
         signals=dict(zip(signals, (out[name] for name in wanted), strict=True)),
         failures=dict(sorted(failures.items())),
     )
-
-
-def _starts(start: ArrayLike | None, reference: Array, lanes: int) -> Array:
-    first = reference[0] if start is None else real_array(start, "the start")
-    first = np.broadcast_to(first, lanes) if start is None else first
-    if first.shape != (lanes,) or not np.all(np.isfinite(first)):
-        raise UsageError(
-            f"the start has the shape {first.shape}; give one position a lane, all finite.",
-            code="batch-start",
-        )
-    return np.ascontiguousarray(first)
 
 
 def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
@@ -216,7 +214,7 @@ class _Batch:
     reference: Array
     noise: Array | None
     injected: Array | None
-    start: Array
+    start: LoopStart
     period: float
     resolution: float
     allowed: Array
@@ -231,7 +229,7 @@ class _Batch:
         counts = np.full(lanes, substeps or 1)
         if substeps is None and sound.any():
             counts[sound] = substeps_at_start(
-                self.axis, self.parameters[sound], self.start[sound], self.period
+                self.axis, self.parameters[sound], self.start.position[sound], self.period
             )
         out: dict[str, Array] = {}
         stiff = sound & (counts > MOST_SUBSTEPS)
@@ -257,7 +255,7 @@ class _Batch:
 
     def _refused(self) -> dict[int, str]:
         """What to say of lanes that no simulation starts from."""
-        given, refused = (self.axis, self.parameters, self.start), {}
+        given, refused = (self.axis, self.parameters, self.start.position), {}
         has_mass, held = has_inertia(*given), holds(*given)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
@@ -265,7 +263,7 @@ class _Batch:
             theta = self.parameters[lane]
             refusal = bounds_refusal(self.axis, theta)
             if not has_mass[lane]:
-                refused[lane] = no_inertia(self.axis, theta, float(self.start[lane]))
+                refused[lane] = no_inertia(self.axis, theta, float(self.start.position[lane]))
             elif refusal or not held[lane]:
                 refused[lane] = refusal or pushes(self.axis, theta)
         return refused
@@ -324,7 +322,7 @@ class _Batch:
             self.noise if every else _of_lanes(self.noise, chosen),
             self.injected if every else _of_lanes(self.injected, chosen),
             self.parameters if every else np.ascontiguousarray(self.parameters[chosen]),
-            self.start if every else np.ascontiguousarray(self.start[chosen]),
+            self.start if every else _start_of(self.start, chosen),
             settings,
             self.wanted,
         )
@@ -357,7 +355,7 @@ class _Batch:
             wider = widened_distance(
                 self.axis,
                 self.parameters[lanes],
-                self.start[lanes],
+                self.start.position[lanes],
                 _of_lanes(self.noise, lanes),
                 _of_lanes(self.injected, lanes),
                 self.resolution,
@@ -372,13 +370,19 @@ def _of_lanes(values: Array | None, lanes: NDArray[np.intp]) -> Array | None:
     return values if values is None or values.ndim == 1 else values[:, lanes]
 
 
+def _start_of(start: LoopStart, lanes: NDArray[np.intp] | int) -> LoopStart:
+    """Where one lane or several start."""
+    memory = None if start.memory is None else np.ascontiguousarray(start.memory[lanes])
+    return LoopStart(position=start.position[lanes], velocity=start.velocity[lanes], memory=memory)
+
+
 def _virtual_batch(
     axis: GeneratedAxis,
     reference: Array,
     noise: Array | None,
     injected: Array | None,
     parameters: Array,
-    start: Array,
+    start: LoopStart,
     settings: LoopSettings,
     wanted: Sequence[str],
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
@@ -394,7 +398,7 @@ def _virtual_batch(
             reference if reference.ndim == 1 else reference[:, lane],
             None if noise is None else noise[:, lane],
             injected if injected is None or injected.ndim == 1 else injected[:, lane],
-            float(start[lane]),
+            _start_of(start, lane),
         )
         for name in wanted:
             out[name][:, lane] = signals[name]

@@ -7,22 +7,21 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 [Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import STATUSES, LoopSettings
+from axisid.codegen.lowering import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
 from axisid.estimation.signals import Signals
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.given import given
-from axisid.support.real_numbers import is_real, real_array
+from axisid.support.real_numbers import real_array
 
+from .loop_start import single_start
 from .runaway import allowed_distance, widened_distance
 from .steps import (
     MOST_SUBSTEPS,
@@ -39,6 +38,7 @@ from .steps import (
     substeps_at_start,
     too_stiff,
 )
+from .two_clocks import TwoClocks, at_log_samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +59,9 @@ class Simulation(Exact):
         The same just before the sample, under what was held until then.
     measured_position : array
         With the noise and the encoder resolution that were given.
+    held : array or None
+        Force just before each sample, where the law runs at a clock of its own; None where it is
+        that of the sample before.
     """
 
     time: Array
@@ -70,6 +73,7 @@ class Simulation(Exact):
     direction: Array
     direction_before: Array
     measured_position: Array
+    held: Array | None = None
 
     def as_measured(self, zero: float) -> "Simulation":
         """The same loop, whose positions are those that were measured, from another zero."""
@@ -100,12 +104,14 @@ def simulate(
     period: float,
     *,
     start: float | None = None,
+    start_velocity: float = 0.0,
+    memory: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> Simulation:
-    """Simulate the axis under its control law, starting at rest.
+    """Simulate the axis under its control law, starting at rest unless a velocity is given.
 
     Parameters
     ----------
@@ -119,6 +125,12 @@ def simulate(
         Sampling period, s.
     start : float, optional
         First position; the first reference by default.
+    start_velocity : float
+        First velocity.
+    memory : (m,) array_like, optional
+        What the drive remembers at the first sample: the law's memory in its order, then the
+        controls that it has computed but not applied, the newest first. By default what the law
+        declares for an axis at rest.
     position_noise : (N,) array_like, optional
         Added to the position that the law measures.
     injected : (N,) array_like, optional
@@ -152,16 +164,18 @@ def simulate(
         parameters,
         reference,
         period,
-        start,
         position_noise,
         injected,
         resolution,
         substeps,
+        start=start,
+        start_velocity=start_velocity,
+        memory=memory,
     )
     if refusal := bounds_refusal(axis, loop.parameters):
         raise UsageError(refusal)
     check_period(axis, period)
-    if not holds(axis, loop.parameters[None, :], np.array([loop.start])).all():
+    if not holds(axis, loop.parameters[None, :], np.array([loop.start.position])).all():
         raise EstimationError(pushes(axis, loop.parameters))
     return loop.simulated(substeps)
 
@@ -172,17 +186,36 @@ def simulate_estimate(
     reference: Array,
     period: float,
     *,
-    start: float,
+    start: LoopStart,
     injected: Array | None = None,
+    clocks: TwoClocks | None = None,
     position_noise: Array | None = None,
     resolution: float = 0.0,
 ) -> Simulation:
     """Simulate with parameters as they were estimated, which may be a little beyond their bounds.
 
-    The period is the record's. Otherwise as `simulate`.
+    The period is the record's, and with two clocks the law's is its own. Otherwise as `simulate`.
     """
-    given = (axis, parameters, reference, period, start)
-    return _loop(*given, position_noise, injected, resolution, None).simulated(None)
+    if clocks is not None:
+        reference, period = clocks.reference(reference), clocks.law_period
+        injected = None if injected is None else clocks.held(injected)
+        position_noise = None if position_noise is None else clocks.held(position_noise)
+        moved = start.position + start.velocity * clocks.first
+        start = replace(start, position=moved)
+    loop = _loop(
+        axis,
+        parameters,
+        reference,
+        period,
+        position_noise,
+        injected,
+        resolution,
+        None,
+        start=start.position,
+        start_velocity=start.velocity,
+        memory=start.memory,
+    )
+    return loop.simulated(None, clocks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,13 +227,13 @@ class _Loop:
     reference: Array
     noise: Array | None
     injected: Array | None
-    start: float
+    start: LoopStart
     period: float
     resolution: float
 
-    def simulated(self, substeps: int | None) -> Simulation:
+    def simulated(self, substeps: int | None, clocks: TwoClocks | None = None) -> Simulation:
         """Run it, with as many steps as it needs unless they are given."""
-        away = abs(self.start - self.reference[0])
+        away = abs(self.start.position - self.reference[0])
         settings = LoopSettings(
             period=self.period,
             resolution=self.resolution,
@@ -212,7 +245,7 @@ class _Loop:
             (wider,) = widened_distance(
                 self.axis,
                 self.parameters[None, :],
-                np.array([self.start]),
+                np.array([self.start.position]),
                 self.noise,
                 self.injected,
                 self.resolution,
@@ -225,15 +258,20 @@ class _Loop:
                 failure(self.axis, self.parameters, status, stopped, self.period),
                 code="loop-diverges",
             )
+        period, noise = self.period, self.noise
+        if clocks is not None:
+            period = clocks.log_period
+            noise = None if noise is None else noise[clocks.elapsed[0]]
+            out = at_log_samples(self.axis, self.parameters, out, clocks)
         return Simulation(
-            time=self.period * np.arange(len(self.reference), dtype=np.float64),
+            time=period * np.arange(len(out["position"]), dtype=np.float64),
             direction_before=out.pop("before"),
-            measured_position=_measured(out["position"], self.noise, self.resolution),
+            measured_position=_measured(out["position"], noise, self.resolution),
             **out,
         )
 
     def _steps_at_start(self) -> int:
-        start = np.array([self.start])
+        start = np.array([self.start.position])
         (steps,) = substeps_at_start(self.axis, self.parameters[None, :], start, self.period)
         if steps > MOST_SUBSTEPS and has_constant_substeps(self.axis):
             raise EstimationError(too_stiff(self.axis, self.parameters), code="too-stiff")
@@ -274,25 +312,24 @@ def _loop(
     parameters: ArrayLike,
     reference: ArrayLike,
     period: float,
-    start: float | None,
     position_noise: ArrayLike | None,
     injected: ArrayLike | None,
     resolution: float,
     substeps: int | None,
+    *,
+    start: float | None,
+    start_velocity: float,
+    memory: ArrayLike | None,
 ) -> _Loop:
     """Check what a simulation is given, but for bounds and the law's period."""
     theta, ref = _vector(parameters, "the parameters"), _vector(reference, "the reference")
     check_loop(axis, theta.shape, ref, period, resolution, substeps)
     noise = checked_signal(position_noise, ref, "the noise")
     added = checked_signal(injected, ref, "the injected signal")
-    if not (start is None or (is_real(start) and math.isfinite(start))):
-        raise UsageError(
-            f"the start is {given(start)}; give a position, or leave it out.",
-            code="simulation-start",
-        )
-    first = float(ref[0] if start is None else start)
-    if not has_inertia(axis, theta[None, :], np.array([first])).all():
-        raise EstimationError(no_inertia(axis, theta, first), code="no-inertia")
+    off = 0.0 if noise is None else float(noise[0])
+    first = single_start(axis, theta, float(ref[0]), off, start, start_velocity, memory)
+    if not has_inertia(axis, theta[None, :], np.array([first.position])).all():
+        raise EstimationError(no_inertia(axis, theta, first.position), code="no-inertia")
     return _Loop(
         axis=axis,
         parameters=theta,
@@ -314,7 +351,9 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     law = axis.axis.control
     if law is not None and law.continuous:
         return simulation.signals
-    held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
+    held = simulation.held
+    if held is None:
+        held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
     (acceleration,) = axis.rows(
         "direct_dynamics",
         simulation.position,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.problems import Reach, check_identifiable, check_visible
-from axisid.estimation.records import Extent, extent, other_period
+from axisid.estimation.records import Extent, extent, hold_delay, other_period
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -197,6 +197,8 @@ class _LogRows:
             hold=hold,
             reversals="leave-out" if left_out else "keep",
         )
+        late = hold_delay(axis.axis.control, found.period, found.clock)
+        self.hold_delay = late if hold == "zoh" else 0.0
         self.filter = SampledFilter(self.prefilter, self.period)
         self.margins = self.filter.settling(_FORGOTTEN)
         self.turns = self.filter.turn_reach if left_out else 0
@@ -257,7 +259,7 @@ class _LogRows:
         filtered = f.motion(columns["position"])
         recorded = {role: columns.get(role) for role in ("force", "control")}
         force = force_of(self.axis, self.source, filtered, **recorded)
-        signals = paired_with_force(filtered, force, [0], hold=settings.hold)
+        signals = paired_with_force(filtered, force, [0], delay=self.hold_delay)
         equations = InverseForm(self.axis).equations(signals)
         # What the decimation filter sees begins and ends as it does in a whole record.
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from axisid.estimation.thresholds.logs import MIN_ROWS_AT_ONE_TIME
 from axisid.support.arrays import Array
 
 from .table import Column, Samples, Table, loaded_column
@@ -16,7 +17,6 @@ _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
 _UNITS = frozenset(("unit", "units", "einheit"))
 _MOST_SIGNALS = 1000
 _FEWEST_ROWS = 2  # of a signal
-_AT_ONE_TIME = 0.4  # of the rows that have the time of the one before
 
 
 def wide(table: Table) -> Table:
@@ -93,4 +93,4 @@ def _at_one_time(table: Table, times: str) -> bool:
     """Whether rows share their times."""
     seconds = table.columns[times].read().values
     same = sum(a == b for a, b in pairwise(seconds[:10_000].tolist()))
-    return bool(same >= _AT_ONE_TIME * min(len(seconds), 10_000))
+    return bool(same >= MIN_ROWS_AT_ONE_TIME.value * min(len(seconds), 10_000))

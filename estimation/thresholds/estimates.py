@@ -26,8 +26,8 @@ MAX_SIMULATION_ERROR_RATIO = Threshold(
 MAX_STARTING_SPEED = Threshold(
     0.25,
     "1",
-    "speed at the first sample of a stretch, as a share of the largest, beyond which it begins in "
-    "motion",
+    "difference of the loop's velocity from the record's at the start of a stretch, as a share of "
+    "the largest velocity, beyond which what follows is not looked at until they are together",
     "chosen",
 )
 

@@ -59,3 +59,10 @@ MAX_FIRST_STAMP = Threshold(
     "beyond it there was no stamp",
     "chosen",
 )
+MIN_ROWS_AT_ONE_TIME = Threshold(
+    0.4,
+    "1",
+    "share of rows that have the time of the row before, from which a table of names and values is "
+    "long",
+    "chosen: one half with two names, more with more",
+)

@@ -258,3 +258,10 @@ MIN_COUNTS = Threshold(
     "different whole numbers that a position without a unit needs to be taken for counts",
     "chosen: metres or radians are whole by chance in no log; fewer are a test of a few rows",
 )
+MAX_PART_OF_A_SAMPLE = Threshold(
+    0.01,
+    "samples",
+    "distance of the time that a column is moved by from a whole number of samples, up to which it "
+    "is that number",
+    "chosen: a time that is written with two digits",
+)

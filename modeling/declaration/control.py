@@ -13,6 +13,7 @@ from types import MappingProxyType
 import sympy
 
 from axisid.modeling.quantities import (
+    BALANCED,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -28,6 +29,8 @@ from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
 
 _LONGEST_DELAY = 100
+#: How a reference may run between the samples of a log.
+BETWEEN = ("linear", "held")
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 
 
@@ -42,7 +45,10 @@ class Memory:
     following : sympy.Expr
         Its value at the next sample.
     start : sympy.Expr
-        Its value at the first sample, from `MEASURED_POSITION` or numbers: the axis at rest.
+        Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE` or numbers: the axis
+        at rest. `BALANCED`, for an integral or whatever else holds a load, is the value with which
+        the law's output holds the axis there; of several, the least of them. The loop of a record
+        begins with what gives its first controls, whatever is declared here.
     """
 
     name: str
@@ -80,6 +86,10 @@ class ControlLaw:
         What is kept between samples.
     delay : int
         Whole samples between computing a control and applying it.
+    reference_between : str
+        How the reference runs between the samples of a log that is slower than the law, ``linear``
+        or ``held``. Given, it also says that the law has a clock of its own: a log of another
+        period is then no mistake, and needs nobody to confirm it. Empty is linear.
     continuous : bool
         Evaluate the law inside the plant's derivative, the reference running straight from sample
         to sample, in place of holding its output: an analogue controller, or the paper's (6) and
@@ -95,6 +105,7 @@ class ControlLaw:
     memory: tuple[Memory, ...] = ()
     delay: int = 0
     continuous: bool = False
+    reference_between: str = ""
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -112,12 +123,30 @@ class ControlLaw:
         self._check(self.output, known, "output")
         for memory in self.memory:
             self._check(memory.following, known, f"memory {memory.name!r}")
-            self._check(memory.start, {MEASURED_POSITION}, f"start of memory {memory.name!r}")
+            at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
+            self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
+            if memory.start != BALANCED and memory.start.has(BALANCED):
+                raise ModelError(
+                    f"control law {self.name!r}: memory {memory.name!r} starts at {memory.start}; "
+                    "what balances stands alone there.",
+                    code="law-balance",
+                )
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the gains, of the memory and of the delay line."""
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
+
+    @property
+    def takes_velocity(self) -> bool:
+        """Whether it reads the velocity of an ideal sensor."""
+        values = (self.output, *(memory.following for memory in self.memory))
+        return any(value.has(MEASURED_VELOCITY) for value in values)
+
+    @property
+    def balanced(self) -> tuple[int, ...]:
+        """Which of the memories start in balance."""
+        return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)
 
     @property
     def delay_line(self) -> tuple[str, ...]:
@@ -161,6 +190,12 @@ class ControlLaw:
                 f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
                 f"{_LONGEST_DELAY}.",
                 code="law-delay",
+            )
+        if self.reference_between not in ("", *BETWEEN):
+            raise ModelError(
+                f"control law {self.name!r}: reference_between is {given(self.reference_between)}; "
+                f"give {' or '.join(BETWEEN)}, or leave it out.",
+                code="law-reference-between",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
         if self.continuous and sampled:

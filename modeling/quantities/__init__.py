@@ -30,6 +30,7 @@ from .size import MOST_NODES as MOST_NODES
 from .size import MOST_TERMS as MOST_TERMS
 from .size import check_size as check_size
 from .size import most_terms as most_terms
+from .symbols import BALANCED as BALANCED
 from .symbols import CONTROL as CONTROL
 from .symbols import DIRECTION as DIRECTION
 from .symbols import FORCE as FORCE

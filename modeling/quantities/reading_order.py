@@ -13,6 +13,7 @@ from sympy.printing.str import StrPrinter
 from .constants import KnownSymbol
 from .kinks import renamed
 from .symbols import (
+    BALANCED,
     CONTROL,
     DIRECTION,
     FORCE,
@@ -104,7 +105,7 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
         q.velocity: "velocity",
         DIRECTION: DIRECTION.name,
         q.symbol: "position",
-        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL)},
+        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED)},
     }
     order = list(motion)
     stand_ins: dict[sympy.Expr, sympy.Symbol] = {}

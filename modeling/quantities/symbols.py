@@ -277,5 +277,10 @@ MEASURED_POSITION = sympy.Symbol("measured_position", real=True)
 MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 
 
+#: Start of a memory at which the law's output holds the axis where it starts, or is the first
+#: control of a record.
+BALANCED = sympy.Symbol("balanced", real=True)
+
+
 #: Sampling period of the law, s.
 PERIOD = sympy.Symbol("period", positive=True)

@@ -8,6 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from axisid.modeling.declaration import (
     newton,
 )
 from axisid.modeling.quantities import (
+    BALANCED,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -50,6 +52,7 @@ _LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
 _PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
+_BETWEEN = "reference_between"
 _ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
 
 
@@ -274,7 +277,7 @@ def _control(root: Table) -> ControlLaw | None:
     table = root.table("control")
     if "law" in table.values:
         return _shipped_law(table)
-    table.only("name", "period", "output", "gains", "memory", "delay", "continuous")
+    table.only("name", "period", "output", "gains", "memory", "delay", "continuous", _BETWEEN)
     table.needs("name", "period", "output")
     gains, memory = table.table("gains"), table.table("memory")
     names = [*gains.values, *memory.values]
@@ -289,9 +292,10 @@ def _control(root: Table) -> ControlLaw | None:
         "memory": [_memory(memory.table(name), name, symbols) for name in memory.values],
         "delay": table.whole("delay", 0),
         "continuous": table.switch("continuous", default=False),
+        _BETWEEN: table.text(_BETWEEN),
     }
     neutral = {"name": "law", "period": 1.0, "output": sympy.S.Zero}
-    return table.made(ControlLaw, fields, neutral, apart=("period", "delay"))
+    return table.made(ControlLaw, fields, neutral, apart=("period", "delay", _BETWEEN))
 
 
 def _shipped_law(table: Table) -> ControlLaw | None:
@@ -306,7 +310,7 @@ def _shipped_law(table: Table) -> ControlLaw | None:
         )
         return None
     arguments = inspect.signature(LAWS[name]).parameters
-    table.only("law", *arguments)
+    table.only("law", *arguments, _BETWEEN)
     table.needs(*(key for key, value in arguments.items() if value.default is value.empty))
     fields: dict[str, Any] = {
         key: table.switch(key, default=False)
@@ -316,13 +320,16 @@ def _shipped_law(table: Table) -> ControlLaw | None:
         if key in arguments
     }
     neutral = {key: 1.0 for key, value in arguments.items() if value.default is value.empty}
-    return table.made(LAWS[name], fields, neutral, apart=("period",))
+    law = table.made(LAWS[name], fields, neutral, apart=("period",))
+    if law is None:
+        return None
+    return table.attempt(_BETWEEN, lambda: replace(law, reference_between=table.text(_BETWEEN)))
 
 
 def _memory(table: Table, name: str, symbols: Symbols) -> Memory:
     table.only("following", "start")
     table.needs("following", "start")
-    at_rest = {str(MEASURED_POSITION): MEASURED_POSITION}
+    at_rest = {str(symbol): symbol for symbol in (MEASURED_POSITION, REFERENCE, BALANCED)}
     return Memory(
         name,
         following=table.expression("following", symbols),

@@ -109,7 +109,7 @@ static void first_sides(struct block *b, int l)
     double p[PARAMETERS];
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = b->parameters[j][l];
-    choose_sides(b->q[l], 0.0, &mode, p, 0);
+    choose_sides(b->q[l], b->dq[l], &mode, p, 0);
     keep_sides(b, l, &mode);
 #else
     (void)b, (void)l;
@@ -131,10 +131,11 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
                            ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                            ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
                            ptrdiff_t injected_time, ptrdiff_t injected_lane,
-                           const double *parameters, const double *start, const double *allowed,
-                           double period, double resolution, ptrdiff_t substeps,
-                           struct outputs out, int *status, ptrdiff_t *stopped,
-                           const volatile int *stop)
+                           const double *parameters, const double *start,
+                           const double *start_velocity, const double *remembered,
+                           const double *allowed, double period, double resolution,
+                           ptrdiff_t substeps, struct outputs out, int *status,
+                           ptrdiff_t *stopped, const volatile int *stop)
 {
     _Alignas(64) struct block b = {0}; /* a vector register never spans two cache lines */
     double dead[LANES] = {0.0};
@@ -144,10 +145,11 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
         for (int j = 0; j < PARAMETERS; ++j)
             b.parameters[j][l] = parameters[from * PARAMETERS + j];
         b.q[l] = start[from];
+        b.dq[l] = start_velocity[from];
         b.allowed[l] = allowed[from];
-        control_start(reference[from * reference_lane],
-                      b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
-                      memory);
+        first_memory(reference[from * reference_lane],
+                     b.q[l] + encoder(b.q[l], noise ? noise[from * noise_lane] : 0.0, resolution),
+                     remembered ? remembered + from * MEMORY : NULL, memory);
         for (int j = 0; j < MEMORY; ++j)
             b.memory[j][l] = memory[j];
         first_sides(&b, l);
@@ -207,17 +209,19 @@ static void simulate_block(ptrdiff_t samples, ptrdiff_t count, const double *ref
     }
 }
 
-/* Many simulations, `lanes` of them: parameters, start and status by lane; references, noise and
-   what is added to the control with strides over time and lanes (0 where all lanes share one).
+/* Many simulations, `lanes` of them: parameters, start, what the drive remembers (null for that of
+   an axis at rest) and status by lane; references, noise and what is added to the control with
+   strides over time and lanes (0 where all lanes share one).
    Interrupted as one simulation is. */
 void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                     ptrdiff_t reference_time, ptrdiff_t reference_lane, const double *noise,
                     ptrdiff_t noise_time, ptrdiff_t noise_lane, const double *injected,
                     ptrdiff_t injected_time, ptrdiff_t injected_lane, const double *parameters,
-                    const double *start, const double *allowed, double period, double resolution,
-                    ptrdiff_t substeps, double *position, double *velocity, double *acceleration,
-                    double *force, double *control, double *direction, double *before,
-                    ptrdiff_t stride, int *status, ptrdiff_t *stopped, const volatile int *stop)
+                    const double *start, const double *start_velocity, const double *remembered,
+                    const double *allowed, double period, double resolution, ptrdiff_t substeps,
+                    double *position, double *velocity, double *acceleration, double *force,
+                    double *control, double *direction, double *before, ptrdiff_t stride,
+                    int *status, ptrdiff_t *stopped, const volatile int *stop)
 {
     for (ptrdiff_t first = 0; first < lanes; first += LANES) {
         const ptrdiff_t left = lanes - first;
@@ -231,7 +235,8 @@ void simulate_batch(ptrdiff_t samples, ptrdiff_t lanes, const double *reference,
                        noise_time, noise_lane,
                        injected ? injected + first * injected_lane : NULL, injected_time,
                        injected_lane, parameters + first * PARAMETERS, start + first,
-                       allowed + first, period, resolution, substeps, out, status + first,
-                       stopped + first, stop);
+                       start_velocity + first,
+                       remembered ? remembered + first * MEMORY : NULL, allowed + first, period,
+                       resolution, substeps, out, status + first, stopped + first, stop);
     }
 }

@@ -74,14 +74,27 @@ static void put(double *values, ptrdiff_t at, double value)
         values[at] = value;
 }
 
+/* What the drive remembers at the first sample: what is given, or that of an axis at rest. */
+static inline void first_memory(double reference, double measured, const double *given,
+                                double *memory)
+{
+    if (given)
+        for (int i = 0; i < MEMORY; ++i)
+            memory[i] = given[i];
+    else
+        control_start(reference, measured, memory);
+}
+
 /* One simulation. Returns a status; `stopped` is the sample it speaks of. Noise is in the measured
-   position, `injected` is added to the control; null for none. It ends, with nothing to show, once
-   `stop` is set: its caller was interrupted. */
+   position, `injected` is added to the control; null for none. `remembered` is what the drive
+   remembers at the first sample; null for that of an axis at rest. It ends, with nothing to show,
+   once `stop` is set: its caller was interrupted. */
 int simulate(ptrdiff_t samples, const double *reference, const double *noise, const double *injected,
-             const double *parameters, double period, double start, double resolution,
-             double allowed, ptrdiff_t substeps, double *position, double *velocity,
-             double *acceleration, double *force, double *control, double *direction,
-             double *before, ptrdiff_t *stopped, const volatile int *stop)
+             const double *parameters, double period, double start, double start_velocity,
+             const double *remembered, double resolution, double allowed, ptrdiff_t substeps,
+             double *position, double *velocity, double *acceleration, double *force,
+             double *control, double *direction, double *before, ptrdiff_t *stopped,
+             const volatile int *stop)
 {
     struct lane lane = {.q = start};
     struct mode mode = {0};
@@ -89,8 +102,9 @@ int simulate(ptrdiff_t samples, const double *reference, const double *noise, co
     double p[PARAMETERS]; /* nothing else points here, so what depends on it alone leaves the loop */
     for (int j = 0; j < PARAMETERS; ++j)
         p[j] = parameters[j];
-    double q = start, dq = 0.0, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
-    control_start(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution), memory);
+    double q = start, dq = start_velocity, memory[AT_LEAST_1_MEMORY] = {0.0}, end = 0.0;
+    first_memory(reference[0], start + encoder(start, noise ? noise[0] : 0.0, resolution),
+                 remembered, memory);
 #if SIDES
     choose_sides(q, dq, &mode, p, 0);
 #endif

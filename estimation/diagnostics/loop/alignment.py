@@ -14,7 +14,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.methods import bound_record
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -265,7 +265,8 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     law = quiet.axis.axis.control
     sensed = quiet.record.force is not None and quiet.prefilter.hold == "raw"
     # By the loop itself: what is commanded is held, what is sensed the mean about a sample.
-    made = delay_of_hold("raw" if law is None or law.continuous or sensed else "zoh")
+    still = law is None or law.continuous or sensed
+    made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
     given = (rows, made, reduced.known, regressor, Z, simulated)
@@ -273,15 +274,10 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 
-def delay_of_hold(hold: str | None) -> float:
-    """The delay that a hold takes, samples."""
-    return 0.5 if hold == "zoh" else 0.0
-
-
 def alignment_check(
     preferred: Estimate,
     profile: Alignment | Missing,
-    hold: str,
+    data: FilteredRecord,
     *,
     weak: bool,
     remedy: Remedy | None = None,
@@ -294,7 +290,7 @@ def alignment_check(
         return profile
     if weak:
         return Missing("the instruments are too weak to measure a delay")
-    used = delay_of_hold(hold)
+    hold, used = str(data.prefilter.hold), data.hold_delay
     apart = profile.best - used
     if profile.deviation > MAX_DELAY_DEVIATION.value:
         return Missing(
@@ -310,7 +306,7 @@ def alignment_check(
         f"the force fits the motion best {_delay(profile)} earlier than it is recorded; "
         f"hold {hold} takes it {used:g} samples earlier{by_ls}"
     )
-    other, moves = _other_hold(profile, hold), f"A sample of delay moves {moved}"
+    other, moves = _other_hold(profile, data), f"A sample of delay moves {moved}"
     advice = remedy if other is None else Remedy.of("Try ", other)
     aligned = (
         abs(apart) <= max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
@@ -328,9 +324,10 @@ def alignment_check(
     )
 
 
-def _other_hold(profile: Alignment, hold: str) -> Setting | None:
+def _other_hold(profile: Alignment, data: FilteredRecord) -> Setting | None:
     """The other hold, where the delay is its own."""
-    other, own = ("zoh", 0.5) if hold == "raw" else ("raw", 0.0)
+    zoh = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
+    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     near = abs(profile.best - own) <= MAX_MISALIGNMENT.value
     return Setting("hold", other) if near else None
 

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.records import Record, clock_of, is_sampled_by, other_period
+from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.simulation import takes_velocity
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
     MAX_CONTROL_LEAN,
@@ -37,6 +36,7 @@ from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting
 
+from .law_between import left_open_percent
 from .law_sentences import (
     CONSTANT,
     DRIFT,
@@ -112,19 +112,11 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     law = axis.axis.control
     if law is None:
         return Missing("the axis declares no control law")
-    # The period is the only thing of a law that can be checked without a reference.
-    apart = other_period(law, record.period, clock_of(record))
-    if apart is not None:
-        return Missing.of(apart.note) if apart.confirmed else _other_clock(apart.note)
-    if record.reference is None or record.control is None:
-        return Missing("the record has no reference or no control")
-    if not is_sampled_by(record, law):
-        return Missing(
-            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
-            f"{1 / law.period:.6g} Hz"
-        )
+    incomparable = _incomparable(law, record)
+    if incomparable is not None:
+        return incomparable
     record = record.longest()  # a law's memory does not outlast a gap
-    settle = round(1 / COMPARISON_CUTOFF.value) if takes_velocity(law) else LAW_SETTLING
+    settle = round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
     if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, terms, used = compared_with_law(axis, law, record, settle)
@@ -132,6 +124,9 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         return Missing("the declared law is not finite on this record")
     if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
+    left_open = left_open_percent(axis, record, used)
+    if left_open > MAX_LAW_RESIDUAL.value:
+        return _too_open(law, record, left_open)
     shift = _best_shift(terms.sum(axis=1), control, used)
     declared = relative_error_percent((control - terms.sum(axis=1))[used], control[used])
     names = [str(product) for product, _ in law.terms]
@@ -139,7 +134,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     factors, fitted = _factors(control[used], terms[used], names)
     following = Neighbours.of(np.flatnonzero(used), 1)
     scaled = _scaled(control[used], terms[used], names, following)
-    if takes_velocity(law) and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
+    if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR.value:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
     left = (control - terms.sum(axis=1))[used]
     lean = _lean(left, control[used], following)
@@ -161,6 +156,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         constant=float(np.mean(left)),
         passed=passed,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
+        + f"; what it reads between the samples leaves {left_open:.2g} % open" * (left_open > 0)
         if passed
         else f"the recorded control is not the declared law's ({declared:.3g} % off), but "
         f"{repair.text}"
@@ -185,6 +181,32 @@ def law_check(law: LawCheck | Missing) -> Check | Missing:
         "sampling period that is more than 0.05 % from the law's",
         meaning=law.meaning,
         remedy=law.remedy,
+    )
+
+
+def _incomparable(law: ControlLaw, record: Record) -> LawCheck | Missing | None:
+    """Why a record is not compared with a law, or is of another one by its period alone."""
+    clock = clock_of(record)
+    # The period is the only thing of a law that can be checked without a reference.
+    apart = other_period(law, record.period, clock)
+    if apart is not None and not apart.confirmed:
+        return _other_clock(apart.note)
+    if record.reference is None or record.control is None:
+        clocks = f"{apart.note.text}; " if apart is not None else ""
+        return Missing(f"{clocks}the record has no reference or no control")
+    if clock.step != 1 and (apart is not None or law_ratio(law, record.period, clock) is None):
+        return Missing(
+            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+            f"{1 / law.period:.6g} Hz"
+        )
+    return None
+
+
+def _too_open(law: ControlLaw, record: Record, percent: float) -> Missing:
+    return Missing(
+        f"the record is sampled every {record.period:.6g} s, the control law runs every "
+        f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
+        f"{percent:.2g} % of its control open"
     )
 
 

@@ -18,7 +18,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
-from .alignment import Alignment, delay_of_hold
+from .alignment import Alignment
 from .control_law import LawCheck, check_law
 
 
@@ -60,7 +60,7 @@ class ForceTiming:
 
 
 def force_timing(
-    axis: GeneratedAxis, record: Record, profile: Alignment | Missing, hold: str
+    axis: GeneratedAxis, record: Record, profile: Alignment | Missing, held: float
 ) -> ForceTiming | Missing:
     """Whole samples between where a force is recorded and where it acts, or why they are unknown.
 
@@ -69,14 +69,14 @@ def force_timing(
     axis : GeneratedAxis
     record : Record
     profile : Alignment or Missing
-    hold : str
-        Of the prefilter.
+    held : float
+        The delay that the prefilter takes for the hold, samples.
     """
     if isinstance(profile, Missing):
         return profile
     if profile.deviation > MAX_DELAY_DEVIATION.value or profile.at_the_end:
         return Missing("the motion does not show when the force acts")
-    apart = profile.best - delay_of_hold(hold)
+    apart = profile.best - held
     samples = round(apart)
     margin = max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
     if abs(apart - samples) > min(margin, 0.5):

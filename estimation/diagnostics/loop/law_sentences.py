@@ -53,8 +53,8 @@ def small_fault(
         said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
         return (
             f"the recorded control is the declared law's but for {said}"
-            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or the "
-            "value that an integral has at the record's start; it moves friction and offsets"
+            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
+            "an integral of the drive that the law does not declare; it moves friction and offsets"
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
     if one := _one_gain(law, factors):
@@ -112,8 +112,8 @@ def large_fault(
         return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
     if constant is not None:
         return (
-            f"{start}a constant of {constant:.3g} explains it; check the control's offset, or the "
-            "value that an integral has at the record's start"
+            f"{start}a constant of {constant:.3g} explains it; check the control's offset, or an "
+            "integral of the drive that the law does not declare"
         )
     values = np.array(list(factors.values()))
     common = float(np.median(values)) if factors else 1.0

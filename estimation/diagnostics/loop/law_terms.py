@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import LawTicks, law_ticks, start_of_law, terms_along
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter
-from axisid.estimation.simulation import law_along, takes_velocity
 from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF, MAX_LIMIT_EXCESS
 from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
 from axisid.modeling.declaration import ControlLaw
@@ -20,7 +20,7 @@ def compared_with_law(
     axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
-    control, reference = np.asarray(record.control), np.asarray(record.commanded)
+    control, whole = np.asarray(record.control), (0, len(record))
     # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
     limited = np.isclose(
         np.abs(control), axis.axis.drive.limit, rtol=LIMIT_TOLERANCE.value, atol=0.0
@@ -29,15 +29,13 @@ def compared_with_law(
         # A position that was cut off stays in the memory.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
-    if not takes_velocity(law):
-        terms = law_along(axis, reference, record.position, np.zeros_like(record.position))
-        terms = np.hstack([terms, _added(record, law)])
+    ticks = law_ticks(axis, record, whole)
+    terms = terms_along(axis, ticks, start_of_law(axis, record, whole, ticks))
+    terms = np.hstack([terms, _added(record, law, ticks)])
+    if not law.takes_velocity:
         return control, terms, ~(limited | _cut(control, terms, axis.axis.drive.limit))
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
     smooth = SampledFilter(low_pass, record.period)
-    _, velocity, _ = smooth.motion(record.position)
-    terms = law_along(axis, reference, record.position, velocity)
-    terms = np.hstack([terms, _added(record, law)])
     if np.all(np.isfinite(terms)):
         control, *columns = (smooth.motion(signal)[0] for signal in (control, *terms.T))
         terms = np.column_stack(columns)
@@ -60,10 +58,8 @@ def _cut(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
-def _added(record: Record, law: ControlLaw) -> Array:
+def _added(record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
     """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
-    added = record.added_control
-    if added is None:
+    if record.added_control is None:
         return np.empty((len(record), 0))
-    late = np.concatenate([np.zeros(law.delay), added[: len(added) - law.delay]])
-    return np.asarray(late[:, None])
+    return ticks.added_at_samples(law.delay)[:, None]

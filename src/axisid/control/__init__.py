@@ -10,6 +10,7 @@ from axisid.modeling.declaration import cascade_pd as cascade_pd
 from axisid.modeling.declaration import cascade_pd_averaged as cascade_pd_averaged
 from axisid.modeling.declaration import cascade_pd_difference as cascade_pd_difference
 from axisid.modeling.declaration import gain as gain
+from axisid.modeling.quantities import BALANCED as BALANCED
 from axisid.modeling.quantities import MEASURED_POSITION as MEASURED_POSITION
 from axisid.modeling.quantities import MEASURED_VELOCITY as MEASURED_VELOCITY
 from axisid.modeling.quantities import PERIOD as PERIOD

@@ -8,7 +8,7 @@ import sympy
 
 from axisid import Axis, Constant, Parameter, build, derive
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings
+from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings, LoopStart
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.native import Native
@@ -123,6 +123,6 @@ def test_overflow_in_the_virtual_machine_ends_as_not_finite_without_a_warning() 
     functions = build(FAST["power_of_12"], native=False).functions
     settings = LoopSettings(period=1.0, resolution=1e-6, allowed=np.inf, substeps=1)
     loop = VirtualLoop(functions, np.array([1.0, 1.0]), settings)
-    status, stopped, _ = loop.run(np.full(20, 1e30), None, None, 0.0)
+    status, stopped, _ = loop.run(np.full(20, 1e30), None, None, LoopStart(position=0.0))
     assert STATUSES[status] == "not finite"
     assert stopped < 20

@@ -102,7 +102,7 @@ def test_resampling_hides_no_other_time(emps2015: GeneratedAxis, twin: Record) -
     assert in_words(check_law(emps2015, finer)) == (
         "not evaluated: the record was resampled at 2000 Hz, the control law runs at 1000 Hz"
     )
-    with refuses("loop-period", says=r"0\.0005 s"):
+    with refuses("loop-resampled", says=r"resampled every 0\.0005 s"):
         identify(emps2015, finer, methods=["idm-iv"])
 
 

@@ -21,7 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.lowering.loop_settings import LoopSettings
+from axisid.codegen.lowering.loop_settings import LoopSettings, LoopStart
 from axisid.codegen.native.native import Native
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
@@ -395,9 +395,10 @@ def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyP
     library = guarded.library()
     assert library is not None
     reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
-    status, stopped, _ = library.simulate(reference, None, None, theta, 0.0, settings_)
+    at_rest = LoopStart(position=0.0)
+    status, stopped, _ = library.simulate(reference, None, None, theta, at_rest, settings_)
     loop = VirtualLoop(axis.functions, theta, settings_)
-    again, where, _ = loop.run(reference, None, None, 0.0)
+    again, where, _ = loop.run(reference, None, None, at_rest)
     assert (status, stopped) == (again, where) == (3, stopped)
     monkeypatch.setattr(
         "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, {})

@@ -29,6 +29,10 @@ IMPLEMENTATION = {
     "slices._SECONDS": "how long a part of the work runs",
     "slices._WAIT": "how long a look waits",
     "slices._SHORT": "what is run at once",
+    "loop_start._CLOSE": "rounding of a control",
+    "two_clocks._COINCIDES": "rounding of a time",
+    "law_between._COINCIDES": "rounding of a time",
+    "start_memory._LINEAR": "rounding of a control",
     "virtual_loop._JUST_LEFT": "where an event's time is rounded",
     "virtual_loop._AT_START": "rounding of a number of steps",
     "workshop._LEAVE_SECONDS": "how long a process is waited for",
@@ -56,6 +60,10 @@ IMPLEMENTATION = {
     "propagation._STEP": "step of a difference",
     "residual_tests._NO_VARIANCE": "rounding of a variance",
     "variable_projection._SPREAD": "starts of a search",
+    "known_spread._STEP": "step of a difference",
+    "layout._SAME": "rounding of a column",
+    "prefilters._FARTHER": "which of two decimations is taken",
+    "windows._ROUNDING": "rounding of times",
     "attenuation._SAME": "rounding of a column",
     "bias._SAME": "rounding of an eigenvalue",
     "base_distance._STILL": "where an iteration ends",
@@ -88,6 +96,7 @@ IMPLEMENTATION = {
 COMPARED = {
     "compiler": "seconds that a clock knows",
     "base_distance": "where an iteration is given up",
+    "in_time": "half a sample, between whole ones",
 }
 ROOT = Path(__file__).parents[3]
 #: The rooms that hold records, fits and judgements: all of estimation but the table itself.

@@ -114,7 +114,7 @@ _OPTIONS = (
         type=float,
         metavar="S",
         help="In place of the time column's mean step; confirms that the log is not sampled as "
-        "the control law runs.",
+        "the control law runs, which is then simulated at its own period.",
     ),
     click.option(
         "--window",

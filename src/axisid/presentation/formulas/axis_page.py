@@ -117,6 +117,8 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
     lines += [f"{name} = {value:.10g}" for name, value in law.gains.items()]
     held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
     late = f"; applied {law.delay} samples late" if law.delay else ""
+    if law.reference_between:
+        late += f"; at a clock of its own, the reference {law.reference_between} between samples"
     return Section(title="Control law", lines=tuple(lines), note=f"{law.name}; {held}{late}")
 
 

@@ -8,6 +8,7 @@ from sympy.printing.latex import LatexPrinter
 
 from axisid.modeling.declaration import Axis, equation_of_motion
 from axisid.modeling.quantities import (
+    BALANCED,
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
@@ -24,6 +25,7 @@ SIGNALS = {
     MEASURED_POSITION: "measured position",
     MEASURED_VELOCITY: "measured velocity",
     PERIOD: "period",
+    BALANCED: "balanced",
 }
 
 _GREEK = frozenset(

@@ -1,0 +1,18 @@
+"""A record's own loop: where its law is evaluated, what that gives there, where the loop starts.
+
+In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and parameters.
+"""
+
+from .clocks import two_clocks as two_clocks
+from .law_run import control_along as control_along
+from .law_run import state_at_rest as state_at_rest
+from .law_run import terms_along as terms_along
+from .law_ticks import LawTicks as LawTicks
+from .law_ticks import between as between
+from .law_ticks import law_ticks as law_ticks
+from .mean_control import mean_until_next as mean_until_next
+from .start import loop_starts as loop_starts
+from .start_memory import first_memory as first_memory
+from .start_memory import start_of_law as start_of_law
+from .start_velocity import first_velocity as first_velocity
+from .start_velocity import position_noise as position_noise

@@ -1,0 +1,73 @@
+"""A control law along recorded signals."""
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.runtime import by_sample
+from axisid.support.arrays import Array
+
+from .law_of import law_of
+from .law_ticks import LawTicks
+
+
+def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+    """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
+    start = axis.functions["control_start"](ticks.reference[0], ticks.position[0])
+    return np.asarray(start.full().ravel())
+
+
+def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The control law's terms along recorded signals, when they are applied, (N, terms).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    ticks : LawTicks
+        What the law measured.
+    start : (m,) array
+        What it remembered at the first evaluation.
+    """
+    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    rows = by_sample(axis.functions["control_terms"].call(arguments)[0].full(), len(ticks))
+    # What was computed before the first evaluation is taken for that of the first.
+    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+
+
+def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The control that the law gives within the drive's limit, (N,)."""
+    return np.asarray(control_at_ticks(axis, ticks, start)[ticks.held])
+
+
+def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The same at each evaluation, (M,)."""
+    arguments = (*_signals(ticks), _states_along(axis, ticks, start))
+    return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
+
+
+def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """How that control changes with what is remembered at the start, (N, m)."""
+    law, size = axis.functions["control_law"], len(start)
+    slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
+    by_state, onward = slopes.call([*_signals(ticks), _states_along(axis, ticks, start)])
+    # Side by side as matrices, one for each evaluation.
+    rows = by_state.full().reshape(len(ticks), size)
+    steps = onward.full().reshape(size, len(ticks), size)
+    change = np.eye(size)
+    for k in range(len(ticks)):
+        rows[k] = rows[k] @ change
+        change = steps[:, k] @ change
+    return np.asarray(rows[ticks.held])
+
+
+def _signals(ticks: LawTicks) -> list[Array]:
+    return [values[None, :] for values in (ticks.reference, ticks.position, ticks.velocity)]
+
+
+def _states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """What the drive remembers at each evaluation, (m, M)."""
+    if not len(start):
+        return np.zeros((0, len(ticks)))
+    # The state comes first in and first out, so that the function can be run along the samples.
+    along = axis.functions["control_law"].slice("law", [3, 0, 1, 2], [1]).mapaccum(len(ticks))
+    return np.hstack([start[:, None], along(start, *_signals(ticks)).full()[:, :-1]])

@@ -1,0 +1,98 @@
+"""When a control law is evaluated along a stretch of a log, and with what."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, SampledFilter
+from axisid.estimation.thresholds.diagnostics import COMPARISON_CUTOFF
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array
+
+from .clocks import two_clocks
+from .law_of import law_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawTicks:
+    """The signals that a law reads, where it is evaluated.
+
+    Attributes
+    ----------
+    reference, position, velocity : (M,) array
+        At the evaluations.
+    added : (M,) array
+        What is added to the law's output.
+    held : (N,) array of int
+        The evaluation at or before each sample of the log.
+    """
+
+    reference: Array
+    position: Array
+    velocity: Array
+    added: Array
+    held: NDArray[np.intp]
+
+    @classmethod
+    def at_samples(cls, reference: Array, position: Array, velocity: Array) -> "LawTicks":
+        """A law that is evaluated at the samples of a log, (N,) each, with nothing added to it."""
+        held, nothing = np.arange(len(position)), np.zeros(len(position))
+        return cls(
+            reference=reference, position=position, velocity=velocity, added=nothing, held=held
+        )
+
+    def __len__(self) -> int:
+        return len(self.reference)
+
+    def first(self, samples: int) -> "LawTicks":
+        """Those of the first samples of the log."""
+        held = self.held[:samples]
+        until = int(held[-1]) + 1
+        return LawTicks(
+            reference=self.reference[:until],
+            position=self.position[:until],
+            velocity=self.velocity[:until],
+            added=self.added[:until],
+            held=held,
+        )
+
+    def added_at_samples(self, delay: int) -> Array:
+        """What is added to the control that a sample of the log shows, so many evaluations late."""
+        late = self.held - delay
+        return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
+
+
+def law_ticks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LawTicks:
+    """What the law of an axis measured along a segment of a record with a reference."""
+    law, rows = law_of(axis), slice(*span)
+    reference, position = np.asarray(record.commanded)[rows], record.position[rows]
+    velocity = _velocity(law, position, record.period)
+    added = record.added_control
+    added = np.zeros(len(position)) if added is None else added[rows]
+    clocks = two_clocks(axis, record, span)
+    if clocks is None:
+        held = np.arange(len(position))
+    else:
+        reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
+        position, velocity = (between(values, clocks.times) for values in (position, velocity))
+    return LawTicks(
+        reference=reference, position=position, velocity=velocity, added=added, held=held
+    )
+
+
+def between(values: Array, times: Array) -> Array:
+    """A signal between its samples, by a cubic spline; beyond them as at the first or last."""
+    spline = CubicSpline(np.arange(len(values)), values)
+    return np.asarray(spline(np.clip(times, 0, len(values) - 1)))
+
+
+def _velocity(law: ControlLaw, position: Array, period: float) -> Array:
+    """What an ideal sensor sees, of a law that reads one; it is in no log."""
+    if not law.takes_velocity:
+        return np.zeros_like(position)
+    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
+    return SampledFilter(low_pass, period).motion(position)[1]

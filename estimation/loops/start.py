@@ -1,0 +1,71 @@
+"""Where the loop of a record starts: its motion there, and what its drive remembers."""
+
+import weakref
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.records import Record
+
+from .start_memory import first_memory
+from .start_velocity import first_velocity
+
+_Starts = dict[GeneratedAxis, tuple[LoopStart, ...]]
+
+#: Those of the records that are alive, by their identity: they are asked for in every iteration.
+_KNOWN: dict[int, tuple["weakref.ref[Record]", _Starts]] = {}
+
+
+def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple[LoopStart, ...]:
+    """Where the loop of each segment of a record starts.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+        With a reference.
+    away : float
+        Of the positions that the law reads, from those of the record; what it remembers of them is
+        as far away.
+    """
+    of_record = _KNOWN.get(id(record))
+    if of_record is None:
+        kept = weakref.ref(record, partial(_forget, id(record)))
+        of_record = _KNOWN[id(record)] = (kept, {})
+    starts = of_record[1]
+    if axis not in starts:
+        starts[axis] = tuple(_start(axis, record, span) for span in record.spans)
+    if not away:
+        return starts[axis]
+    return tuple(
+        _moved(axis, record, row, start, away)
+        for (row, _), start in zip(record.spans, starts[axis], strict=True)
+    )
+
+
+def _moved(
+    axis: GeneratedAxis, record: Record, row: int, start: LoopStart, away: float
+) -> LoopStart:
+    if start.memory is None:
+        return start
+    at_rest = axis.functions["control_start"]
+    reference, position = np.asarray(record.commanded)[row], start.position
+    change = at_rest(reference + away, position + away) - at_rest(reference, position)
+    return replace(start, memory=start.memory + change.full().ravel())
+
+
+def _forget(record: int, _: object) -> None:
+    _KNOWN.pop(record, None)
+
+
+def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
+    position = record.position[slice(*span)]
+    return LoopStart(
+        position=float(position[0]),
+        velocity=first_velocity(position, record.period),
+        memory=first_memory(axis, record, span),
+    )

@@ -1,0 +1,119 @@
+"""What the drive remembers where a record begins.
+
+It is in no log, but the first controls show it: an integral that holds a load, the last position of
+a moving axis. Sought is the memory with which the law gives them, by least squares; what they do
+not show stays as the law declares it for an axis at rest, and so does all of it where that gives
+them too, within what the law leaves of them anyway.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds.records import LIMIT_TOLERANCE
+from axisid.estimation.thresholds.simulation import (
+    MAX_START_LEFT,
+    MIN_MEMORY_EFFECT,
+    MIN_START_DISTANCE,
+    MIN_START_ERROR,
+)
+from axisid.support.arrays import Array, covered
+
+from .law_of import law_of
+from .law_run import control_along, slopes_along, state_at_rest
+from .law_ticks import LawTicks, law_ticks
+
+_SAMPLES = 50  # of the record that are looked at
+_STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
+_LINEAR = 1e-9  # of the control: what a step leaves beside what it should
+
+
+def start_of_law(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks
+) -> Array:
+    """What the drive remembers where a segment begins, of the record or as it is declared, (m,)."""
+    found = first_memory(axis, record, span, ticks)
+    return state_at_rest(axis, ticks) if found is None else found
+
+
+def first_memory(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
+) -> Array | None:
+    """What the drive remembers at the first sample of a segment, (m,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+        With a reference.
+    span : tuple of int
+        The segment: first row and the one after the last.
+    ticks : LawTicks, optional
+        Of the segment, where they are known.
+
+    Returns
+    -------
+    (m,) array or None
+        None where it is that of an axis at rest, as the law declares it, or where there is no
+        control that shows it.
+    """
+    if record.control is None or not axis.functions["control_start"].numel_out(0):
+        return None
+    law = law_of(axis)
+    control = record.control[slice(*span)]
+    ticks = (ticks or law_ticks(axis, record, span)).first(_SAMPLES)
+    wanted = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
+    seen = _unlimited(axis, record, span)[: len(wanted)]
+    at_rest = state_at_rest(axis, ticks)
+    off = (wanted - control_along(axis, ticks, at_rest))[seen]
+    allowed = MIN_START_ERROR.value * float(np.sqrt(np.mean(control**2) * len(off)))
+    if not law.balanced and not np.linalg.norm(off) > allowed:
+        return None
+    found = _solved(axis, ticks, wanted, seen, at_rest)
+    left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
+    gained = (float(off @ off) - noise) / max(found.shown, 1)
+    noise /= max(len(off) - found.shown, 1)
+    explained = left < MAX_START_LEFT.value * float(np.linalg.norm(off))
+    clear = explained and gained > MIN_START_DISTANCE.value**2 * noise
+    return found.state if law.balanced or clear else None
+
+
+def _unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
+    rows, limit = slice(*span), axis.axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
+    masked = covered(record.masked, len(record))[rows]
+    return np.asarray(~masked & (np.abs(np.asarray(record.control)[rows]) < limit))
+
+
+@dataclass(frozen=True, slots=True)
+class _Memory:
+    """A memory, what it leaves of the controls, and in how many directions they show it."""
+
+    state: Array
+    left: Array
+    shown: int
+
+
+def _solved(
+    axis: GeneratedAxis, ticks: LawTicks, wanted: Array, seen: NDArray[np.bool_], state: Array
+) -> _Memory:
+    """The memory that gives the controls, from one that does not."""
+    off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
+    for _ in range(_STEPS):
+        slopes = slopes_along(axis, ticks, state)[seen]
+        if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
+            break
+        sizes = np.linalg.norm(slopes, axis=0)
+        scale = np.where(sizes > 0, sizes, 1.0)
+        u, effect, v = np.linalg.svd(slopes / scale, full_matrices=False)
+        clear = effect > MIN_MEMORY_EFFECT.value * effect.max(initial=0.0)
+        step = (v[clear].T @ ((u.T @ off)[clear] / effect[clear])) / scale
+        state, shown, expected = state + step, int(clear.sum()), off - slopes @ step
+        off = (wanted - control_along(axis, ticks, state))[seen]
+        if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
+            break
+    return _Memory(state, off, shown)

@@ -1,0 +1,126 @@
+"""A law and a log with a clock each: simulated as the law runs, sampled as the log is.
+
+Between two evaluations of the law the force is held, so that the motion is smooth but where the
+axis reverses: it is taken there by cubics through the velocities and accelerations at both. They
+err by (rate of the plant times period)^2 / 384 of the way that an acceleration makes in a period.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.support.arrays import Array
+
+_COINCIDES = 1e-6  # of a period, from an evaluation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoClocks:
+    """When a law is evaluated along a log of another period.
+
+    Attributes
+    ----------
+    samples : int
+        Of the log.
+    log_period, law_period : float
+        s
+    first : float
+        Time of the first evaluation, s from the first sample; 0 or before it.
+    between : str
+        How the reference runs between samples, ``linear`` or ``held``.
+    """
+
+    samples: int
+    log_period: float
+    law_period: float
+    first: float = 0.0
+    between: str = "linear"
+
+    @property
+    def times(self) -> Array:
+        """Of the evaluations up to the one after the last sample, in samples of the log."""
+        last = (self.samples - 1) * self.log_period - self.first
+        count = math.floor(last / self.law_period + _COINCIDES) + 2
+        return np.asarray((self.first + self.law_period * np.arange(count)) / self.log_period)
+
+    @property
+    def elapsed(self) -> tuple[NDArray[np.intp], Array]:
+        """The evaluation at or before each sample, and the time since then, s, (N,) each."""
+        time = self.log_period * np.arange(self.samples) - self.first
+        last = np.floor(time / self.law_period + _COINCIDES).astype(np.intp)
+        since = time - self.law_period * last
+        return last, np.where(since > _COINCIDES * self.law_period, since, 0.0)
+
+    def reference(self, values: Array) -> Array:
+        """A reference of the log, (N,), where the law is evaluated, (M,)."""
+        if self.between == "held":
+            return self.held(values)
+        return np.interp(self.times, np.arange(len(values)), values)
+
+    def held(self, values: Array) -> Array:
+        """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
+        row = np.floor(self.times + _COINCIDES).astype(np.intp)
+        return np.asarray(values[np.clip(row, 0, len(values) - 1)])
+
+
+def at_log_samples(
+    axis: GeneratedAxis, parameters: Array, signals: dict[str, Array], clocks: TwoClocks
+) -> dict[str, Array]:
+    """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    signals : dict of str to (M,) array
+        By the names of `SIGNALS`.
+    clocks : TwoClocks
+
+    Returns
+    -------
+    dict of str to (N,) array
+        The same, and ``held``: the force just before a sample.
+    """
+    last, since = clocks.elapsed
+    force = signals["force"]
+    earlier = np.concatenate([force[:1], force[:-1]])
+    out = {name: values[last] for name, values in signals.items()}
+    out["held"] = np.where(since > 0, force[last], earlier[last])
+    apart = np.flatnonzero(since > 0)
+    if not apart.size:
+        return out
+    begin, share = last[apart], since[apart] / clocks.law_period
+    end = begin + 1
+    (arriving,) = axis.rows(
+        "direct_dynamics",
+        *(signals[name][end] for name in ("position", "velocity")),
+        force[begin],
+        signals["before"][end],
+        parameters,
+    )
+    moves = clocks.law_period
+    position, velocity, slope = (signals[n] for n in ("position", "velocity", "acceleration"))
+    out["position"][apart] = _cubic(
+        position[begin], position[end], velocity[begin] * moves, velocity[end] * moves, share
+    )
+    dq = _cubic(velocity[begin], velocity[end], slope[begin] * moves, arriving[:, 0] * moves, share)
+    stays = (velocity[begin] == 0) & (velocity[end] == 0)
+    dq = np.where(stays, 0.0, dq)
+    out["velocity"][apart] = dq
+    direction = np.where(dq == 0, signals["direction"][begin], np.sign(dq))
+    out["direction"][apart] = out["before"][apart] = direction
+    (acceleration,) = axis.rows(
+        "direct_dynamics", out["position"][apart], dq, force[begin], direction, parameters
+    )
+    out["acceleration"][apart] = np.where(stays, 0.0, acceleration[:, 0])
+    return out
+
+
+def _cubic(first: Array, last: Array, rate: Array, end_rate: Array, share: Array) -> Array:
+    """Hermite's cubic, some share of the way between two points."""
+    rest = 1 - share
+    bend = rest * (rate - (last - first)) + share * ((last - first) - end_rate)
+    return np.asarray(rest * first + share * last + share * rest * bend)

@@ -1,0 +1,140 @@
+"""A record's loop begins as the record does, whatever its law declares for an axis at rest."""
+
+import gc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, identify, load_axis, simulate, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import BALANCED
+from axisid.estimation import check_law
+from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from axisid.estimation.loops.start import _KNOWN, loop_starts
+from axisid.estimation.loops.start_velocity import first_velocity
+from axisid.estimation.regression.simulated_rows import simulated_loops
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import LIBRARY
+from axisid.modeling.declaration.experiment import back_and_forth
+from tests.estimation.simulation.test_loop_start import THETA, T, vertical
+
+REFERENCE = trajectory(
+    back_and_forth(speeds=(0.05, 0.1), acceleration=0.8, seconds=1.0, repeat=2), T
+)
+HUNDREDTH_MM = 1e-5
+
+
+def carried(delay: int, noise: float = 0.0, cut: int = 0) -> tuple[Record, np.ndarray]:
+    """A record of a vertical axis whose integral holds its load, and its true positions."""
+    added = noise * np.random.default_rng(1).normal(size=len(REFERENCE))
+    loop = simulate(vertical(BALANCED, delay), THETA, REFERENCE, T, position_noise=added)
+    record = Record(
+        time=loop.time[cut:],
+        position=loop.measured_position[cut:],
+        reference=REFERENCE[cut:],
+        control=loop.control[cut:],
+        sample_period=T,
+    )
+    return record, loop.position[cut:]
+
+
+def checked(axis: GeneratedAxis, record: Record) -> LawCheck:
+    check = check_law(axis, record)
+    assert isinstance(check, LawCheck)
+    assert check.residual_percent is not None
+    return check
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+@pytest.mark.parametrize("start", [0, BALANCED], ids=["at zero", "balanced"])
+@pytest.mark.parametrize("cut", [0, 300, 1500], ids=["from rest", "in motion", "going back"])
+@pytest.mark.parametrize("noise", [0.0, 1e-6])
+def test_a_load_that_an_integral_holds_neither_drops_nor_disturbs_the_law(
+    delay: int, start: object, cut: int, noise: float
+) -> None:
+    record, position = carried(delay, noise, cut)
+    axis = vertical(start, delay)
+    check = checked(axis, record)
+    assert check.passed
+    assert check.residual_percent is not None
+    assert check.residual_percent < 1e-6
+    (loop,) = simulated_loops(axis, record, THETA)
+    assert np.abs(loop.position - position).max() < HUNDREDTH_MM
+
+
+def test_each_segment_begins_with_what_its_drive_remembers_there() -> None:
+    record, position = carried(0)
+    gap = 700
+    kept = np.r_[0:gap, gap + 400 : len(record)]
+    parted = replace(
+        record,
+        **{role: values[kept] for role, values in record.channels().items()},
+        segments=((0, gap), (gap, len(kept))),
+    )
+    axis = vertical(0)
+    loops = simulated_loops(axis, parted, THETA)
+    assert np.abs(np.concatenate([s.position for s in loops]) - position[kept]).max() < HUNDREDTH_MM
+
+
+def test_the_estimate_of_a_loaded_axis_is_the_truth() -> None:
+    record, _ = carried(0)
+    result = identify(vertical(0), record, methods=["idm-iv"])
+    assert result["idm-iv"].physical == pytest.approx(THETA, rel=3e-3)
+    assert result["idm-iv"].simulation_error_percent < 0.1
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_records_that_start_at_rest_start_at_rest(name: str) -> None:
+    axis = build(load_axis(name))
+    for seed in range(3):
+        (start,) = loop_starts(axis, twin_record(axis, seed=seed))
+        assert start.velocity == 0.0
+        assert start.memory is None
+
+
+def test_the_velocity_of_a_record_that_moves_is_found_within_noise(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    time = 1e-3 * np.arange(400)
+    for _ in range(30):
+        velocity, acceleration = rng.uniform(0.01, 0.2), rng.normal()
+        jerk = 20 * rng.normal()
+        motion = velocity * time + acceleration * time**2 / 2 + jerk * time**3 / 6
+        measured = motion + 1e-7 * rng.normal(size=len(time))
+        assert first_velocity(measured, 1e-3) == pytest.approx(velocity, abs=1.5e-3)
+
+
+@pytest.mark.parametrize("count", [2, 5, 9, 1000])
+def test_an_axis_that_stands_has_no_velocity(count: int, rng: np.random.Generator) -> None:
+    assert first_velocity(np.full(count, 0.1), 1e-3) == 0.0
+    assert first_velocity(1e-6 * rng.normal(size=count), 1e-3) == 0.0
+    assert first_velocity(1e-5 * np.round(rng.normal(size=count)), 1e-3) == 0.0
+
+
+def test_a_wrong_law_is_still_found_out() -> None:
+    record, _ = carried(0)
+    axis = vertical(0)
+    law = axis.axis.control
+    assert law is not None
+    for name, factor in (("kp", 1.05), ("kv", 0.9), ("ki", 1.2)):
+        wrong = replace(law, gains={**law.gains, name: factor * law.gains[name]})
+        assert not checked(build(replace(axis.axis, control=wrong)), record).passed
+
+
+def test_without_a_control_the_memory_is_the_declared_one() -> None:
+    record, _ = carried(0)
+    force = 35.15 * np.asarray(record.control)
+    (start,) = loop_starts(vertical(0), replace(record, control=None, force=force))
+    assert start.memory is None
+
+
+def test_what_is_known_of_a_record_goes_with_it() -> None:
+    record, _ = carried(0)
+    first = loop_starts(vertical(0), record)
+    assert loop_starts(vertical(0), record) is first
+    known = id(record)
+    assert known in _KNOWN
+    del record
+    gc.collect()
+    assert known not in _KNOWN

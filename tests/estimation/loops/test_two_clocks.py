@@ -1,0 +1,292 @@
+"""A law whose clock is not the log's is simulated as it runs and sampled as the log is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from axisid import ModelError, Record, build, identify, load_axis, newton, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.lowering.loop_settings import LoopStart
+from axisid.control import BALANCED, ControlLaw, cascade_pd, cascade_pd_averaged
+from axisid.elements import Drive, coulomb, offset, viscous
+from axisid.estimation import check_law
+from axisid.estimation.diagnostics.loop.control_law import LawCheck
+from axisid.estimation.loops.clocks import two_clocks
+from axisid.estimation.regression.simulated_rows import LoopDataError, simulated_loops
+from axisid.estimation.simulation.closed_loop import signals_before, simulate_estimate
+from axisid.estimation.simulation.twin import trajectory
+from axisid.estimation.simulation.two_clocks import TwoClocks
+from axisid.modeling.declaration.experiment import back_and_forth
+from axisid.support.missing import Missing
+from tests.axes.simulated import F0, Fc, Fv, M, q
+from tests.estimation.simulation.test_loop_start import THETA, p_pi
+
+MOVES = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)
+LOG = 1e-3
+
+
+def stage(law: ControlLaw) -> GeneratedAxis:
+    axis = newton(
+        "stage",
+        coordinate=q,
+        parameters=(M, Fv, Fc, F0),
+        inertia=M,
+        resistance=(viscous(Fv, q), coulomb(Fc, q), offset(F0)),
+        drive=Drive(gain=35.15, limit=100.0),
+        control=law,
+    )
+    return build(axis)
+
+
+def cascade(period: float) -> ControlLaw:
+    return cascade_pd_averaged(kp=160.18, kv=243.45, period=period)
+
+
+def cascade_p_pi(period: float) -> ControlLaw:
+    return replace(p_pi(BALANCED), period=period)
+
+
+def logged(axis: GeneratedAxis, period: float, noise: float = 0.0, late: int = 0) -> Record:
+    """The axis's loop with its set point made at every evaluation, as a log of another period."""
+    law = axis.axis.control
+    assert law is not None
+    reference = trajectory(MOVES, law.period)
+    rng = np.random.default_rng(1)
+    errors = noise * rng.normal(size=len(reference))
+    loop = simulate(axis, THETA, reference, law.period, position_noise=errors)
+    time = period * np.arange(late, int((len(reference) - 2) * law.period / period))
+    last = np.floor(time / law.period + 1e-6).astype(int)
+    clocks = TwoClocks(samples=len(time) + late, log_period=period, law_period=law.period)
+    between = simulate_estimate(
+        axis,
+        THETA,
+        np.interp(time, law.period * np.arange(len(reference)), reference),
+        period,
+        start=LoopStart(position=float(reference[0]), memory=None),
+        clocks=replace(clocks, samples=len(time)),
+    )
+    exact = np.allclose(last * law.period, time)
+    return Record(
+        time=time,
+        position=loop.measured_position[last] if exact else between.position,
+        reference=np.interp(time, law.period * np.arange(len(reference)), reference),
+        control=loop.control[last] if exact else between.control,
+        sample_period=period,
+    )
+
+
+def by_events(reference: np.ndarray, period: float, times: np.ndarray) -> np.ndarray:
+    """Positions of the stage under its P-PI law at any times, by DOP853 with located crossings."""
+    mass, damping, friction, load = THETA
+    position = last = float(reference[0])
+    velocity, total = 0.0, load / 35.15
+    out = np.empty(len(times))
+    for k, r in enumerate(reference):
+        error = 40.0 * (r - position) - (position - last) / period
+        force = 35.15 * np.clip(150.0 * error + total, -100.0, 100.0)
+        last, total, now = position, total + 4000.0 * period * error, 0.0
+        inside = np.flatnonzero((times >= k * period - 1e-12) & (times < (k + 1) * period - 1e-12))
+        out[inside] = position
+
+        def stops(_: float, x: np.ndarray) -> float:
+            return float(x[1])
+
+        stops.terminal = True  # type: ignore[attr-defined]
+        while now < period - 1e-13:
+            push = force - load
+            if velocity == 0 and abs(push) <= friction:
+                break
+            s = np.sign(velocity) if velocity else np.sign(push)
+            stops.direction = -s  # type: ignore[attr-defined]
+            solution = solve_ivp(
+                lambda _, x, s=s, push=push: (x[1], (push - damping * x[1] - friction * s) / mass),
+                (now, period),
+                (position, velocity),
+                method="DOP853",
+                rtol=1e-11,
+                atol=1e-13,
+                events=stops,
+                dense_output=True,
+            )
+            for i in inside:
+                since = times[i] - k * period
+                if now <= since <= solution.t[-1]:
+                    out[i] = solution.sol(since)[0]
+            position, velocity = map(float, solution.y[:, -1])
+            velocity = 0.0 if solution.status == 1 else velocity
+            now = float(solution.t[-1])
+            if velocity == 0:
+                out[inside[times[inside] - k * period > now]] = position
+    return out
+
+
+@pytest.mark.parametrize("ratio", [4.0, 2.5, 0.4, 0.25])
+def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
+    law = cascade_p_pi(LOG / ratio)
+    count = 160
+    reference = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(count))
+    clocks = TwoClocks(samples=count, log_period=LOG, law_period=law.period)
+    read = np.interp(clocks.times, np.arange(count), reference)
+    assert np.array_equal(clocks.reference(reference), read)
+    loop = simulate_estimate(
+        stage(law),
+        THETA,
+        reference,
+        LOG,
+        start=LoopStart(position=0.0),
+        clocks=clocks,
+    )
+    expected = by_events(read, law.period, LOG * np.arange(count))
+    assert len(loop.time) == count
+    # A cubic through a reversal in a slow law's period is not the motion there.
+    assert np.abs(loop.position - expected).max() < (2e-9 if ratio > 1 else 2e-7)
+    # Each row, just before and just after a sample, satisfies the model.
+    axis = stage(law)
+    for s in (loop.signals, signals_before(axis, THETA, loop)):
+        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        off = np.abs(row @ THETA + known[:, 0] - s.force)
+        moving = s.velocity != 0
+        assert off[moving].max() < 1e-9 * np.abs(s.force).max()
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_a_reference_runs_between_samples_as_declared(between: str) -> None:
+    clocks = TwoClocks(samples=3, log_period=1.0, law_period=0.5, between=between)
+    expected = [0.0, 0.5, 1.0, 2.0, 3.0, 3.0] if between == "linear" else [0, 0, 1, 1, 3, 3]
+    assert clocks.reference(np.array([0.0, 1.0, 3.0])).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("law", "log"),
+    [
+        (cascade(0.25e-3), 1e-3),
+        (cascade_p_pi(1 / 16e3), 1e-3),
+        (cascade_p_pi(0.4e-3), 1e-3),
+        (cascade(1e-3), 0.25e-3),
+        (cascade_p_pi(1e-3), 0.4e-3),
+    ],
+    ids=["4 kHz at 1 kHz", "P-PI of 16 kHz at 1 kHz", "2.5 times", "slower", "0.4 times"],
+)
+def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float) -> None:
+    axis = stage(law)
+    record = logged(axis, log)
+    estimate = identify(axis, record, methods=["idm-iv"])["idm-iv"]
+    assert estimate.physical == pytest.approx(THETA, rel=2e-3)
+    check = check_law(axis, record)
+    assert isinstance(check, LawCheck)
+    assert check.passed
+    assert check.residual_percent is not None
+    assert check.residual_percent < 0.1
+    (loop,) = simulated_loops(axis, record, THETA)
+    assert np.abs(loop.position - record.position).max() < 1e-5
+
+
+@pytest.mark.parametrize(
+    "law", [cascade(0.25e-3), cascade_p_pi(1 / 16e3)], ids=["4 kHz", "P-PI of 16 kHz"]
+)
+def test_a_set_point_that_is_held_between_the_samples_misleads_nobody(law: ControlLaw) -> None:
+    """Its control is a sawtooth, of which the log sees one edge: Fv is then 217 and 42 % off."""
+    axis = stage(replace(law, reference_between="held"))
+    reference = trajectory(MOVES, LOG)
+    ratio = round(LOG / law.period)
+    loop = simulate(axis, THETA, np.repeat(reference, ratio), law.period)
+    record = Record(
+        time=LOG * np.arange(len(reference)),
+        position=loop.position[::ratio],
+        reference=reference,
+        control=loop.control[::ratio],
+    )
+    estimate = identify(axis, record, methods=["idm-iv"])["idm-iv"]
+    assert estimate.physical == pytest.approx(THETA, rel=3e-3)
+    result = check_law(axis, record)
+    assert isinstance(result, LawCheck)
+    assert result.passed
+
+
+def test_the_law_check_says_what_the_log_leaves_open() -> None:
+    axis = stage(cascade_p_pi(1 / 16e3))
+    check = check_law(axis, logged(axis, 1e-3, noise=1e-8))
+    assert isinstance(check, LawCheck)
+    assert check.passed
+    assert "what it reads between the samples leaves 0." in check.meaning
+    blurred = check_law(axis, logged(axis, 1e-3, noise=1e-6))
+    assert isinstance(blurred, Missing)
+    assert "of its control open" in str(blurred.note)
+
+
+@pytest.mark.parametrize("name", ["kp", "kv"])
+def test_a_wrong_law_between_the_samples_is_found_out(name: str) -> None:
+    law = cascade_p_pi(1 / 16e3)
+    record = logged(stage(law), 1e-3, noise=1e-8)
+    wrong = replace(law, gains={**law.gains, name: 1.1 * law.gains[name]})
+    check = check_law(stage(wrong), record)
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+
+
+@pytest.mark.parametrize("late", range(4))
+def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
+    axis = stage(cascade(1e-3))
+    record = logged(axis, 0.25e-3)
+    part = Record(
+        **{role: values[late:] for role, values in record.channels().items()},
+        sample_period=0.25e-3,
+    )
+    clocks = two_clocks(axis, part, (0, len(part)))
+    assert clocks is not None
+    assert clocks.first == pytest.approx(-late * 0.25e-3)
+    check = check_law(axis, part)
+    assert isinstance(check, LawCheck)
+    assert check.passed
+    assert check.delay == 0
+
+
+def test_a_period_that_nobody_confirms_is_still_refused() -> None:
+    axis = stage(cascade(0.25e-3))
+    record = replace(logged(axis, 1e-3), sample_period=None)
+    with pytest.raises(LoopDataError, match=r"sample in 4, confirm that by sample_period=0\.001"):
+        identify(axis, record, methods=["idm-iv"])
+    check = check_law(axis, record)
+    assert isinstance(check, LawCheck)
+    assert not check.passed
+    declared = replace(cascade(0.25e-3), reference_between="linear")
+    estimate = identify(stage(declared), record, methods=["idm-iv"])["idm-iv"]
+    assert estimate.physical == pytest.approx(THETA, rel=2e-3)
+
+
+def test_a_continuous_law_takes_any_log() -> None:
+    law = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
+    axis = stage(law)
+    period = 0.4e-3
+    reference = trajectory(MOVES, period)
+    loop = simulate(axis, THETA, reference, period)
+    record = Record(
+        time=loop.time, position=loop.position, reference=reference, control=loop.control
+    )
+    estimate = identify(axis, record, methods=["idm-iv"])["idm-iv"]
+    assert estimate.physical == pytest.approx(THETA, rel=2e-3)
+    check = check_law(axis, record)
+    assert isinstance(check, LawCheck)
+    assert check.passed
+
+
+def test_how_a_reference_runs_is_declared_in_a_file_too(tmp_path: Path) -> None:
+    text = """
+        name = "cart"
+        coordinate = { name = "z" }
+        parameters = { m = { unit = "kg", nominal = 2.0 } }
+        newton = { inertia = "m" }
+        drive = { gain = 2.0 }
+        control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-4, reference_between = "held" }
+    """  # noqa: E501
+    file = tmp_path / "cart.toml"
+    file.write_text(text)
+    law = load_axis(file).control
+    assert law is not None
+    assert law.reference_between == "held"
+    file.write_text(text.replace('"held"', '"cubic"'))
+    with pytest.raises(ModelError, match="reference_between is 'cubic'; give linear or held"):
+        load_axis(file)

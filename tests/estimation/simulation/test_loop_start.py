@@ -1,0 +1,237 @@
+"""Loops that start in motion, and drives that remember something at the start."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from axisid import ModelError, UsageError, build, load_axis, newton, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import (
+    BALANCED,
+    MEASURED_POSITION,
+    PERIOD,
+    REFERENCE,
+    ControlLaw,
+    Memory,
+    gain,
+)
+from axisid.elements import Drive, coulomb, offset, viscous
+from axisid.estimation import simulate_batch
+from tests.axes.simulated import AXES, F0, Fc, Fv, M, q
+
+T = 1e-3
+THETA = np.array([100.2, 236.9, 24.8, 300.0])
+
+
+def p_pi(start: object, delay: int = 0) -> ControlLaw:
+    """A velocity loop with an integral under a position loop, as drives have it."""
+    last = Memory("last", MEASURED_POSITION, MEASURED_POSITION)
+    velocity = (MEASURED_POSITION - last.symbol) / PERIOD
+    error = gain("kp") * (REFERENCE - MEASURED_POSITION) - velocity
+    total = Memory("total", gain("total") + gain("ki") * PERIOD * error, start)
+    return ControlLaw(
+        name="P-PI",
+        period=T,
+        gains={"kp": 40.0, "kv": 150.0, "ki": 4000.0},
+        output=gain("kv") * error + total.symbol,
+        memory=(last, total),
+        delay=delay,
+    )
+
+
+def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> GeneratedAxis:
+    """A stage that carries a load under an integral."""
+    axis = newton(
+        "vertical",
+        coordinate=q,
+        parameters=(M, Fv, Fc, F0),
+        inertia=M,
+        resistance=(viscous(Fv, q), coulomb(Fc, q), offset(F0)),
+        drive=Drive(gain=35.15, limit=100.0),
+        control=p_pi(start, delay),
+    )
+    return build(axis, native=native)
+
+
+def by_events(reference: np.ndarray, start: tuple[float, float], memory: list[float]) -> np.ndarray:
+    """The vertical axis under its law by DOP853 with located velocity crossings."""
+    mass, damping, friction, load = THETA
+    position, velocity = start
+    last, total = memory
+    out = []
+    for r in reference:
+        out.append(position)
+        error = 40.0 * (r - position) - (position - last) / T
+        force = 35.15 * np.clip(150.0 * error + total, -100.0, 100.0)
+        last, total, left = position, total + 4000.0 * T * error, T
+
+        def stops(_: float, x: np.ndarray) -> float:
+            return float(x[1])
+
+        stops.terminal = True  # type: ignore[attr-defined]
+        while left > 1e-13:
+            push = force - load
+            if velocity == 0 and abs(push) <= friction:
+                break
+            s = np.sign(velocity) if velocity else np.sign(push)
+            stops.direction = -s  # type: ignore[attr-defined]
+            solution = solve_ivp(
+                lambda _, x, s=s, push=push: (x[1], (push - damping * x[1] - friction * s) / mass),
+                (0.0, left),
+                (position, velocity),
+                method="DOP853",
+                rtol=1e-11,
+                atol=1e-13,
+                events=stops,
+            )
+            position, velocity = map(float, solution.y[:, -1])
+            velocity = 0.0 if solution.status == 1 else velocity
+            left -= float(solution.t[-1])
+    return np.array(out)
+
+
+@pytest.mark.parametrize("velocity", [0.15, -0.05, 0.0])
+def test_a_loop_that_starts_in_motion_follows_an_independent_integrator(velocity: float) -> None:
+    reference = 0.01 * np.sin(2 * np.pi * 4 * T * np.arange(200))
+    memory = [0.002 - velocity * T, 300.0 / 35.15 + 1.0]
+    expected = by_events(reference, (0.002, velocity), memory)
+    for native in (True, False):
+        axis = vertical(native=native)
+        loop = simulate(
+            axis, THETA, reference, T, start=0.002, start_velocity=velocity, memory=memory
+        )
+        assert np.abs(loop.position - expected).max() < 1e-10
+        assert loop.velocity[0] == velocity
+        assert loop.direction_before[0] == loop.direction[0]
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_lanes_start_each_in_its_own_way(name: str) -> None:
+    axis = build(AXES[name])
+    law = axis.axis.control
+    assert law is not None
+    remembered = len(law.memory) + law.delay
+    rng = np.random.default_rng(3)
+    lanes = 35
+    reference = 0.01 * np.sin(30 * law.period * np.arange(60))
+    velocity = np.where(np.arange(lanes) % 3, 0.05 * rng.normal(size=lanes), 0.0)
+    memory = 1e-4 * rng.normal(size=(lanes, remembered))
+    together = simulate_batch(
+        axis,
+        np.tile(axis.nominal, (lanes, 1)),
+        reference,
+        law.period,
+        start_velocity=velocity,
+        memory=memory,
+    )
+    machine = build(AXES[name], native=False)
+    for lane in (0, 1, 34):
+        options = {"start_velocity": velocity[lane], "memory": memory[lane]}
+        alone = simulate(axis, axis.nominal, reference, law.period, **options)
+        virtual = simulate(machine, axis.nominal, reference, law.period, **options)
+        assert together["velocity"][0, lane] == velocity[lane]
+        for other in (together["position"][:, lane], virtual.position):
+            assert np.abs(alone.position - other).max() < 1e-12
+
+
+def test_the_state_that_a_motion_has_continues_it() -> None:
+    axis = vertical(BALANCED)
+    reference = 0.01 * np.sin(2 * np.pi * 3 * T * np.arange(400))
+    whole = simulate(axis, THETA, reference, T)
+    error = 40.0 * (reference - whole.position)
+    rest = float(whole.control[0] - 150.0 * error[0])
+    last = np.concatenate([whole.position[:1], whole.position[:-1]])
+    change = 4000.0 * T * (error - (whole.position - last) / T)
+    total = rest + np.concatenate([[0.0], np.cumsum(change)[:-1]])
+    cut = 150
+    later = simulate(
+        axis,
+        THETA,
+        reference[cut:],
+        T,
+        start=whole.position[cut],
+        start_velocity=whole.velocity[cut],
+        memory=[last[cut], total[cut]],
+    )
+    assert np.abs(later.position - whole.position[cut:]).max() < 1e-12
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+@pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
+def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None:
+    reference = np.full(300, 0.1)
+    loop = simulate(vertical(BALANCED, delay, native=native), THETA, reference, T)
+    assert np.all(loop.position == 0.1)
+    assert loop.control == pytest.approx(300.0 / 35.15)
+    dropped = simulate(vertical(0, delay, native=native), THETA, reference, T)
+    assert np.ptp(dropped.position) > 1e-4
+    lanes = np.array([THETA, THETA * [1, 1, 1, -2]])
+    batch = simulate_batch(vertical(BALANCED, delay, native=native), lanes, reference, T)
+    assert np.all(batch["position"] == 0.1)
+
+
+def test_a_memory_may_start_at_the_reference() -> None:
+    law = ControlLaw(
+        name="reference filter",
+        period=T,
+        gains={"kp": 3000.0},
+        output=gain("kp") * (gain("slow") - MEASURED_POSITION),
+        memory=(Memory("slow", (gain("slow") + REFERENCE) / 2, REFERENCE),),
+    )
+    axis = build(replace(AXES["offset"], control=law))
+    loop = simulate(axis, axis.nominal, np.full(5, 0.02), T, start=0.01)
+    assert loop.control[0] == min(3000.0 * 0.01, 10.0)
+
+
+def test_what_balances_stands_alone() -> None:
+    with pytest.raises(ModelError, match="what balances stands alone"):
+        p_pi(1 + BALANCED)
+    with pytest.raises(ModelError, match="unknown symbols period"):
+        p_pi(PERIOD)
+
+
+def test_a_toml_file_declares_a_memory_in_balance(tmp_path: Path) -> None:
+    text = """
+        name = "lift"
+        coordinate = { name = "z" }
+        parameters = { m = { unit = "kg", nominal = 2.0 }, w = { unit = "N", nominal = 3.0 } }
+        newton = { inertia = "m", resistance = ["w"] }
+        drive = { gain = 2.0 }
+        [control]
+        name = "PI"
+        period = 1e-3
+        gains = { kp = 500.0, ki = 4.0 }
+        output = "kp*(reference - measured_position) + total"
+        [control.memory.total]
+        following = "total + ki*(reference - measured_position)"
+        start = "balanced"
+    """
+    file = tmp_path / "lift.toml"
+    file.write_text(text)
+    axis = load_axis(file)
+    assert axis.control is not None
+    assert axis.control.memory[0].start == BALANCED
+    loop = simulate(axis, [2.0, 3.0], np.zeros(50), 1e-3)
+    assert np.all(loop.position == 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"start_velocity": np.nan}, "the start velocity is nan; give a velocity"),
+        (
+            {"memory": [1.0]},
+            r"the memory has the shape \(1,\); give \(2,\) finite numbers: last, to",
+        ),
+        ({"memory": [0.0, np.inf]}, "finite numbers"),
+    ],
+)
+def test_a_start_that_is_none_is_refused(options: dict[str, object], said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        simulate(vertical(), THETA, np.zeros(5), T, **options)  # type: ignore[arg-type]
+    lanes = {name: [value] for name, value in options.items()}
+    with pytest.raises(UsageError, match=r"all finite|finite numbers"):
+        simulate_batch(vertical(), [THETA], np.zeros(5), T, **lanes)  # type: ignore[arg-type]
