@@ -265,7 +265,7 @@ def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -
     fresh.emulate(1280, 900, "dark")
     pdf = fresh.pdf()
     assert pdf.startswith(b"%PDF")
-    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 7
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 8
     fresh.send("Emulation.setEmulatedMedia", media="print")
     assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     fresh.send("Emulation.setEmulatedMedia", media="")
