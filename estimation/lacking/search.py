@@ -19,6 +19,7 @@ from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
     MAX_SCORE_CHANCE,
+    MAX_SHARE_TO_DOUBT,
     MIN_EXPLAINED_SHARE,
     MIN_MISSING_FORCE,
     MIN_STEPS_EXCESS,
@@ -108,12 +109,17 @@ def _strongest(
     least = _discovered([lack.p_value for *_, lack in tested], len(looked_for))
     for family, number, lack in tested:
         large = lack.share >= MIN_MISSING_FORCE.value
-        if not (large and lack.p_value <= least and lack.score_p <= MAX_SCORE_CHANCE.value):
+        if not (large and lack.p_value <= least and _is_confirmed(lack)):
             continue
         taken = lack.explained * float(residuals @ residuals)
         if taken > MIN_STEPS_EXCESS.value * _by_steps(x, family.columns(number), basis):
             return family, number, lack
     return None
+
+
+def _is_confirmed(lack: Lack) -> bool:
+    """Whether the score test confirms what is lacking, or has nothing else left to be told by."""
+    return lack.score_p <= MAX_SCORE_CHANCE.value or lack.explained > MAX_SHARE_TO_DOUBT.value
 
 
 def _by_steps(x: ExaminedRows, columns: Array, basis: Array) -> float:

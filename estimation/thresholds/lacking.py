@@ -71,3 +71,10 @@ MAX_LOSS_OF_FIT = Threshold(
     "mean squares that a time of a change fits worse than the best, up to which it does as well",
     "chosen, the square of two deviations",
 )
+MAX_SHARE_TO_DOUBT = Threshold(
+    0.8,
+    "1",
+    "part of the residuals' sum of squares that a term or a change takes, beyond which the score "
+    "test has no say: its covariance is that of residuals which are the term itself",
+    "measured: 0.96 and more of a mass 10 % off or a spring that is missing, on quiet records",
+)

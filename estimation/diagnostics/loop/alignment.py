@@ -62,8 +62,9 @@ class Alignment(Exact):
         Whether `best` and `deviation` are those of instruments; the profile is of least squares.
     sensitivity : (p,) array
         Change of each parameter per sample of delay, at the best one.
-    names, units : tuple of str
+    names : tuple of str
         Of these parameters, which are those of the record's axis.
+    units : tuple of str
     """
 
     delays: Array

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from axisid import Record, identify, load_axis, twin_record
+from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.lacking import Lack, lacking
@@ -65,6 +65,22 @@ def with_more_force(axis: GeneratedAxis, record: Record, term: str, values: Arra
     data = identify(axis, record, methods=["idm-ls"]).data
     more = values * getattr(data.signals, term)
     return replace(record, force=data.force + more, reference=None)
+
+
+def test_a_mass_that_changes_is_found_on_a_record_that_is_quiet() -> None:
+    """The change is all that is left, and so is the covariance of a score test."""
+    axis = build(load_axis("belt_axis"))
+    quiet = twin_record(axis, position_noise=2e-7)
+    truth = quiet.provenance.truth
+    assert truth is not None
+    late = np.where(np.arange(len(quiet)) >= 0.6 * len(quiet), 0.1 * truth["m"], 0.0)
+    result = identify(axis, with_more_force(axis, quiet, "acceleration", late))
+    lacks = lacking(result.data, result.preferred)
+    assert not isinstance(lacks, Missing)
+    (change,) = lacks
+    assert (change.kind, change.parameter) == ("change", "m")
+    assert change.score_p > 0.01
+    assert change.values == pytest.approx((0.1 * truth["m"],), rel=0.05)
 
 
 def test_a_mass_that_changes_is_found_with_its_time(emps2015: GeneratedAxis, twin: Record) -> None:
