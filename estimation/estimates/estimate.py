@@ -386,3 +386,10 @@ class Estimate(Presentable, Exact):
         """A value from its variances, their freedom and its slope by the logarithm of the gain."""
         sd_gain = 0.0 if by_gain is None else self.gain_relative_sd * abs(by_gain)
         return value_with_interval(self, value, unit, variances, sd_gain, filter_bias, freedom)
+
+
+def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:
+    """Parameters of two estimates, (p,) each, less the filter's bias where both know it."""
+    if one.filter_bias is None or other.filter_bias is None:
+        return one.physical, other.physical
+    return one.corrected, other.corrected

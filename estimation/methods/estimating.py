@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from axisid.estimation.problems import (
     confirmed,
     encoder_error,
     noise_free,
+    noise_free_at,
     noise_free_following,
     settled_noise_free,
     slopes_by_gain,
@@ -192,22 +194,25 @@ def _noise_free(
 ) -> NoiseFree | None:
     """What the filter makes of the estimate's own loop; None where there is none that follows."""
     if not fit.follows:
-        return _noise_free_following(form, problem, fit, physical)
+        return _noise_free_following(form, problem, fit, physical, deviations)
     with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
         first = noise_free(form, problem, fit.loops, physical, fit.instruments)
-        quiet = settled_noise_free(first, form, problem, physical, fit.instruments, deviations)
+        found_at = partial(noise_free_at, form, problem, instruments=fit.instruments)
+        quiet = settled_noise_free(first, found_at, physical, deviations)
         return quiet if quiet is first else confirmed(quiet, solution, covariance)
     return None
 
 
 def _noise_free_following(
-    form: Form, problem: Problem, fit: Fit, physical: Array
+    form: Form, problem: Problem, fit: Fit, physical: Array, deviations: Array
 ) -> NoiseFree | None:
     """The same of loops that follow records without a reference; None where there are none."""
     alone = len(problem.data) == 1 and problem.layout is None
     if alone and problem.data[0].record.reference is None:
         with suppress(ModelError, DataError, EstimationError):
-            return noise_free_following(form, problem, fit.measured.left, physical)
+            found_at = partial(noise_free_following, form, problem, fit.measured.left)
+            first = found_at(physical)
+            return first and settled_noise_free(first, found_at, physical, deviations)
     return None
 
 

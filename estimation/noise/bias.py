@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtrc, stdtr
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.regression import (
     Hac,
     Solution,
@@ -121,8 +121,10 @@ def _difference(ls: Estimate, iv: Estimate) -> Solution | None:
         by_iv = instrumental_variables(weights * iv.y, columns, factor(Z, names))
     except EstimationError:
         return None
-    known = ls.filter_bias is not None and iv.filter_bias is not None
-    apart = ls.corrected - iv.corrected if known else ls.physical - iv.physical
+    if (ls.filter_bias is None) != (iv.filter_bias is None):
+        return None  # one of the two would have the filter's bias in it, and the other not
+    one, other = alike_corrected(ls, iv)
+    apart = one - other
     influence = weights[:, None] * ((by_ls.influence - by_iv.influence) @ iv.jacobian.T)
     return Solution(
         theta=apart,

@@ -8,6 +8,7 @@ from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed
 from .filter_bias import encoder_error as encoder_error
 from .filter_bias import noise_free as noise_free
+from .filter_bias import noise_free_at as noise_free_at
 from .filter_bias import noise_free_record as noise_free_record
 from .filter_bias import settled_noise_free as settled_noise_free
 from .filter_bias import slopes_by_gain as slopes_by_gain

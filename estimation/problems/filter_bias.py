@@ -3,7 +3,7 @@
 Both keep the instruments: only what was measured is changed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -151,10 +151,8 @@ def _of_loops(
 
 def settled_noise_free(
     first: NoiseFree,
-    form: Form,
-    problem: Problem,
+    found_at: Callable[[Array], NoiseFree | None],
     physical: Array,
-    instruments: QrFactors | None,
     deviations: Array,
 ) -> NoiseFree:
     """The rows of the loop whose estimate, behind the filter, is the one that was found.
@@ -167,19 +165,19 @@ def settled_noise_free(
     ----------
     first : NoiseFree
         Of the loops that were simulated with the estimate itself.
-    form, problem, physical, instruments
-        As of `noise_free`.
-    deviations : (p,) array
-        Of the estimate.
+    found_at : callable
+        The same of loops that are simulated with other parameters (p,); None where they do not
+        follow.
+    physical, deviations : (p,) arrays
+        The estimate and its deviations.
     """
     size = _in_deviations(first.bias, deviations)
     if size <= MIN_PRINTED_FILTER_BIAS.value:
         return first
     found = first
     for _ in range(_MOST):
-        at = physical - found.bias
         try:
-            again = _noise_free_at(form, problem, at, instruments)
+            again = found_at(physical - found.bias)
         except (DataError, EstimationError):
             return replace(first, doubt="the loop cannot be simulated without it")
         if again is None:
@@ -227,7 +225,7 @@ def confirmed(quiet: NoiseFree, solution: Solution, covariance: Covariance) -> N
     said = (
         f"the record's residuals have {100 * max(share, 0.0):.0f} % of the error that it comes of"
     )
-    return replace(quiet, doubt=said)
+    return replace(quiet, doubt=said, settled=False)
 
 
 def _in_deviations(change: Array, deviations: Array) -> float:
@@ -236,8 +234,8 @@ def _in_deviations(change: Array, deviations: Array) -> float:
     return float(np.max(np.abs(change[there]) / deviations[there], initial=0.0))
 
 
-def _noise_free_at(
-    form: Form, problem: Problem, physical: Array, instruments: QrFactors | None
+def noise_free_at(
+    form: Form, problem: Problem, physical: Array, *, instruments: QrFactors | None
 ) -> NoiseFree | None:
     """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
     at = form.at(physical)

@@ -15,7 +15,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.regression import MIN_STEPS_SHIFT
+from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES, MIN_STEPS_SHIFT
 from axisid.support.arrays import Array
 
 from .covariance import Hac
@@ -32,7 +32,7 @@ def encoder_step(axis: GeneratedAxis, record: Record) -> float:
     law = axis.axis.control
     if law is None or law.continuous:
         return 0.0
-    return quantum_of(record.position)
+    return quantum_of(record.position, int(MIN_STEP_DIFFERENCES.value))
 
 
 def stepped_loops(

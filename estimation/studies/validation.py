@@ -187,10 +187,13 @@ class Validation(Presentable, Exact):
         times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
         also = ", the simulated loops follow it" * any(v.tracking_error_percent for v in self)
         also += ", its control is the declared law's" * (not isinstance(self.law, Missing))
-        also += ", and estimated anew the parameters are the same" * any(v.anew for v in self)
+        anew = any(v.anew for v in self)
+        also += ", and estimated anew no parameter differs by more than chance" * anew
+        head = "the estimates hold" if anew else "nothing speaks against the estimates"
+        left = "" if anew else "; they were not estimated anew, so that less may have changed"
         return (
-            f"the estimates hold: no equation error is both beyond {most:g} % and beyond "
-            f"{times:g} times the one on their own record{also}"
+            f"{head}: no equation error is both beyond {most:g} % and beyond {times:g} times the "
+            f"one on their own record{also}{left}"
         )
 
     def _other_law(self) -> Iterator[Note]:

@@ -59,3 +59,9 @@ LEAST_MEASURED_NOISE = Threshold(
     "has, from which the law measured what was recorded",
     "chosen: 1 where it did, and 0 where a log is coarser than what the law measures",
 )
+MIN_STEP_DIFFERENCES = Threshold(
+    10,
+    "differences",
+    "small differences of recorded positions that have to be whole multiples of an encoder's step",
+    "derived: of noise, all are with a chance of 0.3 to the power of their number",
+)

@@ -5,7 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.estimates import (
+    Estimate,
+    Physical,
+    Value,
+    alike_corrected,
+    physical_parameters,
+)
 from axisid.estimation.noise import Attenuation, NoiseBias
 from axisid.estimation.thresholds.diagnostics import (
     CONTRADICTION_LEVEL,
@@ -71,28 +77,44 @@ def _bias_figure(
     ls: Estimate, iv: Estimate, far: Sequence[str], missing: Sequence[NoiseBias]
 ) -> tuple[float, float]:
     """The figure of the rule that speaks, and what it is held against."""
-    apart = float(np.max(np.abs(ls.physical - iv.physical) / np.sqrt(np.diag(iv.covariance))))
+    apart = _apart(ls, iv)
+    distance = max(
+        abs(each) / d if d > 0 else 0.0
+        for each, d in zip(apart.values(), np.sqrt(np.diag(iv.covariance)), strict=True)
+    )
     if missing and not far:
         return max(bias.shift for bias in missing), MAX_UNSEEN_BIAS.value
-    if not far or apart > MAX_BIAS_DISTANCE.value:
-        return apart, MAX_BIAS_DISTANCE.value
-    percent = (100 * abs(ls.parameters[n].value / iv.parameters[n].value - 1) for n in far)
-    return max(percent), 100 * NOTICEABLE_BIAS.value
+    if not far or distance > MAX_BIAS_DISTANCE.value:
+        return float(distance), MAX_BIAS_DISTANCE.value
+    return max(abs(_percent(ls, iv)[n]) for n in far), 100 * NOTICEABLE_BIAS.value
+
+
+def _apart(ls: Estimate, iv: Estimate) -> dict[str, float]:
+    """Least squares less instruments, by parameter."""
+    one, other = alike_corrected(ls, iv)
+    return dict(zip(iv.parameters, map(float, one - other), strict=True))
+
+
+def _percent(ls: Estimate, iv: Estimate) -> dict[str, float]:
+    """The same in percent of the instruments' value; infinite for a value of 0."""
+    _, other = alike_corrected(ls, iv)
+    return {
+        name: 100 * apart / value if value else float("inf")
+        for (name, apart), value in zip(_apart(ls, iv).items(), map(float, other), strict=True)
+    }
 
 
 def _is_large(ls: Estimate, iv: Estimate, name: str) -> bool:
     """Whether a parameter that instruments know has moved by more than nobody would notice."""
-    low, high = ls.parameters[name], iv.parameters[name]
-    known = high.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    return known and abs(low.value - high.value) > NEGLIGIBLE_BIAS.value * abs(high.value)
+    known = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    return known and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
 
 
 def _biased(ls: Estimate, iv: Estimate, moved: list[str], missing: list[str]) -> str:
     """By how much least squares is off, and which of its intervals miss."""
+    percent = _percent(ls, iv)
     listed = ", ".join(
-        f"{name} by {100 * (ls.parameters[name].value / iv.parameters[name].value - 1):+.3g} %"
-        if iv.parameters[name].value
-        else name
+        f"{name} by {percent[name]:+.3g} %" if np.isfinite(percent[name]) else name
         for name in moved
     )
     intervals = f"; its 95 % interval of {', '.join(missing)} misses for it" if missing else ""

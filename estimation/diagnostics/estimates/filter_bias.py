@@ -69,17 +69,17 @@ def _doubted(estimate: Estimate, quiet: NoiseFree, *, has_reversals: bool) -> Ch
         name: abs(bias) / value.deviation if value.deviation > 0 else float("inf")
         for (name, value), bias in zip(values.items(), quiet.bias, strict=True)
     }
+    worst = max(shifts.values())
     moved = {
         name: bias
         for name, bias in zip(values, quiet.bias, strict=True)
-        if shifts[name] > MIN_PRINTED_FILTER_BIAS.value
+        if shifts[name] > MIN_PRINTED_FILTER_BIAS.value or shifts[name] == worst
     }
     large = any(
         abs(bias) > NEGLIGIBLE_FILTER_BIAS.value * abs(values[name].value)
         for name, bias in moved.items()
     )
     listed = ", ".join(f"{n} by {bias:+.2g} {values[n].unit}" for n, bias in moved.items())
-    worst = max(shifts.values())
     return Check(
         name="filter bias",
         status=passed(good=False, matters=large),
@@ -88,8 +88,8 @@ def _doubted(estimate: Estimate, quiet: NoiseFree, *, has_reversals: bool) -> Ch
         source="what the same filter and estimator make of the noise-free loop, in deviations; "
         "corrected where it settles, unless the record's residuals have less than half of that "
         "error (HAC, 5 %); no more than a note below 1 % of the value",
-        meaning=f"the prefilter moves {listed} on the noise-free loop, but {quiet.doubt}: nothing "
-        "is corrected, and intervals may miss by as much; ",
+        meaning=f"{_CAUSES[quiet.has_noise]} {listed} on the simulated loop, but {quiet.doubt}: "
+        "nothing is corrected, and intervals may miss by as much; ",
         remedy=_advice(has_reversals=has_reversals, noisy=False),
     )
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc, stdtr
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.regression import Covariance, factor, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
@@ -105,13 +105,14 @@ def biased_parameters(
     and the first rule alone would let a large bias pass. The test alone would not do: with little
     noise in the equation it rejects for a bias that nobody would notice.
     """
-    apart = np.abs(ls.physical - iv.physical)
+    by_ls, by_iv = alike_corrected(ls, iv)
+    apart = np.abs(by_ls - by_iv)
     far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
-    far &= apart > NEGLIGIBLE_BIAS.value * np.abs(iv.physical)
+    far &= apart > NEGLIGIBLE_BIAS.value * np.abs(by_iv)
     if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
         most = MAX_RELATIVE_DEVIATION.value / 100
-        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(iv.physical)
-        far |= known & (apart > NOTICEABLE_BIAS.value * np.abs(iv.physical))
+        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
+        far |= known & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 

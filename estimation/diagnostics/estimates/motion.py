@@ -105,7 +105,7 @@ def _relative_percent(excitation: Excitation, value: Value) -> float:
     """Relative deviation; in few rows residuals are small since the estimate follows them."""
     few = excitation.rows < MIN_ROWS_PER_PARAMETER.value
     deviation = max(value.deviation, value.sd) if few else value.deviation
-    return 100.0 * deviation / abs(value.value) if value.value else float("inf")
+    return 100.0 * deviation / abs(value.corrected) if value.corrected else float("inf")
 
 
 def _is_nothing(excitation: Excitation, value: Value) -> bool:

@@ -202,17 +202,18 @@ def _rounding(values: Array) -> float:
     return _ROUNDING * float(np.abs(values).max(initial=0.0))
 
 
-def quantum_of(values: Array) -> float:
+def quantum_of(values: Array, fewest: int = 1) -> float:
     """What the values are rounded to: the least difference of two, if others are multiples of it.
 
-    Else 0.
+    Else 0, as where fewer than so many differences tell it.
     """
     apart = np.diff(np.unique(values))
     apart = apart[apart > _rounding(values)]
     least = float(apart.min(initial=np.inf))
     few = apart[apart < MAX_QUANTUM_MULTIPLE.value * least] / least
     whole = np.abs(few - np.round(few)) < MAX_QUANTUM_REMAINDER.value
-    return least if np.isfinite(least) and np.mean(whole) > MIN_MULTIPLE_SHARE.value else 0.0
+    enough = np.isfinite(least) and len(few) >= fewest
+    return least if enough and np.mean(whole) > MIN_MULTIPLE_SHARE.value else 0.0
 
 
 def _held(values: Array) -> int:

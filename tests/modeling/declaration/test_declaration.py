@@ -196,7 +196,10 @@ def test_axis_without_inertia_is_refused() -> None:
         lambda: ControlLaw(name="p", period=1.0, output=sympy.Symbol("kp", real=True)),
         lambda: ControlLaw(name="p", period=1.0, output=REFERENCE, gains={"kp": math.nan}),
         lambda: ControlLaw(
-            name="p", period=1.0, output=REFERENCE, memory=(Memory("z", REFERENCE, REFERENCE),)
+            name="p",
+            period=1.0,
+            output=REFERENCE,
+            memory=(Memory("z", REFERENCE, sympy.Symbol("w", real=True)),),
         ),
     ],
 )
