@@ -71,7 +71,8 @@ def estimate_by(
     covariances = _covariances(method, fit, models, known_spread(problem, fit))
     names = {name: c.describe(solution) for name, c in models.items()}
     at = form.at(physical)
-    stepped = _encoder_error(at, problem, fit, physical, covariances["hac"])
+    first = _noise_free(at, problem, fit, physical)
+    stepped = _encoder_error(first, at, problem, fit, physical, covariances["hac"])
     for name in covariances:
         if stepped is not None and COVARIANCES[name].allows_autocorrelation:
             covariances[name] = covariances[name] + stepped.covariance
@@ -83,7 +84,7 @@ def estimate_by(
     deviations = np.sqrt(np.maximum(np.diag(mapped[covariance]), 0.0))
     residuals = own(solution.residuals, weights)
     plain = replace(solution, residuals=residuals)
-    quiet = _noise_free(at, problem, fit, plain, physical, deviations, model)
+    quiet = _settled(first, at, problem, fit, plain, physical, deviations, model)
     slopes = _slopes(at, problem, fit)
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(form, physical))
     left, simulated = own(y, weights), fit.simulated
@@ -183,7 +184,16 @@ def _row_times(problem: Problem) -> Array | None:
     return times[0] if len(times) == 1 else problem.stacked(lambda data: data.times_of_rows)
 
 
-def _noise_free(
+def _noise_free(form: Form, problem: Problem, fit: Fit, physical: Array) -> NoiseFree | None:
+    """What the filter makes of the estimate's own loop; None where there is none that follows."""
+    if fit.follows:
+        with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
+            return noise_free(form, problem, fit.loops, physical, fit.instruments)
+    return None
+
+
+def _settled(
+    first: NoiseFree | None,
     form: Form,
     problem: Problem,
     fit: Fit,
@@ -192,11 +202,12 @@ def _noise_free(
     deviations: Array,
     covariance: Covariance,
 ) -> NoiseFree | None:
-    """What the filter makes of the estimate's own loop; None where there is none that follows."""
+    """The same where it leads, or by a loop that follows the record; None where there is none."""
     if not fit.follows:
         return _noise_free_following(form, problem, fit, physical, deviations)
-    with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
-        first = noise_free(form, problem, fit.loops, physical, fit.instruments)
+    if first is None:
+        return None
+    with suppress(DataError, EstimationError):  # nor those of another loop
         found_at = partial(noise_free_at, form, problem, instruments=fit.instruments)
         quiet = settled_noise_free(first, found_at, physical, deviations)
         return quiet if quiet is first else confirmed(quiet, solution, covariance)
@@ -225,15 +236,19 @@ def _slopes(form: Form, problem: Problem, fit: Fit) -> tuple[Array | None, Array
 
 
 def _encoder_error(
-    form: Form, problem: Problem, fit: Fit, physical: Array, covariance: Array
+    quiet: NoiseFree | None,
+    form: Form,
+    problem: Problem,
+    fit: Fit,
+    physical: Array,
+    covariance: Array,
 ) -> StepsError | None:
     """What the encoder's steps do, against a covariance (k, k) of the fit."""
-    if not fit.follows:
+    if quiet is None:
         return None
     deviations = np.sqrt(np.diag(covariance))
     with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
-        given = (fit.loops, physical, fit.instruments, deviations)
-        return encoder_error(form, problem, *given)
+        return encoder_error(form, problem, quiet, physical, fit.instruments, deviations)
     return None
 
 

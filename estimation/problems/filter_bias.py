@@ -50,6 +50,8 @@ class NoiseFree:
     Attributes
     ----------
     regressor : (n, k) array
+    theta : (k,) array
+        What the same estimator makes of these rows.
     residuals : (n,) array
         What the same estimator leaves of these rows: the filter's own error, but for what moves the
         estimate.
@@ -65,6 +67,7 @@ class NoiseFree:
     """
 
     regressor: Array
+    theta: Array
     residuals: Array
     bias: Array
     doubt: str = ""
@@ -102,6 +105,7 @@ def noise_free(
     by_row = 1.0 if weights is None else weights
     return NoiseFree(
         regressor=(rows.regressor.T / by_row).T,
+        theta=solution.theta,
         residuals=solution.residuals / by_row,
         bias=np.asarray(form.physical(solution.theta)[0] - physical, dtype=float),
     )
@@ -110,14 +114,15 @@ def noise_free(
 def encoder_error(
     form: Form,
     problem: Problem,
-    loops: tuple[Simulation, ...],
+    quiet: NoiseFree,
     physical: Array,
     instruments: QrFactors | None,
     deviations: Array,
 ) -> StepsError | None:
     """What the steps of the records' encoders do to an estimate, deviations (k,) of its own.
 
-    None where no record has any, or they are no matter. Parameters are as of `noise_free`.
+    None where no record has any, or they are no matter. `quiet` is of the loops without steps, at
+    the same parameters; the others are as of `noise_free`.
     """
     steps = [encoder_step(data.axis, data.record) for data in problem.data]
     if not any(steps):
@@ -132,7 +137,6 @@ def encoder_error(
         _, solution = _of_loops(form, problem, stepped, instruments)
         return replace(solution, neighbours=problem.neighbours)
 
-    _, quiet = _of_loops(form, problem, loops, instruments)
     return steps_error(solved, quiet.theta, deviations)
 
 
