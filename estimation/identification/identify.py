@@ -15,8 +15,8 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .bound import bound_records, layout_for, weighted
 from .result import Identification
@@ -84,7 +84,7 @@ def identify(
     own = _names("local", local)
     if not is_among(gain, ("identified", "declared")):
         raise UsageError(
-            f"the gain is {given(gain)}; give identified or declared.", code="bad-gain-choice"
+            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
         )
     as_given = Prefilter() if prefilter is None else prefilter
     if isinstance(as_given, Prefilter):
@@ -181,7 +181,7 @@ def _names(what: str, names: object) -> tuple[str, ...]:
         return (names,) if names else ()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"{what} is {given(names)}; give the names of parameters.", code="names-type"
+            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
         )
     return tuple(names)
 
@@ -240,12 +240,12 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if methods is None:
         return None
     if not isinstance(methods, Iterable):
-        raise UsageError(f"the methods are {given(methods)}; give a list of names.")
+        raise UsageError(f"the methods are {quoted(methods)}; give a list of names.")
     listed = (methods,) if isinstance(methods, str) else tuple(methods)
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
-                f"there is no method {given(method)}; choose from {', '.join(METHODS)}.",
+                f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
                 code="unknown-method",
             )
     if not listed:
@@ -256,6 +256,6 @@ def _requested(methods: object) -> tuple[str, ...] | None:
 def _check_covariance(covariance: object) -> None:
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
             code="unknown-covariance",
         )

@@ -31,10 +31,10 @@ from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real, real_array
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .repairs import Span
 from .shifts import checked_shifts, shifted
@@ -100,7 +100,7 @@ class Record(Presentable, Exact):
     def __post_init__(self) -> None:
         if not isinstance(self.provenance, Provenance):
             raise UsageError(
-                f"the provenance of the record is {given(self.provenance)}; give a Provenance, or "
+                f"the provenance of the record is {quoted(self.provenance)}; give a Provenance, or "
                 "leave it out.",
                 code="provenance-type",
             )
@@ -351,7 +351,7 @@ class Record(Presentable, Exact):
             return tuple((index(start), index(stop)) for start, stop in spans)
         except (TypeError, ValueError) as error:
             raise UsageError(
-                f"{self._name()}: the {name} are {given(spans)}; give pairs of rows, the first "
+                f"{self._name()}: the {name} are {quoted(spans)}; give pairs of rows, the first "
                 "and the one after the last."
             ) from error
 
@@ -460,7 +460,7 @@ def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
     if period is not None and not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
-            f"the sampling period is {given(period)}; give a positive number of seconds.",
+            f"the sampling period is {quoted(period)}; give a positive number of seconds.",
             code="bad-sample-period",
         )
 
@@ -479,7 +479,7 @@ def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
         raise UsageError(
-            f"the record is {given(record)}; read one with read_record(path, axis).",
+            f"the record is {quoted(record)}; read one with read_record(path, axis).",
             code="record-type",
         )
 

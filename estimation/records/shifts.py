@@ -14,9 +14,9 @@ from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _GIVE = "give samples, such as 1, or a time with its unit, such as 2ms"
@@ -51,7 +51,7 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
-            f"the shift is {given(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
+            f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
         )
     movable = [role for role in ROLES if role != "time"]
     for role in shifts:
@@ -71,7 +71,7 @@ def _shift(role: str, amount: object) -> Shift:
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
-            f"the {role} is to be shifted by {given(amount)}; {_GIVE}.", code="shift-amount"
+            f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift-amount"
         )
     return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
 

@@ -10,8 +10,8 @@ import numpy as np
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 from .repairs import Span
 
@@ -31,7 +31,7 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
         One is no pair of numbers, ends before it begins, or reaches into another.
     """
     if isinstance(windows, (str, bytes)) or not isinstance(windows, Iterable):
-        raise UsageError(f"the windows are {given(windows)}; {_GIVE}.", code="windows")
+        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="windows")
     found = sorted(_checked(each) for each in windows)
     for one, other in pairwise(found):
         if other[0] < one[1]:
@@ -46,7 +46,7 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
 def _checked(window: object) -> Window:
     pair = tuple(window) if isinstance(window, (tuple, list)) else ()
     if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
-        raise UsageError(f"a window is {given(window)}; {_GIVE}.", code="window")
+        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window")
     start = -math.inf if pair[0] is None else float(pair[0])
     stop = math.inf if pair[1] is None else float(pair[1])
     if not start < stop or start == math.inf or stop == -math.inf:

@@ -12,8 +12,8 @@ from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .motion import resting
 from .neighbours import Neighbours
@@ -74,7 +74,7 @@ class FilteredRecord(Exact):
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
         prefilter = prefilter.at_rate_of(record.period)

@@ -13,8 +13,8 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole, real_array
+from axisid.support.user_values import quoted
 
 from .loop_start import lane_starts
 from .runaway import allowed_distance, widened_distance
@@ -133,7 +133,7 @@ def simulate_batch(
     wanted = _wanted(signals)
     if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
         raise UsageError(
-            f"the threads are {given(threads)}; give a whole number from 1 to {_MOST_THREADS}."
+            f"the threads are {quoted(threads)}; give a whole number from 1 to {_MOST_THREADS}."
         )
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     away = np.abs(first.position - ref[0])
@@ -188,7 +188,7 @@ def _wanted(signals: Sequence[str]) -> list[str]:
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
-            f"the signals are {given(signals)}; give a list of names.", code="signals-type"
+            f"the signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
     if unknown := set(signals) - set(known):
         raise UsageError(
@@ -255,8 +255,8 @@ class _Batch:
 
     def _refused(self) -> dict[int, str]:
         """What to say of lanes that no simulation starts from."""
-        given, refused = (self.axis, self.parameters, self.start.position), {}
-        has_mass, held = has_inertia(*given), holds(*given)
+        place, refused = (self.axis, self.parameters, self.start.position), {}
+        has_mass, held = has_inertia(*place), holds(*place)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
         for lane in map(int, np.flatnonzero(~(inside & has_mass & held))):

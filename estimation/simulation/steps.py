@@ -13,8 +13,8 @@ from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAV
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
 
 _SLACK = 1e-6
 _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
@@ -58,18 +58,18 @@ def check_loop(
         )
     if not (is_real(period) and math.isfinite(period) and period > 0):
         raise UsageError(
-            f"the period is {given(period)} s; give a positive number.", code="simulation-period"
+            f"the period is {quoted(period)} s; give a positive number.", code="simulation-period"
         )
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
-            f"the resolution is {given(resolution)}; give 0 or more, and 0 with a continuous law, "
+            f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
             "which takes no samples.",
             code="bad-resolution",
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
         raise UsageError(
-            f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
+            f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
         )
 
 

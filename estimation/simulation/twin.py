@@ -12,8 +12,8 @@ from axisid.modeling.declaration import Axis, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
 
 from .closed_loop import checked_signal, simulate
 
@@ -35,7 +35,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
         From 0, in the coordinate's unit.
     """
     if not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the period is {given(period)} s; give a positive number.")
+        raise UsageError(f"the period is {quoted(period)} s; give a positive number.")
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
@@ -103,7 +103,7 @@ def twin_record(
     chosen = experiment.seed if seed is None else seed
     if not is_whole(chosen) or chosen < 0:
         raise UsageError(
-            f"the seed is {given(chosen)}; give a whole number of 0 or more.", code="twin-seed"
+            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None

@@ -29,11 +29,11 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
 from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, candidate
 from .held_out import contiguous_blocks, regression_rows
@@ -108,7 +108,7 @@ class Comparison(Presentable, Exact):
         found = {candidate.name: candidate for candidate in self.candidates}
         if not is_among(name, found):
             raise UsageError(
-                f"the comparison has no {given(name)}; choose from {', '.join(found)}."
+                f"the comparison has no {quoted(name)}; choose from {', '.join(found)}."
             )
         return found[name]
 
@@ -148,7 +148,7 @@ def compare(
     """
     if not is_among(method, known := comparing()):
         raise UsageError(
-            f"there is no comparison by {given(method)}; choose {' or '.join(known)}.",
+            f"there is no comparison by {quoted(method)}; choose {' or '.join(known)}.",
             code="no-comparison-by",
         )
     records = records_of(record)
@@ -230,7 +230,7 @@ def _named(
         axes = (axes,)
     if not isinstance(axes, Iterable):
         raise UsageError(
-            f"the axes are {given(axes)}; give two axes or more, by name or in a list.",
+            f"the axes are {quoted(axes)}; give two axes or more, by name or in a list.",
             code="candidates-type",
         )
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]

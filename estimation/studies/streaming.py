@@ -47,8 +47,8 @@ from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_ROW_W
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .streamed_estimate import StreamedEstimate
 
@@ -90,7 +90,7 @@ def identify_stream(
     generated = as_generated(axis)
     if isinstance(blocks, (str, PathLike)):
         raise UsageError(
-            f"the blocks are {given(blocks)}; give LogBlocks(file=path, axis=axis).",
+            f"the blocks are {quoted(blocks)}; give LogBlocks(file=path, axis=axis).",
             code="blocks-type",
         )
     _check_axis(generated)

@@ -24,8 +24,8 @@ from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .anew import estimated_anew, least_mean_square
 from .validation import MethodValidation, Validation
@@ -128,7 +128,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     """
     if not hasattr(result, "estimates"):
         raise UsageError(
-            f"the result is {given(result)}; give what identify gave, or load_result(path).",
+            f"the result is {quoted(result)}; give what identify gave, or load_result(path).",
             code="validated-type",
         )
     check_record(record)

@@ -12,10 +12,10 @@ from axisid.estimation.thresholds.studies import (
 )
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .anew import Anew
 
@@ -133,7 +133,7 @@ class Validation(Presentable, Exact):
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
             raise UsageError(
-                f"the validation has no {given(method)}; choose from {methods}.",
+                f"the validation has no {quoted(method)}; choose from {methods}.",
                 code="not-validated",
             )
         return found

@@ -22,8 +22,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.presentable import view_of
+from axisid.support.user_values import quoted
 
 from .column import column_texts
 from .control import ControlLaw
@@ -129,7 +129,7 @@ class Axis:
             if not isinstance(getattr(self, name), kind):
                 expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
                 raise ModelError(
-                    f"axis {self.name!r}: {name} is {given(getattr(self, name))}; give "
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give "
                     f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}.",
                     code="axis-part-type",
                 )
@@ -248,7 +248,8 @@ def check_axis(axis: object) -> None:
     """Refuse what is no declared axis, such as its name."""
     if not isinstance(axis, Axis):
         raise UsageError(
-            f"the axis is {given(axis)}; give an Axis, such as load_axis('emps').", code="axis-type"
+            f"the axis is {quoted(axis)}; give an Axis, such as load_axis('emps').",
+            code="axis-type",
         )
 
 

@@ -25,8 +25,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 _LONGEST_DELAY = 100
 #: How a reference may run between the samples of a log.
@@ -170,16 +170,16 @@ class ControlLaw:
 
     def _check_types(self) -> None:
         if not isinstance(self.name, str):
-            raise ModelError(f"a control law is named {given(self.name)}; give a text.")
+            raise ModelError(f"a control law is named {quoted(self.name)}; give a text.")
         if not isinstance(self.gains, Mapping):
             raise ModelError(
-                f"control law {self.name!r}: the gains are {given(self.gains)}; give numbers by "
+                f"control law {self.name!r}: the gains are {quoted(self.gains)}; give numbers by "
                 "name, as in gains={'kp': 160.0}.",
                 code="gains-type",
             )
         if not all(isinstance(memory, Memory) for memory in several(self.memory)):
             raise ModelError(
-                f"control law {self.name!r}: the memory is {given(self.memory)}; give a tuple of "
+                f"control law {self.name!r}: the memory is {quoted(self.memory)}; give a tuple of "
                 "Memory objects.",
                 code="memory-type",
             )
@@ -187,13 +187,13 @@ class ControlLaw:
     def _check_timing(self) -> None:
         if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
             raise ModelError(
-                f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
+                f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
                 f"{_LONGEST_DELAY}.",
                 code="law-delay",
             )
         if self.reference_between not in ("", *BETWEEN):
             raise ModelError(
-                f"control law {self.name!r}: reference_between is {given(self.reference_between)}; "
+                f"control law {self.name!r}: reference_between is {quoted(self.reference_between)}; "
                 f"give {' or '.join(BETWEEN)}, or leave it out.",
                 code="law-reference-between",
             )
@@ -225,7 +225,7 @@ def gain(name: str) -> sympy.Symbol:
     """
     if not isinstance(name, str):
         raise ModelError(
-            f"a gain is named {given(name)}; give a text, such as 'kp'.", code="gain-name"
+            f"a gain is named {quoted(name)}; give a text, such as 'kp'.", code="gain-name"
         )
     return sympy.Symbol(name, real=True)
 

@@ -24,8 +24,8 @@ from axisid.modeling.quantities import (
     with_numbers,
 )
 from axisid.support.errors import ModelError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 #: What an element takes in place of a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float
@@ -139,7 +139,7 @@ def cogging(
     check_coordinate(coordinate)
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
-            f"the harmonic is {given(harmonic)}; give a whole number, 1 or more.",
+            f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
             code="harmonic-order",
         )
     length = positive(period, coordinate.unit, "the period")
@@ -231,7 +231,7 @@ def end_stop(
     high = known_value(upper, coordinate.unit, "the upper stop")
     if with_numbers(high - low).is_positive is False:
         raise ModelError(
-            f"the stops are at {given(lower)} and {given(upper)}; give the lower one first.",
+            f"the stops are at {quoted(lower)} and {quoted(upper)}; give the lower one first.",
             code="stops-order",
         )
     q, dq = coordinate.symbol, coordinate.velocity

@@ -173,9 +173,7 @@ def _check_characters(text: str, grammar: Grammar) -> None:
         raise TextError("it ends too early.", text, len(text.rstrip()), code="text-ends-early")
 
 
-def _not_allowed(
-    piece: str, grammar: Grammar, text: str, offset: int, hint: str = ""
-) -> TextError:
+def _not_allowed(piece: str, grammar: Grammar, text: str, offset: int, hint: str = "") -> TextError:
     return TextError(
         f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, pi, "
         f"+ - * / **, parentheses and functions such as sqrt(...){hint}.",

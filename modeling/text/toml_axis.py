@@ -209,8 +209,8 @@ def _parameter(root: Table, name: str) -> Parameter | None:
 def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols:
     """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     table = root.table("constants")
-    given = (G, Constant(math.pi, "1", "pi"))
-    symbols = {constant.name: constant.symbol for constant in given}
+    built_in = (G, Constant(math.pi, "1", "pi"))
+    symbols = {constant.name: constant.symbol for constant in built_in}
     for name in table.values:
         checked = _name(table, name, name, "a constant")
         if name in parameters:

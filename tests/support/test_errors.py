@@ -130,7 +130,8 @@ def test_error_without_a_code_of_its_own_has_that_of_its_class() -> None:
 
 
 @pytest.mark.parametrize(
-    "error", [DeclarationError("two mistakes:", ["a", "b\nc"]), TextError("why.", "a + ", 4, code="b")]
+    "error",
+    [DeclarationError("two mistakes:", ["a", "b\nc"]), TextError("why.", "a + ", 4, code="b")],
 )
 def test_errors_of_several_parts_survive_a_pickle(error: AxisidError) -> None:
     kept = pickle.loads(pickle.dumps(error))  # noqa: S301

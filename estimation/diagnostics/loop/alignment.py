@@ -131,8 +131,8 @@ def alignment_of(
     deviation = _deviation(rows, best, reduced.known, regressor)
     if instruments is not None:
         start = min(max(best, 0.0), 1.0)
-        given = (start, reduced.known, regressor, *instruments)
-        best, deviation, at_the_end = _by_instruments(rows, *given)
+        arguments = (start, reduced.known, regressor, *instruments)
+        best, deviation, at_the_end = _by_instruments(rows, *arguments)
         if quiet is not None and not at_the_end:
             best -= _filter_shift(quiet, form, *instruments)
     slopes = np.gradient(found, _DELAYS, axis=0)
@@ -270,8 +270,8 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
-    given = (rows, made, reduced.known, regressor, Z, simulated)
-    delay, deviation, at_the_end = _by_instruments(*given)
+    arguments = (rows, made, reduced.known, regressor, Z, simulated)
+    delay, deviation, at_the_end = _by_instruments(*arguments)
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 

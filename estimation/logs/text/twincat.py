@@ -211,8 +211,8 @@ def _malformed(
 
 def _cut_short(heads: list[list[str]], clocks: list[Array]) -> list[str]:
     """What is said of samples that end before the end that the head gives."""
-    given = {cells[0]: cells[1].strip() for cells in heads if len(cells) > 1}
-    start, end = (given.get(label, "") for label in _SPAN)
+    head = {cells[0]: cells[1].strip() for cells in heads if len(cells) > 1}
+    start, end = (head.get(label, "") for label in _SPAN)
     if not (start.isdecimal() and end.isdecimal()):
         return []
     wanted = (int(end) - int(start)) * _TICK

@@ -8,8 +8,8 @@ from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .scaling import is_scaling
 from .units import assumed_units_text, check_no_counts, scaled, to_si
@@ -200,7 +200,7 @@ def _check_requested(requested: Mapping[str, object]) -> None:
             )
         if not isinstance(column, str):
             raise UsageError(
-                f"the column for the {role} is {given(column)}; give its name, or a Column.",
+                f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
                 code="column-type",
             )
 

@@ -214,7 +214,7 @@ def identify(
         drawn = {f"{name}{i}.{figure_format}": "figure" for name in NAMES for i in numbers}
         check_folder(figures, "--figures", drawn, force=force)
 
-    given = axis_and_records(
+    inputs = axis_and_records(
         axis,
         record,
         reading,
@@ -227,12 +227,12 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), given.used)
+    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.identification import identify as run
     from axisid.estimation.signals import FilteredRecord
 
-    generated, first = given.axis, given.records[0]
+    generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
     held = tuple(window_of(text, "--validate-window") for text in second_windows)
     others = [reading.record(each, generated, held) for each in further]
@@ -241,14 +241,14 @@ def identify(
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
-            given.records,
+            inputs.records,
             prefilter,
             None if method == "all" else [method],
             lags=lags,
             covariance=covariance,
             skip_bad=skip_bad,
             **shared,
-        ).with_set_aside(given.set_aside)
+        ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs
 
     outputs = Outputs(

@@ -82,7 +82,7 @@ def sweep(
         )
     if figure is not None:
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
-    given = axis_and_records(
+    inputs = axis_and_records(
         axis,
         record,
         reading,
@@ -91,13 +91,13 @@ def sweep(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
-    given.say_set_aside()
-    shared = sharing.of(max(len(record), 1), given.used)
+    inputs.say_set_aside()
+    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run
 
-    generated, data = given.axis, given.records
+    generated, data = inputs.axis, inputs.records
     cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
         result = run(

@@ -105,7 +105,12 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
         ("((x + 1)**20 + b)**20", "column 1", "text-too-many-terms", "500"),
         ("(x + b + c + m + 1)**20", "column 1", "text-too-many-terms", "500"),
         ("1/((x + b + c)**15 + 1)", "column 1", "text-too-many-terms", "500"),
-        ("*".join(f"sin({i}.{i}*x)" for i in range(1, 15)), "column 1", "text-too-many-terms", "500"),
+        (
+            "*".join(f"sin({i}.{i}*x)" for i in range(1, 15)),
+            "column 1",
+            "text-too-many-terms",
+            "500",
+        ),
         ("((1 + sin(x))*(b + cos(3*x)))**9", "column 1", "text-too-many-terms", "500"),
         ("sin(" * 7 + "x" + ")" * 7, "column 25", "text-calls-nested", "6"),
         ("-" * 1500 + "x", "column 16", "text-nested", "15"),

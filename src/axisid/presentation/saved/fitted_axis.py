@@ -10,8 +10,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .estimate import named
 from .file import joined_model, read_fit
@@ -67,7 +67,7 @@ class FittedAxis:
             return self.preferred
         if not is_among(method, self.estimates):
             raise UsageError(
-                f"the result has no estimate by {given(method)}; it has "
+                f"the result has no estimate by {quoted(method)}; it has "
                 f"{', '.join(self.estimates)}.",
                 code="not-estimated-by",
             )
