@@ -176,4 +176,6 @@ def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
     else:
         output, row = "next_state", len(law.memory)
     pair = function.factory("computed", names, [output, f"jac:{output}:state"])
-    return (lambda *arguments: pair(*arguments)[0][row]), (lambda *arguments: pair(*arguments)[1][row, :])
+    return (lambda *arguments: pair(*arguments)[0][row]), (
+        lambda *arguments: pair(*arguments)[1][row, :]
+    )

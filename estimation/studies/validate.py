@@ -27,7 +27,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError, UsageE
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .anew import estimated_anew, least_mean_square
+from .reestimate import least_mean_square, reestimate
 from .validation import MethodValidation, Validation
 
 
@@ -215,8 +215,8 @@ def _validation(
         * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
     )
     covariance = estimate.covariances[estimate.chosen]
-    anew = partial(
-        estimated_anew,
+    again = partial(
+        reestimate,
         form,
         rows,
         neighbours=data.neighbours,
@@ -229,8 +229,8 @@ def _validation(
         loops = simulated_loops(axis, record, estimate.physical)
         known, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else anew(instruments=None)
-        return replace(found, reason=error.note, anew=by_rows)
+        by_rows = None if is_iv else again(instruments=None)
+        return replace(found, reason=error.note, reestimate=by_rows)
     off, tracking = _positions(data, loops)
     instruments = regressor if is_iv else None
     return replace(
@@ -241,7 +241,7 @@ def _validation(
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        anew=anew(instruments=instruments),
+        reestimate=again(instruments=instruments),
     )
 
 

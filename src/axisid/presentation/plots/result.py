@@ -82,7 +82,9 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
     kept = result.data.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    driven_by = "the reference alone" if record.injected is None else "reference and test signal alone"
+    driven_by = (
+        "the reference alone" if record.injected is None else "reference and test signal alone"
+    )
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
