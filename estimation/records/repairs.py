@@ -108,7 +108,7 @@ def adjoining(lengths: list[int]) -> tuple[Span, ...]:
     return tuple(spans) if len(spans) > 1 else ()
 
 
-def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
+def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
     """What is said of a split log."""
     if not gaps:
         return Repair(kind="gaps", count=0, text="no gaps found")
@@ -116,6 +116,6 @@ def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
         f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
         f"{segments} segments, each filtered and simulated by itself"
     )
-    if left_out:
-        text += f"; {left_out} rows in pieces of fewer than {MIN_RECORD_ROWS.value} left out"
+    if dropped:
+        text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_ROWS.value} left out"
     return Repair(kind="gaps", count=gaps, text=text)

@@ -86,18 +86,18 @@ class FilteredRecord(Exact):
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        left_out = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
+        without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
+        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
             return kept
-        return left_out
+        return without_turns
 
     @property
     def could_leave_out(self) -> bool:
         """Whether samples near reversals are kept that hardly tell of any parameter."""
         if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
             return False
-        left_out = self._without(self.sampling.turns(self.motion[1]))
-        return bool(left_out.excluded) and not left_out.shows_too_little
+        without_turns = self._without(self.sampling.turns(self.motion[1]))
+        return bool(without_turns.excluded) and not without_turns.shows_too_little
 
     def turning_as(self, position: Array) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""

@@ -189,20 +189,20 @@ class _LogRows:
         check_filter(prefilter, axis, self.samples, self.period, source)
         first = next(iter(blocks))
         hold = chosen_hold(prefilter, axis, measured="force" in first)
-        left_out = prefilter.reversals == "leave-out" or (
+        without_turns = prefilter.reversals == "leave-out" or (
             prefilter.reversals is None and axis.has_direction
         )
         self.prefilter = replace(
             prefilter,
             hold=hold,
-            reversals="leave-out" if left_out else "keep",
+            reversals="leave-out" if without_turns else "keep",
         )
         late = hold_delay(axis.axis.control, found.period, found.clock)
         self.hold_delay = late if hold == "zoh" else 0.0
         self.filter = SampledFilter(self.prefilter, self.period)
         self.margins = self.filter.settling(_FORGOTTEN)
-        self.turns = self.filter.turn_reach if left_out else 0
-        self.rest = rest_below(self._velocities()) if left_out else None
+        self.turns = self.filter.turn_reach if without_turns else 0
+        self.rest = rest_below(self._velocities()) if without_turns else None
         self._begin()
 
     def __iter__(self) -> Iterator[_Rows]:

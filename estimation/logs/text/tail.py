@@ -78,14 +78,16 @@ def without_tail(
 ) -> tuple[list[Line], Repair]:
     """The rows without the lines at the end that are none, and what is said of them."""
     count = complete_rows(rows, dialect, ended=ended)
-    left_out = rows[count:]
-    if not left_out:
+    incomplete = rows[count:]
+    if not incomplete:
         return rows, Repair(kind="tail", count=0, text="no incomplete lines at the end")
-    number, line = left_out[0]
-    lines = "line" if len(left_out) == 1 else "lines"
+    number, line = incomplete[0]
+    lines = "line" if len(incomplete) == 1 else "lines"
     shown = line.strip() if len(line.strip()) <= _SHOWN else f"{line.strip()[:_SHOWN]}..."
-    text = f"{len(left_out)} incomplete {lines} at the end left out, from line {number}: {shown!r}"
-    return rows[:count], Repair(kind="tail", count=len(left_out), text=text)
+    text = (
+        f"{len(incomplete)} incomplete {lines} at the end left out, from line {number}: {shown!r}"
+    )
+    return rows[:count], Repair(kind="tail", count=len(incomplete), text=text)
 
 
 def _cells(line: str, dialect: Dialect) -> list[str]:

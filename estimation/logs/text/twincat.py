@@ -229,12 +229,12 @@ def _column(name: str, channel: _Channel, values: list[Array], clock: Array) -> 
     A sample that lacks its value or its time alone stays, and is told by whoever needs it.
     """
     samples = values[channel.value]
-    left_out = np.isnan(samples) & np.isnan(clock)
+    dropped = np.isnan(samples) & np.isnan(clock)
     repeated = np.zeros(len(samples), dtype=bool)
     repeated[1:] = (samples[1:] == samples[:-1]) & (clock[1:] == clock[:-1])
-    left_out |= repeated
-    if left_out.any():  # columns of one clock share its array
-        samples, clock = samples[~left_out], clock[~left_out]
+    dropped |= repeated
+    if dropped.any():  # columns of one clock share its array
+        samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
     return loaded_column(samples, unit=channel.unit, clock=clock, label=channel.name, note=note)

@@ -143,11 +143,11 @@ def record_plot(result: Identification) -> Plot:
         for name, unit, values, tone in columns
         if values is not None
     ]
-    left_out = len(record) - int(result.data.used.sum())
+    unused = len(record) - int(result.data.used.sum())
     dropped = (
-        f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
+        f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
         "keep the weight of the others."
-        if left_out
+        if unused
         else ""
     )
     if record.windows:
