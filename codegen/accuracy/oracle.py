@@ -69,7 +69,7 @@ class Oracle:
     """Evaluates expressions at one point; what they share is evaluated once."""
 
     def __init__(self, point: Mapping[sympy.Symbol, float]) -> None:
-        self._known: dict[sympy.Basic, Value] = {
+        self._values: dict[sympy.Basic, Value] = {
             symbol: Value(mpf(value), mpf(0)) for symbol, value in point.items()
         }
 
@@ -81,12 +81,12 @@ class Oracle:
         UndecidedError
             The point is at a jump, or a value in between is too large for a double.
         """
-        if node not in self._known:
+        if node not in self._values:
             found = self._value(node)
             if abs(found.exact) + found.error > _OVERFLOW:
                 raise UndecidedError
-            self._known[node] = found
-        return self._known[node]
+            self._values[node] = found
+        return self._values[node]
 
     def _value(self, node: sympy.Basic) -> Value:
         if node.is_Integer:

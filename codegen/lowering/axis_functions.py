@@ -148,8 +148,8 @@ def within(limit: float, builder: Builder, value: int) -> int:
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    known = {gain(name): builder.constant(value) for name, value in law.gains.items()}
-    return Lowering(builder, {**values, **known, PERIOD: builder.constant(law.period)})
+    gains = {gain(name): builder.constant(value) for name, value in law.gains.items()}
+    return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
 
 
 def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -> Program:

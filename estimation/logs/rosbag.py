@@ -50,8 +50,8 @@ def read_bag(path: Path, room: Room) -> Table:
         installed.
     """
     topics, others = _read(path, room)
-    known = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
-    origin = min(known, default=0)
+    times = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
+    origin = min(times, default=0)
     found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""

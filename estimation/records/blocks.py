@@ -72,8 +72,8 @@ class LogBlocks:
             yield {role: samples.values for role, samples in chosen.samples.items()}
 
     def _chosen(self) -> Iterator[RoleColumns]:
-        known = format_of(self.file)
-        if known.blocks is None or self.file.suffix.lower() not in known.endings:
+        log_format = format_of(self.file)
+        if log_format.blocks is None or self.file.suffix.lower() not in log_format.endings:
             raise UsageError(
                 f"{self.file} cannot be read in blocks; ",
                 Remedy.of(f"give {streamed_formats()}, or ", _AT_ONCE, "."),
@@ -82,7 +82,7 @@ class LogBlocks:
         check_regular(self.file, folder=False)
         try:
             check_kind(self.file)
-            for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
+            for table in self._passes.tables(self.rows, log_format.blocks, text=log_format.is_text):
                 yield RoleColumns(
                     table,
                     as_declared(self.axis),

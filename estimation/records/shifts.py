@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.tables import Repair, Samples, known_unit
+from axisid.estimation.tables import Repair, Samples, label_unit
 from axisid.estimation.thresholds.records import MAX_PART_OF_A_SAMPLE
 from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
@@ -67,7 +67,7 @@ def _shift(role: str, amount: object) -> Shift:
     if isinstance(amount, Shift):
         return amount
     number, unit = (amount, "") if is_real(amount) else _parts(amount)
-    found = known_unit(unit) if unit else None
+    found = label_unit(unit) if unit else None
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
@@ -140,8 +140,8 @@ def shifted(
 
 
 def _step(clock: Array) -> float:
-    known = clock[np.isfinite(clock)]
-    return float(np.median(np.diff(known))) if known.size > 1 else 0.0
+    finite = clock[np.isfinite(clock)]
+    return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
 
 
 def _later(samples: Samples, shift: Shift) -> tuple[Samples, float]:

@@ -92,14 +92,14 @@ def rows_within(
     DataError
         A window is outside the log, or holds too few rows.
     """
-    known = time[np.isfinite(time)]
-    if not known.size:
+    finite = time[np.isfinite(time)]
+    if not finite.size:
         raise DataError(
             f"{source}: there is no time for the window {windows_text(windows)}.",
             code="untimed-window",
         )
-    first, last = float(known.min()), float(known.max())
-    close = _ROUNDING * float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
+    first, last = float(finite.min()), float(finite.max())
+    close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
     spans: list[Span] = []
     for start, stop in windows:
         if start > last + close or stop < first - close:

@@ -184,18 +184,18 @@ def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array 
 
 def _wanted(signals: Sequence[str]) -> list[str]:
     """The generated code's names of the signals."""
-    known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+    names = {"direction_before" if name == "before" else name: name for name in SIGNALS}
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
             f"the signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
-    if unknown := set(signals) - set(known):
+    if unknown := set(signals) - set(names):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}.",
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(names)}.",
             code="unknown-signal",
         )
-    return [known[name] for name in signals]
+    return [names[name] for name in signals]
 
 
 def _aligned(values: ArrayLike, what: str) -> Array:

@@ -146,9 +146,9 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if not is_among(method, known := comparing()):
+    if not is_among(method, names := comparing()):
         raise UsageError(
-            f"there is no comparison by {quoted(method)}; choose {' or '.join(known)}.",
+            f"there is no comparison by {quoted(method)}; choose {' or '.join(names)}.",
             code="no-comparison-by",
         )
     records = records_of(record)
@@ -286,9 +286,9 @@ def _drive(axis: Axis) -> str:
     drive, q = axis.drive, axis.coordinate
     force = drive.gain_text(q) if drive.is_gain else drive.force_text(q)
     limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
-    known = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
+    spread = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
     profile = "" if drive.profile == 1 else f", over the profile {written(drive.profile, q)}"
-    return f"{force}{limit}{known}{profile}"
+    return f"{force}{limit}{spread}{profile}"
 
 
 def _recommend(

@@ -10,7 +10,7 @@ from axisid.estimation.thresholds.logs import MIN_ROWS_AT_ONE_TIME
 from axisid.support.arrays import Array
 
 from .table import Column, Samples, Table, loaded_column
-from .unit_labels import known_unit
+from .unit_labels import label_unit
 
 _NAMES = frozenset("name signal channel variable topic key tag symbol measurement field".split())
 _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
@@ -51,7 +51,7 @@ def wide(table: Table) -> Table:
 
 def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
     """Columns whose clocks are in seconds, where the times have a unit."""
-    known = known_unit(unit) if unit else None
+    known = label_unit(unit) if unit else None
     if known is None or known[0] == 1.0:
         return columns
 

@@ -56,8 +56,8 @@ class Column:
 
     def __post_init__(self) -> None:
         numbered = isinstance(self.name, int) and not isinstance(self.name, bool)
-        known = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
-        if not known:
+        valid = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
+        if not valid:
             raise ModelError(
                 f"the name of a column is {quoted(self.name)}; give a text, or its number from 1.",
                 code="column-name",

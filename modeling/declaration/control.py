@@ -119,10 +119,10 @@ class ControlLaw:
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         self._check_timing()
-        known = _INPUTS | {gain(name) for name in self.names}
-        self._check(self.output, known, "output")
+        allowed = _INPUTS | {gain(name) for name in self.names}
+        self._check(self.output, allowed, "output")
         for memory in self.memory:
-            self._check(memory.following, known, f"memory {memory.name!r}")
+            self._check(memory.following, allowed, f"memory {memory.name!r}")
             at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
             self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
             if memory.start != BALANCED and memory.start.has(BALANCED):
@@ -193,8 +193,8 @@ class ControlLaw:
             )
         if self.reference_between not in ("", *BETWEEN):
             raise ModelError(
-                f"control law {self.name!r}: reference_between is {quoted(self.reference_between)}; "
-                f"give {' or '.join(BETWEEN)}, or leave it out.",
+                f"control law {self.name!r}: reference_between is "
+                f"{quoted(self.reference_between)}; give {' or '.join(BETWEEN)}, or leave it out.",
                 code="law-reference-between",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
@@ -206,12 +206,12 @@ class ControlLaw:
                 code="continuous-law",
             )
 
-    def _check(self, value: sympy.Expr, known: Set[sympy.Basic], what: str) -> None:
-        unknown = sorted(map(str, value.free_symbols - known))
+    def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
+        unknown = sorted(map(str, value.free_symbols - allowed))
         if unknown:
             raise ModelError(
                 f"control law {self.name!r}: its {what} has the unknown symbols "
-                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}."
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}."
             )
 
 

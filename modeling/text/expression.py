@@ -18,7 +18,7 @@ import sympy
 from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
 
-from .known_value import LARGEST, KnownValues, small
+from .constant_values import LARGEST, ConstantValues, small
 from .mistakes import TextError, nearest
 
 _LARGEST_POWER = 20
@@ -202,7 +202,7 @@ class _Reader:
         self._start = start
         self._symbols = symbols
         self._grammar = grammar
-        self._known = KnownValues({f.symbolic: f.number for f in grammar.functions.values()})
+        self._constants = ConstantValues({f.symbolic: f.number for f in grammar.functions.values()})
 
     def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
         """Expression of a node that may be nested so deep, in so many functions."""
@@ -236,8 +236,8 @@ class _Reader:
                 in_exponents.add(node.args[0])
             if node.is_Number and node not in in_exponents:
                 self._check_number(node)
-            known = node.is_Symbol or node.is_Number or node.is_NumberSymbol
-            if not known and node.func not in self._grammar.nodes:
+            plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
+            if not plain and node.func not in self._grammar.nodes:
                 raise TextError(
                     f"it may not be real: it comes out with {type(node).__name__}, which has no "
                     "meaning here.",
@@ -245,7 +245,7 @@ class _Reader:
                     0,
                     code="text-not-real",
                 )
-            if not self._known.fits(node):
+            if not self._constants.fits(node):
                 raise TextError(
                     "with the numbers of its constants a part of it has no value, or one beyond "
                     f"{LARGEST:g}; change the constants or what is made of them.",
@@ -286,7 +286,7 @@ class _Reader:
             return self._symbols[name]
         if name == "pi":
             return sympy.Float(math.pi)
-        known, functions = ", ".join(self._symbols), self._grammar.functions
+        there, functions = ", ".join(self._symbols), self._grammar.functions
         if name in functions:
             raise TextError(
                 f"{name} is a function; write {name}(...).",
@@ -294,7 +294,7 @@ class _Reader:
                 code="text-function-not-called",
             )
         raise TextError(
-            f"there is no {self._grammar.names} {_shortened(name)}; there are {known}."
+            f"there is no {self._grammar.names} {_shortened(name)}; there are {there}."
             f"{nearest(name, self._symbols)}",
             *self._at(node),
             code="text-unknown-name",
@@ -318,11 +318,11 @@ class _Reader:
             return self._folded(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_power(node, left, right)
-        if isinstance(node.op, ast.Div) and 0 in (right, self._known.value(right)):
+        if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
             raise TextError(
                 "this divides by zero.", *self._at(node.right), code="text-division-by-zero"
             )
-        self._check_known(node, operation, left, right)
+        self._check_constants(node, operation, left, right)
         result = self._tried(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_powers(node, result)
@@ -363,7 +363,7 @@ class _Reader:
         inner = [self.evaluated(argument, depth - 1, calls - 1) for argument in arguments]
         if all(value.is_Number for value in inner):
             return self._folded(node, function.number, *inner)
-        self._check_known(node, function.number, *inner)
+        self._check_constants(node, function.number, *inner)
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
@@ -390,9 +390,9 @@ class _Reader:
             self._check_exponent(node, *factor.as_base_exp())
 
     def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
-        """A power of what is known is one number, and is looked at as such."""
-        value = self._known.value(power)
-        one_number = not power.is_Number and self._known.value(base) is not None
+        """A power of constants is one number, and is looked at as such."""
+        value = self._constants.value(power)
+        one_number = not power.is_Number and self._constants.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
             raise TextError(
                 f"the power {power} is beyond {_LARGEST_POWER}.",
@@ -400,11 +400,11 @@ class _Reader:
                 code="text-power-too-large",
             )
 
-    def _check_known(
+    def _check_constants(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
     ) -> None:
         """Refuse what is made of numbers and constants alone and is no number of a sane size."""
-        values = [self._known.value(part) for part in parts]
+        values = [self._constants.value(part) for part in parts]
         if not all(value is not None for value in values):
             return
         if not small(value := self._number(node, operation, *values)):

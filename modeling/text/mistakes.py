@@ -44,7 +44,7 @@ class TextError(UsageError):
         self.reason = reason
 
 
-def nearest(name: str, known: Collection[str]) -> str:
-    """The known name that is most like a given one, as a question; empty if none is."""
-    close = difflib.get_close_matches(name[:50], list(known), 1)
+def nearest(name: str, names: Collection[str]) -> str:
+    """The name that is most like another one, as a question; empty if none is."""
+    close = difflib.get_close_matches(name[:50], list(names), 1)
     return f" Did you mean {close[0]!r}?" if close else ""

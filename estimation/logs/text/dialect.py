@@ -256,8 +256,8 @@ def _header(
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
-    known = [c for c in filled if is_unit(c) and not is_number(c)]
-    return any(cells) and 2 * len(known) >= len(filled)
+    units = [c for c in filled if is_unit(c) and not is_number(c)]
+    return any(cells) and 2 * len(units) >= len(filled)
 
 
 def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:

@@ -57,7 +57,7 @@ def export(
             code="dead-zone-type",
         )
     if dead_zone and not target.language:
-        languages = ", ".join(known.name for known in TARGETS if known.language)
+        languages = ", ".join(each.name for each in TARGETS if each.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
     fitted = fitted_axis(result, axis)
     chosen = fitted.chosen(method)
@@ -71,9 +71,9 @@ def _target(name: object) -> Target:
     for target in TARGETS:
         if is_among(name, (target.name,)):
             return target
-    known = ", ".join(target.name for target in TARGETS)
+    names = ", ".join(target.name for target in TARGETS)
     raise UsageError(
-        f"there is no target {quoted(name)}; choose from {known}.", code="unknown-target"
+        f"there is no target {quoted(name)}; choose from {names}.", code="unknown-target"
     )
 
 

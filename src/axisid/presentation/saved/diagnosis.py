@@ -89,7 +89,7 @@ def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
         noise=written.noise,
         left=written.left,
         smoothness=written.smoothness,
-        hac_excess={name: _known(ratio, math.inf) for name, ratio in written.hac_excess.items()},
+        hac_excess={name: _number(ratio, math.inf) for name, ratio in written.hac_excess.items()},
         time=frozen(written.time),
         mean=frozen(written.mean),
         count=frozen(written.count),
@@ -110,8 +110,8 @@ def _noise_bias(written: WrittenNoiseBias) -> NoiseBias:
     return NoiseBias(
         difference=written.difference,
         deviation=written.deviation,
-        p_value=_known(written.p_value, math.nan),
-        joint_p_value=_known(written.joint_p_value, math.nan),
+        p_value=_number(written.p_value, math.nan),
+        joint_p_value=_number(written.joint_p_value, math.nan),
         shift=written.shift,
     )
 
@@ -168,14 +168,14 @@ def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
     return InstrumentTests(
         columns=tuple(
             Strength(
-                r_squared=_known(c.r_squared),
-                shea=_known(c.shea),
-                f=_known(c.f, math.inf),
-                conditional_f=_known(c.conditional_f, math.inf),
+                r_squared=_number(c.r_squared),
+                shea=_number(c.shea),
+                f=_number(c.f, math.inf),
+                conditional_f=_number(c.conditional_f, math.inf),
             )
             for c in written.columns
         ),
-        condition_number=_known(written.condition_number, math.inf),
+        condition_number=_number(written.condition_number, math.inf),
     )
 
 
@@ -183,9 +183,9 @@ def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | Missing:
     if written is None:
         return NO_ENDOGENEITY
     return Endogeneity(
-        statistic=_known(written.statistic),
-        p_value=_known(written.p_value),
-        by_parameter=tuple(map(_known, written.p_values.values())),
+        statistic=_number(written.statistic),
+        p_value=_number(written.p_value),
+        by_parameter=tuple(map(_number, written.p_values.values())),
     )
 
 
@@ -193,12 +193,12 @@ def _excitation(name: str, written: WrittenExcitation) -> Excitation:
     return Excitation(
         name=name,
         share=written.share,
-        inflation=_known(written.inflation, math.inf),
+        inflation=_number(written.inflation, math.inf),
         alike=written.alike,
         lacking=written.lacking,
-        rows=_known(written.rows),
-        largest_share=_known(written.largest_share),
-        natural=_known(written.natural),
+        rows=_number(written.rows),
+        largest_share=_number(written.largest_share),
+        natural=_number(written.natural),
     )
 
 
@@ -212,7 +212,7 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
         errors_percent=frozen(written.errors_percent or ()),
         physical=frozen(np.full((len(delays), len(sensitivity)), math.nan)),  # in no document
         best=written.best,
-        deviation=_known(written.deviation),
+        deviation=_number(written.deviation),
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
         sensitivity=sensitivity,
@@ -225,23 +225,23 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
     """The tests of the residuals of a document."""
     w, normality, crossed = written, written.normality, written.cross_correlation
     return ResidualTests(
-        durbin_watson=_known(w.durbin_watson),
-        ljung_box=_known(w.ljung_box.statistic),
-        ljung_box_p=_known(w.ljung_box.p_value),
+        durbin_watson=_number(w.durbin_watson),
+        ljung_box=_number(w.ljung_box.statistic),
+        ljung_box_p=_number(w.ljung_box.p_value),
         ljung_box_freedom=w.ljung_box.lags,
-        jarque_bera=_known(normality.jarque_bera),
-        jarque_bera_p=_known(normality.p_value),
-        skewness=_known(normality.skewness),
-        excess_kurtosis=_known(normality.excess_kurtosis),
-        runs_z=_known(w.runs.z),
-        runs_p=_known(w.runs.p_value),
+        jarque_bera=_number(normality.jarque_bera),
+        jarque_bera_p=_number(normality.p_value),
+        skewness=_number(normality.skewness),
+        excess_kurtosis=_number(normality.excess_kurtosis),
+        runs_z=_number(w.runs.z),
+        runs_p=_number(w.runs.p_value),
         autocorrelation=_array(w.autocorrelation.values),
-        bound=_known(w.autocorrelation.bound_95),
+        bound=_number(w.autocorrelation.bound_95),
         cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
         cross_deviations=_array(crossed.deviations),
-        cross_z=_known(crossed.largest),
-        cross_limit=_known(crossed.limit_95),
-        cross_p=_known(crossed.p_value),
+        cross_z=_number(crossed.largest),
+        cross_limit=_number(crossed.limit_95),
+        cross_p=_number(crossed.p_value),
         normal_quantiles=_array(normality.normal_quantiles),
         residual_quantiles=_array(normality.residual_quantiles),
         run_lengths=np.array(w.runs.lengths, dtype=np.int64),
@@ -249,9 +249,9 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
 
 
 def _array(values: Sequence[float | None]) -> Array:
-    return frozen([*map(_known, values)])
+    return frozen([*map(_number, values)])
 
 
-def _known(value: object, otherwise: float = math.nan) -> float:
+def _number(value: object, otherwise: float = math.nan) -> float:
     """A figure; of one that was not finite, or not written, what it was most likely."""
     return value if isinstance(value, float) else otherwise

@@ -121,5 +121,5 @@ def machine_memory() -> float:
     for file in _LIMITS:
         with contextlib.suppress(OSError, ValueError):  # "max" where there is no limit
             found.append(float(file.read_text(encoding="ascii")))
-    known = min(found)
-    return known if 0 < known < math.inf else _UNKNOWN
+    least = min(found)
+    return least if 0 < least < math.inf else _UNKNOWN
