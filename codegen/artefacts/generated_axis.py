@@ -224,7 +224,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.known)),
+        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.intercept)),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         unidentifiable=tuple(map(describe_loss, model.unidentifiable)),
         functions=functions,

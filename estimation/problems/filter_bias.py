@@ -243,9 +243,9 @@ def noise_free_at(
 ) -> NoiseFree | None:
     """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
     at = form.at(physical)
-    loops, known, right = problem.simulated(at, physical)
+    loops, intercept, right = problem.simulated(at, physical)
     left = problem.rows(at).left
-    error = relative_error_percent(left - known - right @ at.regressed(physical), left)
+    error = relative_error_percent(left - intercept - right @ at.regressed(physical), left)
     if error >= MAX_SIMULATION_ERROR.value:
         return None
     return noise_free(at, problem, loops, physical, instruments)
@@ -317,7 +317,7 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
 def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
     """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     if instruments is None:
         return least_squares(left, factor(rows.regressor, names))
     return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

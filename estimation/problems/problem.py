@@ -161,17 +161,17 @@ class Problem:
             loop_reference(self.axis, data.record)
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with an estimate, and their known part and regressor, reduced."""
+        """The loops simulated with an estimate, and their intercept and regressor, reduced."""
         every: list[tuple[Simulation, ...]] = []
         rights = []
         for i, data in enumerate(self.data):
             own = form.own(physical, i)
             every.append(simulated_loops(data.axis, data.record, own))
             right = simulated_right(form.of_record(i), every[-1], own, data)
-            known, regressor = form.placed(i, *right)
+            intercept, regressor = form.placed(i, *right)
             if self.weights:
-                known, regressor = self.weights[i] * known, self.weights[i] * regressor
-            rights.append((known, regressor))
+                intercept, regressor = self.weights[i] * intercept, self.weights[i] * regressor
+            rights.append((intercept, regressor))
         loops = tuple(loop for of_one in every for loop in of_one)
         if len(rights) == 1:
             return loops, *rights[0]
@@ -220,8 +220,8 @@ class Problem:
         pieces = []
         for i, (data, equations) in enumerate(zip(self.data, every, strict=True)):
             piece = equations.reduced(data)
-            known, regressor = form.placed(i, piece.known, piece.regressor)
-            piece = Equations(left=piece.left, known=known, regressor=regressor)
+            intercept, regressor = form.placed(i, piece.intercept, piece.regressor)
+            piece = Equations(left=piece.left, intercept=intercept, regressor=regressor)
             pieces.append(piece.scaled(self.weights[i]) if self.weights else piece)
         return Equations.stacked(pieces)
 
@@ -247,7 +247,7 @@ class Problem:
                 self.axis,
                 Reach.joined(reaches) if reaches else None,
                 rows.regressor,
-                rows.left - rows.known,
+                rows.left - rows.intercept,
                 rows=len(rows.left),
                 source="the record" if len(self.data) == 1 else "the set of records",
                 without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),

@@ -78,7 +78,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
 def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
     """Force of the model with an estimate along a motion, (N,)."""
     rows = InverseForm(axis).at(physical).equations(signals)
-    return rows.regressor @ physical + rows.known
+    return rows.regressor @ physical + rows.intercept
 
 
 def _still(signals: Signals) -> Signals:

@@ -96,7 +96,7 @@ def reestimate(
         Degrees of freedom of its variances.
     """
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     try:
         regressor = factor(rows.regressor, names, neighbours=neighbours)
         solution = (

@@ -161,7 +161,7 @@ class _Rows:
     Attributes
     ----------
     both : (n, p + 1) array
-        Regressor, and the left side less what is known.
+        Regressor, and the left side less the intercept.
     left : (n,) array
         The left side itself.
     places : (n,) array of int
@@ -265,7 +265,7 @@ class _LogRows:
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
         weights = np.ones(len(force))
-        both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
+        both = np.column_stack([equations.regressor, equations.left, equations.intercept, weights])
         near = np.zeros(len(force), dtype=bool)
         if self.rest is not None:
             near = near_turns(signals.velocity, self.turns, self.rest)

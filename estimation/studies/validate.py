@@ -194,7 +194,7 @@ def _validation(
             ),
             code="no-row",
         )
-    residuals = rows.left - rows.known - rows.regressor @ theta
+    residuals = rows.left - rows.intercept - rows.regressor @ theta
     equation = relative_error_percent(residuals, rows.left)
     if not math.isfinite(equation):
         raise DataError(
@@ -227,7 +227,7 @@ def _validation(
     is_iv = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, estimate.physical)
-        known, regressor = simulated_right(form, loops, estimate.physical, data)
+        intercept, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
         by_rows = None if is_iv else again(instruments=None)
         return replace(found, reason=error.note, reestimate=by_rows)
@@ -236,7 +236,7 @@ def _validation(
     return replace(
         found,
         simulation_error_percent=relative_error_percent(
-            rows.left - regressor @ theta - known, rows.left
+            rows.left - regressor @ theta - intercept, rows.left
         ),
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),

@@ -51,14 +51,14 @@ def wide(table: Table) -> Table:
 
 def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
     """Columns whose clocks are in seconds, where the times have a unit."""
-    known = label_unit(unit) if unit else None
-    if known is None or known[0] == 1.0:
+    found = label_unit(unit) if unit else None
+    if found is None or found[0] == 1.0:
         return columns
 
     def scaled(column: Column) -> Column:
         samples = column.read()
         assert samples.clock is not None  # noqa: S101
-        made = Samples(values=samples.values, clock=known[0] * samples.clock)
+        made = Samples(values=samples.values, clock=found[0] * samples.clock)
         return replace(column, read=lambda: made)
 
     return {name: scaled(column) for name, column in columns.items()}

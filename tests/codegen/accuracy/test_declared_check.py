@@ -323,7 +323,7 @@ def test_a_model_that_was_multiplied_out_is_refused(name: str) -> None:
     row = replace(
         model.idm,
         columns=tuple(sympy.expand(column) for column in model.idm.columns),
-        known=sympy.expand(model.idm.known),
+        intercept=sympy.expand(model.idm.intercept),
     )
     still = expanded.xreplace({q.acceleration: sympy.S.Zero})
     acceleration = (FORCE - still) / expanded.diff(q.acceleration)

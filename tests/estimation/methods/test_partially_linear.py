@@ -90,7 +90,7 @@ def test_linearised_force_is_the_force_where_it_is_linearised() -> None:
     for dq in (0.3, -0.02, 1e-6):
         motion = {x.symbol: 0.1, x.velocity: dq, x.acceleration: 2.0, "direction": np.sign(dq)}
         point = {**motion, **values}
-        left = (row + model.idm.known - model.force).subs(point)
+        left = (row + model.idm.intercept - model.force).subs(point)
         assert float(left) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -157,7 +157,7 @@ def test_instruments_solve_their_nonlinear_equations(
     assert iv.Z is not None
     data = bound_record(axis, record, FILTER)
     reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
-    residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
+    residuals = reduced.left - reduced.intercept - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
     assert np.abs(seen).max() < 1e-2
 

@@ -98,7 +98,7 @@ def fitted_axis(
     if isinstance(result, Identification):
         return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
-        return _identified(result, derive(result.known_axis), result.signature)
+        return _identified(result, derive(result.own_axis), result.signature)
     saved = result if isinstance(result, SavedIdentification) else read_fit(result)
     document = saved.document if isinstance(saved, SavedIdentification) else saved
     file = saved.file if isinstance(saved, SavedIdentification) else str(result)

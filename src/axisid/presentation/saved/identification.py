@@ -192,10 +192,10 @@ class SavedIdentification(Presentable):
         UsageError
             It is none of the library, and was not given.
         """
-        return build(self.known_axis)
+        return build(self.own_axis)
 
     @property
-    def known_axis(self) -> Axis:
+    def own_axis(self) -> Axis:
         """The declaration of the axis; a `UsageError` where it is not known."""
         if self.declared is None:
             raise UsageError(
