@@ -74,7 +74,8 @@ def _check_slope(model: AxisModel, arguments: Mapping[str, Array], force: Array)
     raise ModelError(
         f"axis {axis.name!r}: of a control of {arguments[str(CONTROL)][i]:.6g} {drive.unit} and "
         f"per share of its gain the drive {type(drive).__name__} changes its force by "
-        f"{found[i]:.6g}, its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out relative_sd.",
+        f"{found[i]:.6g}, its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out "
+        "relative_sd.",
         code="force-by-gain-differs",
     )
 

@@ -131,7 +131,7 @@ class GeneratedAxis:
         pairs = zip(self.parameters, parameters, strict=True)
         return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
 
-    def rows(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
+    def evaluate(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
         """Evaluate a function of scalars at N samples.
 
         Parameters
@@ -146,9 +146,9 @@ class GeneratedAxis:
         tuple of (N, columns) arrays
             One per output.
         """
-        library = self.native.rows(function)
+        library = self.native.evaluator(function)
         if library is not None:
-            return library.rows(function, arguments)
+            return library.evaluate(function, arguments)
         compiled = self._function(function)
         checked, samples = checked_arguments(function, compiled, arguments)
         names = compiled.name_in()

@@ -65,7 +65,7 @@ class NativeLibrary:
         self._functions = functions
         self._runs = StoppableRuns()
 
-    def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
+    def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output."""
         shapes = self._functions[function]
         checked, samples = checked_arguments(function, shapes, arguments)

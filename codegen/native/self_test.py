@@ -61,7 +61,7 @@ def _check_function(library: "NativeLibrary", name: str, function: Any) -> None:
     expected = [
         by_sample(out.full(), _TEST_SAMPLES) for i, out in enumerate(function.call(arguments))
     ]
-    results = library.rows(name, arguments)
+    results = library.evaluate(name, arguments)
     for got, wanted, bound in zip(results, expected, bounds, strict=True):
         with np.errstate(invalid="ignore"):
             allowed = bound + MAX_FUNCTION_DIFFERENCE.value * (1 + np.abs(wanted))

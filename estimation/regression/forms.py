@@ -188,7 +188,7 @@ class InverseForm(Form):
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
-        row, intercept = self.axis.rows("idm_regressor", *motion, *about)
+        row, intercept = self.axis.evaluate("idm_regressor", *motion, *about)
         return Equations(left=s.force, intercept=intercept[:, 0], regressor=row)
 
     def at(self, physical: Array) -> "InverseForm":
@@ -226,7 +226,7 @@ class DirectForm(Form):
     def equations(self, signals: Signals) -> Equations:
         """Acceleration by the direct regressor."""
         s = signals
-        row, intercept = self.axis.rows(
+        row, intercept = self.axis.evaluate(
             "ddm_regressor", s.position, s.velocity, s.force, s.direction
         )
         return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)

@@ -354,7 +354,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     held = simulation.held
     if held is None:
         held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
-    (acceleration,) = axis.rows(
+    (acceleration,) = axis.evaluate(
         "direct_dynamics",
         simulation.position,
         simulation.velocity,

@@ -138,7 +138,7 @@ def _from_rest(
     if len(position) == 1:
         forces, directions = zip(*cases, strict=True)
         arguments = (position[0], 0.0, forces, directions, parameters[0])
-        return list(axis.rows("direct_dynamics", *arguments)[0])
+        return list(axis.evaluate("direct_dynamics", *arguments)[0])
     forces, directions = np.repeat(np.array(cases).T, len(position), axis=1)
     lanes = [np.tile(position, len(cases)), np.zeros(len(forces)), forces, directions]
     columns = [values[None, :] for values in lanes]
@@ -253,7 +253,7 @@ def _wave_numbers(axis: GeneratedAxis, q: Array, parameters: Array) -> Array | N
     if "wave_number" not in axis.functions:
         return None
     if parameters.ndim == 1:
-        return axis.rows("wave_number", q, parameters)[0][:, 0]
+        return axis.evaluate("wave_number", q, parameters)[0][:, 0]
     return np.asarray(axis.functions["wave_number"].call([q[None, :], parameters.T])[0].full()[0])
 
 
@@ -270,10 +270,10 @@ def _probed(
     with np.errstate(all="ignore"):
         if force is not None and not _is_continuous(axis):
             arguments = (positions, speeds, np.tile(force, 3), directions, parameters)
-            accelerations = axis.rows("direct_dynamics", *arguments)[0][:, 0]
+            accelerations = axis.evaluate("direct_dynamics", *arguments)[0][:, 0]
         elif parameters.ndim == 1 and np.all(held == held[:, :1]):
             arguments = (positions, speeds, held[:, 0], directions, parameters)
-            accelerations = axis.rows("held_acceleration", *arguments)[0][:, 0]
+            accelerations = axis.evaluate("held_acceleration", *arguments)[0][:, 0]
         else:
             columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
             at = [positions[None, :], speeds[None, :], np.tile(held, 3), directions[None, :]]

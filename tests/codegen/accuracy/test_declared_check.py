@@ -139,7 +139,7 @@ def targets(axis: Axis, values: np.ndarray, *, native: bool = True) -> Targets:
     if native:
         made.native.library()
         found["C"] = lambda x, v, a: float(
-            made.rows("inverse_dynamics", x, v, a, np.sign(v), own)[0][0, 0]
+            made.evaluate("inverse_dynamics", x, v, a, np.sign(v), own)[0][0, 0]
         )
     return found
 

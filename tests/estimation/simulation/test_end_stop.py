@@ -82,7 +82,7 @@ def test_stop_is_known_and_silent_between_its_ends() -> None:
     model = derive(bouncing(0.5).axis)
     assert model.idm.columns == (x.acceleration,)
     assert model.idm.intercept != 0
-    _, known = bouncing(0.5).rows(
+    _, known = bouncing(0.5).evaluate(
         "idm_regressor", [0.0, STOP, 0.2], [9.0] * 3, [0.0] * 3, [1.0] * 3
     )
     assert known[:2, 0].tolist() == [0, 0]
