@@ -16,7 +16,7 @@ from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
 from axisid.estimation.tables import LogClock, Provenance, Table
-from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -280,7 +280,7 @@ class _BlockChecks:
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
-        if self.samples < MIN_RECORD_ROWS.value:
+        if self.samples < MIN_RECORD_SAMPLES.value:
             raise DataError(f"{self.source}: a record needs 3 rows or more, not {self.samples}.")
         if period is None and not self.timed:
             raise DataError(f"{self.source}: there is no time column; ", no_time(), code=NO_TIME)

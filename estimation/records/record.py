@@ -25,7 +25,7 @@ from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds.records import (
     MAX_MEAN_STEP_DEVIATION,
     MAX_STATED_PERIOD_DEVIATION,
-    MIN_RECORD_ROWS,
+    MIN_RECORD_SAMPLES,
 )
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
@@ -38,7 +38,7 @@ from axisid.support.user_values import quoted
 
 from .repairs import Span
 from .shifts import checked_shifts, shifted
-from .windows import Window, checked_windows, rows_within, window_repair, windows_text
+from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 _ROWS = "row"  # beside the columns, while some are moved
 
@@ -189,12 +189,12 @@ class Record(Presentable, Exact):
         wanted = checked_windows(windows)
         if not wanted:
             return self
-        spans = rows_within(self._name(), self.time, wanted, MIN_RECORD_ROWS.value)
+        spans = samples_within(self._name(), self.time, wanted, MIN_RECORD_SAMPLES.value)
         pieces = [
             (max(a, start), min(b, stop))
             for start, stop in spans
             for a, b in self.spans
-            if min(b, stop) - max(a, start) >= MIN_RECORD_ROWS.value
+            if min(b, stop) - max(a, start) >= MIN_RECORD_SAMPLES.value
         ]
         first, last = float(self.time[0]), float(self.time[-1])
         return self._of(
@@ -362,7 +362,7 @@ class Record(Presentable, Exact):
             raise DataError(
                 f"{self._name()}: the columns differ in length: {listed}.", code="record-lengths"
             )
-        fewest = MIN_RECORD_ROWS.value
+        fewest = MIN_RECORD_SAMPLES.value
         if len(self) < fewest:
             raise DataError(
                 f"{self._name()}: a record needs {fewest} rows or more, not {len(self)}.",
@@ -370,7 +370,7 @@ class Record(Presentable, Exact):
             )
 
     def _check_spans(self) -> None:
-        fewest = MIN_RECORD_ROWS.value
+        fewest = MIN_RECORD_SAMPLES.value
         joined = [0, *(row for span in self.segments for row in span), len(self)]
         whole = not self.segments or joined[::2] == joined[1::2]
         lasting = all(stop - start >= fewest for start, stop in self.segments)

@@ -152,12 +152,12 @@ def _later(samples: Samples, shift: Shift) -> tuple[Samples, float]:
     return replace(samples, clock=clock + shift.seconds(step)), step
 
 
-def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) -> int:
+def whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
     """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    if not abs(samples) < rows:
+    if not abs(samples) < length:
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {rows}.",
+            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
             code="long-shift",
         )
     if abs(samples - round(samples)) > MAX_PART_OF_A_SAMPLE.value:
@@ -176,19 +176,19 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) 
 def _partners(
     clock: Array, samples: Mapping[str, int], step: float
 ) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.bool_]]:
-    """For each moved column the rows that come to stand at each row, and which rows have all.
+    """For each moved column the samples that come to stand at each one, and which have all.
 
-    Across a gap a row has no partner.
+    Across a gap a sample has no partner.
     """
-    rows = np.arange(len(clock))
+    places = np.arange(len(clock))
     kept = np.ones(len(clock), dtype=bool)
     partners = {}
     for role, count in samples.items():
-        wanted = rows - count
+        wanted = places - count
         there = (wanted >= 0) & (wanted < len(clock))
         partners[role] = np.clip(wanted, 0, len(clock) - 1)
         off = np.abs(clock - clock[partners[role]] - count * step)
-        kept &= there & ~(off > step / 2)  # a row without a time is refused by its name later
+        kept &= there & ~(off > step / 2)  # a sample without a time is refused by its name later
     return partners, kept
 
 

@@ -1,4 +1,4 @@
-"""Windows of time: what of a log is taken, and which rows that are."""
+"""Windows of time: what of a log is taken, and which samples that are."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -69,12 +69,12 @@ def _window_text(start: float, stop: float) -> str:
     return f"from {start:.9g} s on" if math.isinf(stop) else f"from {start:.9g} to {stop:.9g} s"
 
 
-def rows_within(
+def samples_within(
     source: str, time: Array, windows: Sequence[Window], fewest: int = 1
 ) -> tuple[Span, ...]:
-    """First row and the one after the last of each window.
+    """First sample and the one after the last of each window.
 
-    A time on the edge of two windows is the earlier one's. Rows without a time belong to those
+    A time on the edge of two windows is the earlier one's. Samples without a time belong to those
     around them.
 
     Parameters
@@ -85,12 +85,12 @@ def rows_within(
         s
     windows : sequence of Window
     fewest : int
-        Rows that a window needs.
+        Samples that a window needs.
 
     Raises
     ------
     DataError
-        A window is outside the log, or holds too few rows.
+        A window is outside the log, or holds too few samples.
     """
     finite = time[np.isfinite(time)]
     if not finite.size:
@@ -136,9 +136,9 @@ def within(
     """
     clock = columns["position"].clock
     assert clock is not None  # noqa: S101  # every column has one by now
-    own = rows_within(source, clock, windows)
+    own = samples_within(source, clock, windows)
     kept = {
-        role: _taken(samples, rows_within(f"{source}, {role}", samples.clock, windows))
+        role: _taken(samples, samples_within(f"{source}, {role}", samples.clock, windows))
         for role, samples in columns.items()
         if samples.clock is not None
     }
@@ -157,11 +157,11 @@ def _taken(samples: Samples, spans: Sequence[Span]) -> Samples:
     )
 
 
-def window_repair(windows: Sequence[Window], spans: Sequence[Span], rows: int) -> Repair:
-    """What is said of windows, and of how many rows are left out."""
-    left = rows - sum(stop - start for start, stop in spans)
+def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
+    """What is said of windows, and of how many samples are left out."""
+    left = samples - sum(stop - start for start, stop in spans)
     each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
-    text = f"only {windows_text(windows)} taken{each}: {left} of {rows} samples left out"
+    text = f"only {windows_text(windows)} taken{each}: {left} of {samples} samples left out"
     return Repair(kind="window", count=left, text=text)
 
 

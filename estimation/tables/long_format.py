@@ -36,13 +36,13 @@ def wide(table: Table) -> Table:
     order = np.unique(np.asarray(names, dtype=str), return_inverse=True)
     clocks: list[Array] = []
     for k, name in enumerate(order[0]):
-        rows = np.flatnonzero(order[1] == k)
-        own = seconds[rows]
+        places = np.flatnonzero(order[1] == k)
+        own = seconds[places]
         shared = next((each for each in clocks if np.array_equal(each, own)), own)
         if shared is own:
             clocks.append(own)
-        unit = units[rows[0]] if units else ""
-        columns[str(name)] = loaded_column(numbers[rows], unit=unit, clock=shared)
+        unit = units[places[0]] if units else ""
+        columns[str(name)] = loaded_column(numbers[places], unit=unit, clock=shared)
     told = f"rows of {times}, name and {values}, made {len(columns)} columns by their names"
     timed = _with_seconds(columns, clock.unit)
     notes = (*table.notes, *((clock.note,) if clock.note else ()), told)

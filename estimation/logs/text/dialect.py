@@ -150,7 +150,7 @@ class _Reading:
     comma: bool
     width: int
     first: int
-    rows: int
+    table_rows: int
     fit: tuple[float, bool, bool, int]
 
 
@@ -177,8 +177,10 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
         readings = [r for r in readings if r.width > 1 or not r.comma]
-    most = max(reading.rows for reading in readings)
-    readings = [reading for reading in readings if reading.rows >= MIN_TABLE_ROW_SHARE.value * most]
+    most = max(reading.table_rows for reading in readings)
+    readings = [
+        reading for reading in readings if reading.table_rows >= MIN_TABLE_ROW_SHARE.value * most
+    ]
     best = max(readings, key=lambda reading: reading.fit)  # the first of equals
     return best.separator, best.comma, best.width, best.first
 

@@ -131,12 +131,14 @@ class RoleColumns:
         others = {role: s for role, s in self.samples.items() if role != "time"}
         if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
             return ""
-        rows, needed = len(self.samples["time"].values), len(others["position"].values)
-        if rows == needed:
+        there, needed = len(self.samples["time"].values), len(others["position"].values)
+        if there == needed:
             return ""
         name = self.names.pop("time")
         del self.samples["time"]
-        return f"the column {name!r} has {rows} rows, the position {needed}: {_CLOCKS} in its place"
+        return (
+            f"the column {name!r} has {there} rows, the position {needed}: {_CLOCKS} in its place"
+        )
 
 
 def _injected_at(axis: Axis | None, given: str | None) -> str | None:

@@ -13,7 +13,7 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy, Setting
 
 Places = NDArray[np.int64]
-#: First row, the one after the last, and by how many moduli.
+#: First sample, the one after the last, and by how many moduli.
 _Move = tuple[int, int, int]
 
 #: A modulus of a turn.
