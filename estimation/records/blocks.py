@@ -25,7 +25,8 @@ from axisid.support.real_numbers import real_array
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .clocks import EMPTY_CELLS, NO_TIME, no_time
-from .record import check_even, check_sample_period, check_varies
+from .period_checks import check_even, check_sample_period
+from .record_checks import check_varies
 
 ROWS = 100_000
 _PIECE = 1 << 20  # bytes

@@ -28,7 +28,8 @@ from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 from .clocks import clocked, filled, jitter_notes, together
-from .record import Record, check_sample_period
+from .period_checks import check_sample_period
+from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted

@@ -15,7 +15,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .record import check_stated
+from .period_checks import check_stated
 from .repairs import Span, adjoining, gaps_repair
 
 _MOST_ROWS = 1e8
