@@ -82,21 +82,14 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     own = _names("local", local)
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
-    as_given = Prefilter() if prefilter is None else prefilter
-    if isinstance(as_given, Prefilter):
-        as_given = as_given.at_rate_of(records[0].period)
-    layout = layout_for(generated, records, own, known, gain=gain == "identified")
-    aside: dict[str, Note] = {}
-    if len(records) > 1:
-        usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
-        if aside:
-            records = [records[i] for i in usable]
-            known = known and {n: [values[i] for i in usable] for n, values in known.items()}
-            layout = layout_for(generated, records, own, known, gain=gain == "identified")
+    identifies_gain = _identifies_gain(gain)
+    as_given = _at_rate(prefilter, records[0].period)
+    layout = layout_for(generated, records, own, known, gain=identifies_gain)
+    usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
+    if aside:
+        records = [records[i] for i in usable]
+        known = known and {n: [values[i] for i in usable] for n, values in known.items()}
+        layout = layout_for(generated, records, own, known, gain=identifies_gain)
     axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
     data = bound_records(axes, records, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
@@ -128,13 +121,15 @@ def records_of(record: object) -> list[Record]:
 def _usable(
     axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
 ) -> tuple[list[int], dict[str, Note]]:
-    """Which of several records the filter serves, and why not the others.
+    """Which of several records the filter serves, and why not the others; one is refused later.
 
     Raises
     ------
     UsageError
         Some cannot be used, and are not to be skipped; or none is left.
     """
+    if len(records) == 1:
+        return [0], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
     usable, bad = [], dict[str, Note]()
     pairs = zip(record_labels(records), records, filters, strict=True)
@@ -173,6 +168,21 @@ def _unnamed(name: str, note: Note) -> Note:
     """A reason that does not begin with the record's name once more."""
     text = note.text.removeprefix(f"{name}: ").removeprefix(f"{Path(name).name}: ")
     return Note(text, note.remedy)
+
+
+def _identifies_gain(gain: object) -> bool:
+    """Whether the drive gain is a parameter where a known force tells it."""
+    if not is_among(gain, ("identified", "declared")):
+        raise UsageError(
+            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
+        )
+    return gain == "identified"
+
+
+def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
+    """The prefilter as given, what follows the rate chosen; what is none is refused later."""
+    as_given = Prefilter() if prefilter is None else prefilter
+    return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
 
 
 def _names(what: str, names: object) -> tuple[str, ...]:

@@ -119,22 +119,12 @@ def simulate_batch(
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     check_period(axis, period)
     lanes = len(theta)
-    if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
-        raise UsageError(
-            f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
-            "and (N,) or (N, B).",
-            code="batch-shapes",
-        )
-    if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
+    _check_lanes(theta, ref)
     noise = _lane_noise(position_noise, (len(ref), lanes))
     off = np.zeros(lanes) if noise is None else noise[0]
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory)
     wanted = _wanted(signals)
-    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
-        raise UsageError(
-            f"the threads are {quoted(threads)}; give a whole number from 1 to {_MOST_THREADS}."
-        )
+    _check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
@@ -156,6 +146,26 @@ def simulate_batch(
         signals=dict(zip(signals, (out[name] for name in wanted), strict=True)),
         failures=dict(sorted(failures.items())),
     )
+
+
+def _check_lanes(parameters: Array, reference: Array) -> None:
+    """Refuse arrays that are no lanes side by side."""
+    lanes = len(parameters)
+    if parameters.ndim != 2 or reference.shape[1:] not in ((), (lanes,)):
+        raise UsageError(
+            f"parameters have the shape {parameters.shape} and the reference {reference.shape}; "
+            "give (B, p) and (N,) or (N, B).",
+            code="batch-shapes",
+        )
+    if not lanes:
+        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
+        raise UsageError(
+            f"the threads are {quoted(threads)}; give a whole number from 1 to {_MOST_THREADS}."
+        )
 
 
 def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:

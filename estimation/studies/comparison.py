@@ -36,7 +36,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, candidate
-from .held_out import contiguous_blocks, regression_rows
+from .held_out import Block, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
 
@@ -165,17 +165,9 @@ def compare(
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
     blocks = contiguous_blocks(len(estimates[0].y), gap, most)
-    candidates = []
     with np.errstate(all="ignore"):
-        for name, result in with_progress(
-            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
-        ):
-            try:
-                found = candidate(name, result.problem, result[method], blocks)
-            except EstimationError as error:
-                failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
-            else:
-                candidates.append(found)
+        candidates, without = _candidates(fits, method, blocks, progress)
+        failures |= without
         if not candidates:
             raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
@@ -215,6 +207,25 @@ def _fits(
     if not fits:
         raise _none_left(failures)
     return fits, failures
+
+
+def _candidates(
+    fits: Mapping[str, Identification],
+    method: str,
+    blocks: Sequence[Block],
+    progress: Progress | None,
+) -> tuple[list[Candidate], dict[str, Note]]:
+    """Candidates with their held-out errors, and why there is none of the others."""
+    found: list[Candidate] = []
+    failures: dict[str, Note] = {}
+    for name, result in with_progress(
+        fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
+    ):
+        try:
+            found.append(candidate(name, result.problem, result[method], blocks))
+        except EstimationError as error:
+            failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
+    return found, failures
 
 
 def _none_left(failures: Mapping[str, Note]) -> EstimationError:

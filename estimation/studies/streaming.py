@@ -104,23 +104,7 @@ def identify_stream(
         kept = replace(chosen, reversals="keep")
         rows = _LogRows(generated, blocks, kept, found, origin.source)
         triangle, size, left = _factored(rows)
-    names = [q.label for q in generated.parameters]
-    if size <= len(names) or not left:
-        raise EstimationError(
-            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
-            "record longer, or decimate less."
-        )
-    check_visible(
-        generated,
-        rows.reach,
-        triangle[:, :-1],
-        triangle[:, -1],
-        rows=size,
-        source=origin.source,
-        without_turns=rows.rest is not None,
-    )
-    with np.errstate(all="ignore"):
-        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, origin.source))
+    solution = _solved(rows, triangle, size, left)
     robust, hac, long_run = _hac(rows, solution, size)
     apart = other_period(generated.axis.control, found.period, found.clock)
     squares = float(solution.residuals @ solution.residuals)
@@ -135,12 +119,33 @@ def identify_stream(
         physical=solution.theta,
         covariances={"iid": squares / (size - 1) * gram, "robust": robust, "hac": hac},
         lags=long_run.lags,
-        freedom=np.minimum(long_run.freedom, size - len(names)),
+        freedom=np.minimum(long_run.freedom, size - len(solution.theta)),
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
         excluded_samples=rows.excluded_samples,
         time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
+
+
+def _solved(rows: "_LogRows", triangle: Array, size: int, left: float) -> Solution:
+    """Least squares of the factored rows; refused where they cannot tell the parameters."""
+    names = [q.label for q in rows.axis.parameters]
+    if size <= len(names) or not left:
+        raise EstimationError(
+            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
+            "record longer, or decimate less."
+        )
+    check_visible(
+        rows.axis,
+        rows.reach,
+        triangle[:, :-1],
+        triangle[:, -1],
+        rows=size,
+        source=rows.source,
+        without_turns=rows.rest is not None,
+    )
+    with np.errstate(all="ignore"):
+        return least_squares(triangle[:, -1], factor(triangle[:, :-1], names, rows.source))
 
 
 def _check_axis(axis: GeneratedAxis) -> None:

@@ -14,6 +14,8 @@ from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
+    Equations,
+    Form,
     loop_reference,
     simulated_loops,
     simulated_position,
@@ -181,39 +183,12 @@ def _is_same(own: OwnRecord, other: Record) -> bool:
 def _validation(
     data: FilteredRecord, estimate: FrozenEstimate, own_data: Sequence[FilteredRecord]
 ) -> MethodValidation:
+    """How an estimate holds on a second record, its own records being these."""
     axis, record = data.axis, data.record
     form = METHODS[estimate.method].form(axis).at(estimate.physical)
-    rows = form.equations(data.signals).reduced(data)
+    rows = _rows_left(form, data)
     theta = form.regressed(estimate.physical)
-    if not len(rows.left):
-        raise DataError(
-            f"{record.provenance.source}: no row is left of it, since all its motion is near "
-            "reversals or masked; ",
-            Remedy.of(
-                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
-            ),
-            code="no-row",
-        )
-    residuals = rows.left - rows.intercept - rows.regressor @ theta
-    equation = relative_error_percent(residuals, rows.left)
-    if not math.isfinite(equation):
-        raise DataError(
-            f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
-            "check the size and the units of its columns.",
-            code="equation-error-not-finite",
-        )
-    found = MethodValidation(
-        method=estimate.method,
-        equation_error_percent=equation,
-        own_equation_error_percent=estimate.equation_error_percent,
-        simulation_error_percent=None,
-        position_error_rms=None,
-        tracking_error_percent=None,
-        reason=None,
-        own_simulation_error_percent=estimate.simulation_error_percent,
-        least_equation_error_percent=equation
-        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
-    )
+    found = _by_equations(estimate, rows, theta, data)
     covariance = estimate.covariances[estimate.chosen]
     again = partial(
         reestimate,
@@ -242,6 +217,47 @@ def _validation(
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
         reestimate=again(instruments=instruments),
+    )
+
+
+def _rows_left(form: Form, data: FilteredRecord) -> Equations:
+    """The rows of the second record; refused where it has none."""
+    rows = form.equations(data.signals).reduced(data)
+    if not len(rows.left):
+        raise DataError(
+            f"{data.record.provenance.source}: no row is left of it, since all its motion is near "
+            "reversals or masked; ",
+            Remedy.of(
+                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
+            ),
+            code="no-row",
+        )
+    return rows
+
+
+def _by_equations(
+    estimate: FrozenEstimate, rows: Equations, theta: Array, data: FilteredRecord
+) -> MethodValidation:
+    """What the rows alone say, before the loop is simulated."""
+    residuals = rows.left - rows.intercept - rows.regressor @ theta
+    equation = relative_error_percent(residuals, rows.left)
+    if not math.isfinite(equation):
+        raise DataError(
+            f"{data.record.provenance.source}: the equation error of {estimate.method} is not "
+            "finite; check the size and the units of its columns.",
+            code="equation-error-not-finite",
+        )
+    return MethodValidation(
+        method=estimate.method,
+        equation_error_percent=equation,
+        own_equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=None,
+        position_error_rms=None,
+        tracking_error_percent=None,
+        reason=None,
+        own_simulation_error_percent=estimate.simulation_error_percent,
+        least_equation_error_percent=equation
+        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
     )
 
 

@@ -76,12 +76,7 @@ def sweep(
     """
     targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
     check_targets(targets, (*record, axis), force=force)
-    if figure is not None and Path(figure).suffix not in _FIGURES:
-        raise click.BadParameter(
-            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
-        )
-    if figure is not None:
-        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
+    _check_figure(figure)
     inputs = axis_and_records(
         axis,
         record,
@@ -118,6 +113,17 @@ def sweep(
 
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
         click.echo(f"wrote {figure}", err=json_file == "-")
+
+
+def _check_figure(figure: str | None) -> None:
+    """Refuse a figure that cannot be drawn, before anything is computed."""
+    if figure is None:
+        return
+    if Path(figure).suffix not in _FIGURES:
+        raise click.BadParameter(
+            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
+        )
+    import axisid.presentation.drawing  # noqa: F401
 
 
 def _drawn(draw: Callable[[], None], figure: str) -> None:
