@@ -129,7 +129,7 @@ def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
             read_as(Strength, column, {"f": math.inf, "conditional_f": math.inf})
             for column in written.columns
         ),
-        conditionnumber=number(written.conditionnumber, math.inf),
+        condition_number=number(written.condition_number, math.inf),
     )
 
 
