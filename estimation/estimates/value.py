@@ -19,7 +19,7 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given, is_among
+from axisid.support.user_values import is_among, quoted
 
 #: What `Value.corrected` is called beside a value.
 CORRECTED = "without filter bias"
@@ -122,7 +122,7 @@ class NamedValues(dict[str, Value]):
     def __getitem__(self, name: str) -> Value:
         if not is_among(name, self):
             raise UsageError(
-                f"there is no {given(name)}; choose from {', '.join(self)}.", code="no-such-value"
+                f"there is no {quoted(name)}; choose from {', '.join(self)}.", code="no-such-value"
             )
         return super().__getitem__(name)
 

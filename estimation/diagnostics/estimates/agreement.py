@@ -106,8 +106,8 @@ def _percent(ls: Estimate, iv: Estimate) -> dict[str, float]:
 
 def _is_large(ls: Estimate, iv: Estimate, name: str) -> bool:
     """Whether a parameter that instruments know has moved by more than nobody would notice."""
-    known = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    return known and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
+    precise = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    return precise and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
 
 
 def _biased(ls: Estimate, iv: Estimate, moved: list[str], missing: list[str]) -> str:

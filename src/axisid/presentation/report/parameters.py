@@ -14,7 +14,7 @@ from axisid.presentation.formulas import decimals, significant, true_minus
 from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
     draws_table,
-    left_out_notes,
+    missing_notes,
     moves_notes,
     physical_notes,
     preferred_physical,
@@ -229,7 +229,7 @@ def _notes(result: Identification, wording: Wording) -> str:
         notes.append("The dotted lines are the true values of the simulated record.")
     notes += moves_notes(result.diagnosis)
     notes += shared_remarks(list(result.estimates.values()), wording)
-    notes += left_out_notes({**result.skipped, **result.failed}, wording)
+    notes += missing_notes({**result.skipped, **result.failed}, wording)
     return _note_lines(notes)
 
 

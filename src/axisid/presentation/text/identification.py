@@ -71,7 +71,7 @@ def identification_document(
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
-        *left_out_notes(missing, wording),
+        *missing_notes(missing, wording),
     ]
     return (
         _heading(result, wording),
@@ -304,7 +304,7 @@ def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -
     return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
 
 
-def left_out_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
+def missing_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
     """Each reason once, with the methods that are missing for it."""
     shared: dict[str, list[str]] = {}
     for method, why in missing.items():
