@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.estimates import Iterate
-from axisid.estimation.problems import Problem, adding
+from axisid.estimation.problems import ByInstruments, Problem, adding
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -175,7 +175,7 @@ class Iteration:
             form=self._form,
             measured=measured,
             solution=solution,
-            instruments=step.instruments,
+            solver=ByInstruments(step.instruments),
             iterates=tuple(self._iterates),
             loops=reached.loops,
             simulated=reached.simulated,
