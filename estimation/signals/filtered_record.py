@@ -17,6 +17,7 @@ from axisid.support.remedy import Remedy, Setting
 
 from .motion import resting
 from .neighbours import Neighbours
+from .position import check_position
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
@@ -70,13 +71,15 @@ class FilteredRecord(Exact):
         Raises
         ------
         UsageError, DataError
-            The prefilter cannot serve the record, see `check_filter`.
+            The prefilter cannot serve the record, see `check_filter`, or the axis needs a position
+            that was not recorded.
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
+        check_position(axis, record)
         prefilter = prefilter.at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -168,7 +171,8 @@ class FilteredRecord(Exact):
     @cached_property
     def motion(self) -> Motion:
         """Filtered position, velocity and acceleration, each (N,)."""
-        return self.sampling.motion(self.record.position)
+        record = self.record
+        return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
     @cached_property
     def force(self) -> Array:

@@ -12,13 +12,22 @@ class WrittenRepair(JsonObject, frozen=True, kw_only=True):
     """What was done to the data, once."""
 
     kind: Literal[
-        "tail", "wrap", "clipped", "empty", "clock", "resample", "gaps", "shift", "window"
+        "tail",
+        "wrap",
+        "clipped",
+        "empty",
+        "clock",
+        "resample",
+        "gaps",
+        "shift",
+        "window",
+        "between",
     ]
     count: Annotated[
         int,
         about(
             "Lines or samples left out, samples moved, jumps undone, samples masked, rows made, "
-            "gaps."
+            "values drawn between others, gaps."
         ),
     ]
     text: str
@@ -67,8 +76,8 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     samples_sha256: Annotated[
         str,
         about(
-            "Of the samples: of time, position, reference, control and force, as far as there are, "
-            "the role, then the values as 64-bit floats."
+            "Of the samples: of time, position, velocity, acceleration, reference, control, force "
+            "and test signal, as far as there are, the role, then the values as 64-bit floats."
         ),
     ]
     injected_at: Annotated[
