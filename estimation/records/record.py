@@ -248,7 +248,11 @@ class Record(Presentable, Exact):
             if role != "time"
         }
         masked = covered(self.masked, len(self)).astype(float)
-        columns |= {f"{role} {_ROWS}": replace(columns[role], values=masked) for role in wanted}
+        columns |= {
+            f"{role} {_ROWS}": replace(columns[role], values=masked)
+            for role in wanted
+            if role in columns
+        }
         moves = {**wanted, **{f"{role} {_ROWS}": shift for role, shift in wanted.items()}}
         found, said = shifted(self._name(), columns, moves, uneven=False)
         kept = found.pop(_ROWS).values.astype(int)

@@ -30,7 +30,7 @@ STEP_SHARES = tuple((i + 0.5) / _LOOPS for i in range(_LOOPS))
 def encoder_step(axis: GeneratedAxis, record: Record) -> float:
     """What a recorded position is rounded to, in the loop too; 0 where nothing is known of it."""
     law = axis.axis.control
-    if law is None or law.continuous:
+    if law is None or law.continuous or record.integrated:
         return 0.0
     return quantum_of(record.position, int(MIN_STEP_DIFFERENCES.value))
 
