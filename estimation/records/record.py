@@ -157,6 +157,12 @@ class Record(Presentable, Exact):
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
 
     @property
+    def motion(self) -> tuple[str, ...]:
+        """What of the motion was measured: roles."""
+        roles = ("position", "velocity", "acceleration")
+        return tuple(role for role in roles if role in self.channels())
+
+    @property
     def period(self) -> float:
         """Sampling period, s."""
         if self.sample_period is not None:

@@ -84,6 +84,10 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         Literal["control", "reference"] | UnsetType,
         about("What a recorded test signal was added to."),
     ] = UNSET
+    motion: Annotated[
+        tuple[Literal["position", "velocity", "acceleration"], ...] | UnsetType,
+        about("What of the motion was measured; absent where it is the position alone."),
+    ] = UNSET
     windows: Annotated[
         tuple[tuple[float, float], ...] | UnsetType,
         about("First and last time of each part of the log that was taken, s; not of a whole one."),
