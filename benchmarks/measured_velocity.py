@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 NOISE, RIPPLE, STEP = 0.01, 0.01, 0.02
 WAVES = 40  # of the ripple over the way
 AXES = ("emps", "pendulum", "vertical_screw", "belt_axis", "rotary_table", "linear_motor")
-ALONE = ("emps", "linear_motor")
+ALONE = ("emps", "belt_axis")
 
 
 def _twin(name: str, seed: int, noise: float = NOISE, encoder: float = 1.0) -> Record:

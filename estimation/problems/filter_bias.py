@@ -19,10 +19,10 @@ from axisid.estimation.regression import (
     Solution,
     StepsError,
     checked_columns,
-    encoder_step,
     factor,
     instrumental_variables,
     least_squares,
+    sensor_steps,
     stepped_loops,
     steps_error,
 )
@@ -131,7 +131,7 @@ def encoder_error(
     None where no record has any, or they are no matter. `quiet` is of the loops without steps, at
     the same parameters; the others are as of `noise_free`.
     """
-    steps = [encoder_step(data.axis, data.record) for data in problem.data]
+    steps = [sensor_steps(data.axis, data.record) for data in problem.data]
     if not any(steps):
         return None
 

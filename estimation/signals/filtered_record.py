@@ -102,9 +102,9 @@ class FilteredRecord(Exact):
         left_out = self._without(self.sampling.turns(self.motion[1]))
         return bool(left_out.excluded) and not left_out.shows_too_little
 
-    def turning_as(self, position: Array) -> "FilteredRecord":
+    def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
-        velocity = self.sampling.motion(position)[1]
+        velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
     def keeping_reversals(self) -> "FilteredRecord":

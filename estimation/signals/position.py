@@ -31,8 +31,8 @@ def check_without_position(axis: GeneratedAxis, source: str) -> None:
     if not needing:
         return
     raise DataError(
-        f"{source} has no position, from which axis {axis.axis.name!r} has "
-        f"{', '.join(needing)}; the integral of a measured velocity drifts. ",
+        f"{source} has no position, on which {' and '.join(needing)} of axis {axis.axis.name!r} "
+        f"depend{'s' * (len(needing) == 1)}; the integral of a measured velocity drifts. ",
         Remedy.of("Name it with ", Setting("columns", "position=NAME"), "."),
         code="no-position",
     )
@@ -43,9 +43,9 @@ def _needing(axis: GeneratedAxis) -> list[str]:
     columns = dependence(axis)["position"]
     found = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
     if _depends(axis, "idm_regressor", 1, _POSITION):
-        found.append("its known terms")
+        found.append("the known terms")
     if _depends(axis, "drive_force", 0, _OF_DRIVE):
-        found.append("the force of its drive")
+        found.append("the force of the drive")
     return found
 
 
