@@ -86,9 +86,7 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
                 Note(
                     f"the {role} is written anew in every {_ordinal(apart)} row alone and held "
                     f"between, {(apart - 1) / 2:g} samples late in the mean: ",
-                    Remedy.of(
-                        "draw it between its values (", Setting("between", _drawn(role)), ")"
-                    ),
+                    Remedy.of("draw it between its values (", advised_between(role), ")"),
                 )
             )
     return notes
@@ -177,8 +175,9 @@ def _filled(samples: Samples, fresh: NDArray[np.intp], how: Between) -> Samples:
     return replace(samples, values=values)
 
 
-def _drawn(role: str) -> str:
-    return f"{role}={'linear' if role == 'acceleration' else 'spline'}"
+def advised_between(role: str) -> Setting:
+    """What suits a column: a velocity bends, an acceleration or a force jumps."""
+    return Setting("between", f"{role}={'spline' if role == 'velocity' else 'linear'}")
 
 
 def _ordinal(number: int) -> str:

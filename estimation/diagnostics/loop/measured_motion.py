@@ -15,7 +15,7 @@ from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.records import Record, rows_apart
+from axisid.estimation.records import Record, advised_between, rows_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
 from axisid.estimation.tables import known_unit
@@ -269,7 +269,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: MotionComparison, role: 
 def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
     apart = rows_apart(getattr(record, role))
     if apart > 1:
-        return Remedy.of("draw it between its values (", Setting("between", f"{role}=spline"), ")")
+        return Remedy.of("draw it between its values (", advised_between(role), ")")
     whole = round(found.delay)
     if whole and abs(found.delay - whole) <= MAX_MOTION_DELAY.value:
         return Remedy.of("move it (", Setting("shift", f"{role}={-whole:d}"), ")")
