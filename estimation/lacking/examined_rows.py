@@ -186,7 +186,7 @@ def _rows(
 
 
 def _left_by(every: Equations, preferred: Estimate) -> Array:
-    return every.left - every.known - every.regressor @ preferred.theta
+    return every.left - every.intercept - every.regressor @ preferred.theta
 
 
 def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:

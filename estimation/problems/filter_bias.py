@@ -321,7 +321,7 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
 def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
     """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     if instruments is None:
         return least_squares(left, factor(rows.regressor, names))
     return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

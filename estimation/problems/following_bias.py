@@ -89,7 +89,7 @@ def _follow(
         for loops, data in zip(every, problem.data, strict=True)
     ]
     theta = form.regressed(physical)
-    made = np.concatenate([known + right @ theta for known, right in rights])
+    made = np.concatenate([intercept + right @ theta for intercept, right in rights])
     return relative_error_percent(left - made, left) < MAX_SIMULATION_ERROR.value
 
 

@@ -15,8 +15,8 @@ from axisid.estimation.tables import Repair, Samples
 from axisid.estimation.thresholds.records import MIN_SAME_PHASE, MIN_SELDOM_CHANGES
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
 #: What a column is between the values that were written.
 Between = Literal["spline", "linear", "held"]
@@ -35,7 +35,7 @@ def checked_between(between: object) -> dict[str, Between]:
     """
     if not isinstance(between, Mapping):
         raise UsageError(
-            f"what columns are between their values is {given(between)}; give it by role: "
+            f"what columns are between their values is {quoted(between)}; give it by role: "
             "{'velocity': 'linear'}.",
             code="between",
         )
@@ -48,7 +48,7 @@ def checked_between(between: object) -> dict[str, Between]:
             )
         if how not in BETWEEN:
             raise UsageError(
-                f"the {role} is said to be {given(how)} between its values; give "
+                f"the {role} is said to be {quoted(how)} between its values; give "
                 f"{', '.join(BETWEEN[:-1])} or {BETWEEN[-1]}.",
                 code="between-how",
             )

@@ -145,9 +145,9 @@ def _advice_on_empty(samples: Samples) -> Remedy:
     )
 
 
-def _or_end(table: Table, row: int, rows: int) -> Remedy | None:
+def _or_end(table: Table, row: int, count: int) -> Remedy | None:
     """More to do about a row without a number where it and all after it look cut off."""
-    if row < rows - table.incomplete:
+    if row < count - table.incomplete:
         return None
     return Remedy.of(", or leave the end of the log out (", Setting("tail", "drop"), ")")
 

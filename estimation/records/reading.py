@@ -25,12 +25,13 @@ from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
 from .between import drawn_between, seldom_notes
 from .clocks import clocked, filled, jitter_notes, together
-from .record import Record, check_sample_period
+from .period_checks import check_sample_period
+from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
@@ -98,13 +99,13 @@ def read_record(
     declared = as_declared(axis)
     if columns is not None and not isinstance(columns, Mapping):
         raise UsageError(
-            f"the columns are {given(columns)}; give names by role, such as "
+            f"the columns are {quoted(columns)}; give names by role, such as "
             f"{{'position': 'q:mm'}}.",
             code="columns-type",
         )
     if repairs is not None and not isinstance(repairs, Repairs):
         raise UsageError(
-            f"the repairs are {given(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
+            f"the repairs are {quoted(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
             "the like.",
             code="repairs-type",
         )

@@ -17,7 +17,7 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
 from .between import Between, at_times
-from .record import check_stated
+from .period_checks import check_stated
 from .repairs import Span, adjoining, gaps_repair
 
 _MOST_ROWS = 1e8
@@ -105,6 +105,56 @@ def resample(
         period, uncertainty = stated, 0.0
     own = 1 / period
     chosen = own if rate == "auto" else rate
+    _check_rate(source, chosen, own, clocks)
+    covered = _common([_pieces(clock, edges) for clock in clocks.values()])
+    grids = [_grid(a, b, 1 / chosen) for a, b in covered]
+    kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
+    if not kept:
+        raise DataError(
+            f"{source}: the columns have no time in common; check their clocks.",
+            code="no-common-time",
+        )
+    gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
+    if not split:
+        _check_gaps(source, len(covered) - 1 - len(edges), gaps)
+    hows = {
+        role: (between or {}).get(role, "spline" if role in splined else "linear")
+        for role in samples
+    }
+    columns = {
+        role: np.concatenate(
+            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
+        )
+        for role, s in samples.items()
+    }
+    time = np.concatenate([grid for _, grid in kept])
+    masked = np.zeros(len(time), dtype=bool)
+    for role, mask in masks.items():
+        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
+    repairs = [_told(clocks, time, chosen, hows)]
+    if split:
+        lost = sum(after - before - 1 / own for before, after in gaps)
+        out = sum(len(g) for g in grids) - len(time)
+        count = max(len(covered) - 1 - len(edges), 0)
+        repairs.append(gaps_repair(count, lost, len(kept), out))
+    return Laid(
+        time=time,
+        columns=columns,
+        masked=masked,
+        segments=adjoining([len(grid) for _, grid in kept]),
+        period=1 / chosen,
+        repairs=tuple(repairs),
+        clock=LogClock(
+            step=1.0 if rate == "auto" else period * chosen,
+            uncertainty=uncertainty,
+            stated=stated is not None,
+        ),
+    )
+
+
+def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
+    """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
+    moving = motion_role(clocks)
     if chosen < MIN_RESAMPLING_RATE.value * own:
         raise UsageError(
             f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
@@ -123,57 +173,17 @@ def resample(
             f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
             code="resampling-rate",
         )
-    covered = _common([_pieces(clock, edges) for clock in clocks.values()])
-    gaps = len(covered) - 1 - len(edges)
-    grids = [_grid(a, b, 1 / chosen) for a, b in covered]
-    kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
-    if not kept:
+
+
+def _check_gaps(source: str, count: int, gaps: Sequence[tuple[float, float]]) -> None:
+    """Refuse gaps in a log that is not to be cut at them."""
+    if count > 0:
         raise DataError(
-            f"{source}: the columns have no time in common; check their clocks.",
-            code="no-common-time",
-        )
-    if gaps > 0 and not split:
-        first = next(b[1] for b, a in pairwise(covered) if not _between(edges, b[1], a[0]))
-        raise DataError(
-            f"{source}: time has {gaps} gaps, the first after {first:.9g} s; "
+            f"{source}: time has {count} gaps, the first after {gaps[0][0]:.9g} s; "
             "resampling would invent the motion there. ",
             Remedy.of("Add ", Setting("gaps", "split"), "."),
             code="gaps",
         )
-    hows = {
-        role: (between or {}).get(role, "spline" if role in splined else "linear")
-        for role in samples
-    }
-    columns = {
-        role: np.concatenate(
-            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
-        )
-        for role, s in samples.items()
-    }
-    time = np.concatenate([grid for _, grid in kept])
-    masked = np.zeros(len(time), dtype=bool)
-    for role, mask in masks.items():
-        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-    repairs = [_told(clocks, time, chosen, hows)]
-    if split:
-        lost = sum(
-            b[0] - a[1] - 1 / own for a, b in pairwise(covered) if not _between(edges, a[1], b[0])
-        )
-        out = sum(len(g) for g in grids) - len(time)
-        repairs.append(gaps_repair(max(gaps, 0), lost, len(kept), out))
-    return Laid(
-        time=time,
-        columns=columns,
-        masked=masked,
-        segments=adjoining([len(grid) for _, grid in kept]),
-        period=1 / chosen,
-        repairs=tuple(repairs),
-        clock=LogClock(
-            step=1.0 if rate == "auto" else period * chosen,
-            uncertainty=uncertainty,
-            stated=stated is not None,
-        ),
-    )
 
 
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:

@@ -12,8 +12,8 @@ from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .motion import resting
 from .neighbours import Neighbours
@@ -76,7 +76,7 @@ class FilteredRecord(Exact):
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
         check_position(axis, record)
@@ -89,18 +89,18 @@ class FilteredRecord(Exact):
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        left_out = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
+        without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
+        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
             return kept
-        return left_out
+        return without_turns
 
     @property
     def could_leave_out(self) -> bool:
         """Whether samples near reversals are kept that hardly tell of any parameter."""
         if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
             return False
-        left_out = self._without(self.sampling.turns(self.motion[1]))
-        return bool(left_out.excluded) and not left_out.shows_too_little
+        without_turns = self._without(self.sampling.turns(self.motion[1]))
+        return bool(without_turns.excluded) and not without_turns.shows_too_little
 
     def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""

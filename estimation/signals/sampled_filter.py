@@ -234,14 +234,14 @@ class _Filter:
         """
         from scipy.signal import sosfilt
 
-        given = np.atleast_2d(np.asarray(signals, dtype=float).T)
-        before = 2 * given[:, :1] - given[:, padding:0:-1]
-        after = 2 * given[:, -1:] - given[:, -2 : -padding - 2 : -1]
-        passed = np.concatenate([before, given, after], axis=1)
+        lanes = np.atleast_2d(np.asarray(signals, dtype=float).T)
+        before = 2 * lanes[:, :1] - lanes[:, padding:0:-1]
+        after = 2 * lanes[:, -1:] - lanes[:, -2 : -padding - 2 : -1]
+        passed = np.concatenate([before, lanes, after], axis=1)
         for _ in range(2):
             state = self.settled[:, None] * passed[:, :1]
             passed = sosfilt(self.sections.copy(), passed, axis=1, zi=state)[0][:, ::-1]
-        passed = passed[:, padding : padding + given.shape[1]]
+        passed = passed[:, padding : padding + lanes.shape[1]]
         return passed[0] if signals.ndim == 1 else passed.T
 
 

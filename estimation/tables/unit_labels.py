@@ -108,7 +108,7 @@ COUNTS = frozenset(
 _NO_UNIT = frozenset(("-", "--", "none"))
 
 
-def known_unit(text: str) -> tuple[float, Unit] | None:
+def label_unit(text: str) -> tuple[float, Unit] | None:
     """Factor to SI and coherent unit of a text such as ``mm`` or ``N m``; None if unknown."""
     plain = text.strip()
     for letter, other in _SPELT.items():
@@ -134,8 +134,8 @@ class ExactUnit(NamedTuple):
 
 
 def exact_unit(text: str) -> ExactUnit | None:
-    """What `known_unit` gives, before it is rounded."""
-    found = known_unit(text)
+    """What `label_unit` gives, before it is rounded."""
+    found = label_unit(text)
     if found is None:
         return None
     factor, unit = found
@@ -151,7 +151,7 @@ def exact_unit(text: str) -> ExactUnit | None:
 
 def is_unit(text: str) -> bool:
     """Whether a text is surely a unit: one that is known, or what encoders count."""
-    return known_unit(text) is not None or text.strip().lower() in COUNTS
+    return label_unit(text) is not None or text.strip().lower() in COUNTS
 
 
 LABEL_WITH_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))")

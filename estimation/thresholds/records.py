@@ -80,7 +80,7 @@ MIN_RESAMPLING_RATE = Threshold(
     "would fold",
     "chosen",
 )
-MIN_RECORD_ROWS = Threshold(
+MIN_RECORD_SAMPLES = Threshold(
     3,
     "rows",
     "rows of a record, and of each of its segments, below which there is none",

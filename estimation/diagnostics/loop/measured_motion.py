@@ -18,7 +18,7 @@ from axisid.estimation.checks import Check, passed
 from axisid.estimation.records import Record, advised_between, rows_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
-from axisid.estimation.tables import known_unit
+from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds.diagnostics import (
     COMPARISON_CUTOFF,
     MAX_FORCE_CUTOFF,
@@ -284,7 +284,7 @@ def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
 def _in_scale(axis: GeneratedAxis, found: MotionComparison, role: str, name: str) -> Remedy:
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation + MAX_MOTION_FACTOR_ERROR.value
     for unit in _UNITS[role][axis.axis.coordinate.unit]:
-        known = known_unit(unit)
+        known = label_unit(unit)
         if known is not None and abs(found.factor * known[0] - 1) <= vague:
             return Remedy.of("it is in ", Setting("columns", f"{role}={name}:{unit}"))
     if abs(found.factor + 1) <= vague:

@@ -8,8 +8,8 @@ from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .motion_role import motion_role
 from .scaling import is_scaling
@@ -133,12 +133,14 @@ class RoleColumns:
         if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
             return ""
         moving = motion_role(others)
-        rows, needed = len(self.samples["time"].values), len(others[moving].values)
-        if rows == needed:
+        there, needed = len(self.samples["time"].values), len(others[moving].values)
+        if there == needed:
             return ""
         name = self.names.pop("time")
         del self.samples["time"]
-        return f"the column {name!r} has {rows} rows, the {moving} {needed}: {_CLOCKS} in its place"
+        return (
+            f"the column {name!r} has {there} rows, the {moving} {needed}: {_CLOCKS} in its place"
+        )
 
 
 def _injected_at(axis: Axis | None, given: str | None) -> str | None:
@@ -213,7 +215,7 @@ def _check_requested(requested: Mapping[str, object]) -> None:
             )
         if not isinstance(column, str):
             raise UsageError(
-                f"the column for the {role} is {given(column)}; give its name, or a Column.",
+                f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
                 code="column-type",
             )
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, known_unit
+from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, label_unit
 from axisid.estimation.thresholds.records import MIN_COUNTS
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Unit, parse_unit
@@ -80,7 +80,7 @@ def to_si(
     """
     wrong = UsageError if requested else DataError
     wanted = expected_units(role, axis, injected_at)
-    found = known_unit(unit)
+    found = label_unit(unit)
     named = Setting("columns", f"{role}=NAME:UNIT")
     if found is None:
         counts: Remedy | None = None
@@ -179,16 +179,16 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     """
     if role not in ("position", "reference"):
         return
-    known = values[np.isfinite(values)]
-    if not known.size or np.any(known != np.round(known)):
+    finite = values[np.isfinite(values)]
+    if not finite.size or np.any(finite != np.round(finite)):
         return
-    if len(np.unique(known)) < MIN_COUNTS.value:
+    if len(np.unique(finite)) < MIN_COUNTS.value:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     example = "5mm/4096" if unit == "m" else "360deg/4096"
     raise DataError(
         f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
-        f"{known.min():.9g} to {known.max():.9g}: those are counts of an encoder; ",
+        f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; ",
         Remedy.of(
             "say what one of them is, as in ",
             Setting("columns", f"{role}={name}:counts*{example}"),

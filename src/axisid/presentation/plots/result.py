@@ -84,11 +84,13 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
     kept = result.data.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    given = "the reference alone" if record.injected is None else "reference and test signal alone"
+    driven_by = (
+        "the reference alone" if record.injected is None else "reference and test signal alone"
+    )
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from {given}. "
+        caption=f"The closed loop simulated with {estimate.method.upper()} from {driven_by}. "
         f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label=_time_label(record),
@@ -146,11 +148,11 @@ def record_plot(result: Identification) -> Plot:
         for name, unit, values, tone in columns
         if values is not None
     ]
-    left_out = len(record) - int(result.data.used.sum())
+    unused = len(record) - int(result.data.used.sum())
     dropped = (
-        f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
+        f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
         "keep the weight of the others."
-        if left_out
+        if unused
         else ""
     )
     if record.windows:
