@@ -94,6 +94,7 @@ def record_document(record: Record) -> WrittenRecord:
         sample_period=record.period,
         samples_sha256=record.digest,
         injected_at=cast(Any, record.injected_at or UNSET),
+        motion=cast(Any, UNSET if record.motion == ("position",) else record.motion),
         windows=record.windows or UNSET,
     )
 

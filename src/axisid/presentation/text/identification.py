@@ -91,8 +91,16 @@ def _rows_text(result: Identification) -> str:
     measured = result.record.force is not None
     if result.of_records:
         samplings = [of_one.sampling for of_one in result.of_records]
-        return several_rows_text(samplings, len(estimate.y), drive, measured=measured)
-    return rows_text(result.data.sampling, len(estimate.y), drive, measured=measured)
+        motions = [of_one.record.motion for of_one in result.of_records]
+        used = len(estimate.y)
+        return several_rows_text(samplings, used, drive, measured=measured, motions=motions)
+    return rows_text(
+        result.data.sampling,
+        len(estimate.y),
+        drive,
+        measured=measured,
+        motion=result.record.motion,
+    )
 
 
 def _heading(result: Identification, wording: Wording) -> Heading:
