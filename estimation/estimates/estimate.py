@@ -91,6 +91,8 @@ class Estimate(Presentable, Exact):
         Of X as it is, not scaled.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
+    started : str
+        Where they start, ``least-squares`` or ``nominal``; empty for least squares.
     covariance_names : dict of str to str
         What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of Note
@@ -140,6 +142,7 @@ class Estimate(Presentable, Exact):
     covariance_names: Mapping[str, str]
     remarks: tuple[Note, ...]
     covariance_model: Covariance
+    started: str = ""
     times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0

@@ -118,6 +118,7 @@ def estimate_by(
         else relative_error_percent(left - simulated, left),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
+        started=fit.started,
         covariance_names=names,
         remarks=tuple(map(Note.of, remarks)),
         covariance_model=model,

@@ -162,20 +162,31 @@ class Problem:
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        every: list[tuple[Simulation, ...]] = []
+        loops = self.loops_of(form, physical)
+        return loops, *self.right_of(form, physical, loops)
+
+    def loops_of(self, form: Form, physical: Array) -> tuple[Simulation, ...]:
+        """The loops simulated with an estimate, one for each segment of each record."""
+        every = (
+            simulated_loops(data.axis, data.record, form.own(physical, i))
+            for i, data in enumerate(self.data)
+        )
+        return tuple(loop for of_one in every for loop in of_one)
+
+    def right_of(
+        self, form: Form, physical: Array, loops: tuple[Simulation, ...]
+    ) -> tuple[Array, Array]:
+        """Known part and regressor of loops that were simulated with an estimate, reduced."""
         rights = []
-        for i, data in enumerate(self.data):
-            own = form.own(physical, i)
-            every.append(simulated_loops(data.axis, data.record, own))
-            right = simulated_right(form.of_record(i), every[-1], own, data)
+        for i, (data, own) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
+            right = simulated_right(form.of_record(i), own, form.own(physical, i), data)
             known, regressor = form.placed(i, *right)
             if self.weights:
                 known, regressor = self.weights[i] * known, self.weights[i] * regressor
             rights.append((known, regressor))
-        loops = tuple(loop for of_one in every for loop in of_one)
         if len(rights) == 1:
-            return loops, *rights[0]
-        return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+            return rights[0]
+        return np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
         """Simulated loops, one for each segment, by the record that they are of."""
