@@ -94,6 +94,7 @@ def record_document(record: Record) -> WrittenRecord:
         sample_period=record.period,
         samples_sha256=record.digest,
         injected_at=cast(Any, record.injected_at or UNSET),
+        motion=cast(Any, UNSET if record.motion == ("position",) else record.motion),
         windows=record.windows or UNSET,
     )
 
@@ -179,6 +180,7 @@ def estimate_document(
         if direct
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        started=cast(Any, estimate.started or UNSET),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
