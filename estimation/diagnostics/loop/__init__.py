@@ -20,3 +20,4 @@ from .in_time import law_in_time as law_in_time
 from .in_time import timing_remedy as timing_remedy
 from .simulation import following as following
 from .simulation import rest_check as rest_check
+from .uneven_times import uneven_check as uneven_check
