@@ -7,11 +7,13 @@ Knows nothing of methods, of verdicts and of how it is shown.
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
+from .inference import Inference as Inference
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated
 from .part import part_of as part_of
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
+from .value import CORRECTED as CORRECTED
 from .value import NamedValues as NamedValues
 from .value import Value as Value
 from .value import derived_value as derived_value

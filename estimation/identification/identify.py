@@ -17,8 +17,8 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .bound import bound_records, layout_for, weighted
 from .result import Identification
@@ -89,26 +89,15 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     own = _names("local", local)
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {given(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
-    as_given = Prefilter() if prefilter is None else prefilter
-    if isinstance(as_given, Prefilter):
-        as_given = as_given.at_rate_of(records[0].period)
-    if not is_among(start, STARTS):
-        raise UsageError(
-            f"there is no start {given(start)}; choose from {', '.join(STARTS)}.",
-            code="unknown-start",
-        )
-    layout = layout_for(generated, records, own, known, gain=gain == "identified")
-    aside: dict[str, Note] = {}
-    if len(records) > 1:
-        usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
-        if aside:
-            records = [records[i] for i in usable]
-            known = known and {n: [values[i] for i in usable] for n, values in known.items()}
-            layout = layout_for(generated, records, own, known, gain=gain == "identified")
+    _check_start(start)
+    identifies_gain = _identifies_gain(gain)
+    as_given = _at_rate(prefilter, records[0].period)
+    layout = layout_for(generated, records, own, known, gain=identifies_gain)
+    usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
+    if aside:
+        records = [records[i] for i in usable]
+        known = known and {n: [values[i] for i in usable] for n, values in known.items()}
+        layout = layout_for(generated, records, own, known, gain=identifies_gain)
     axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
     data = bound_records(axes, records, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
@@ -146,13 +135,15 @@ def records_of(record: object) -> list[Record]:
 def _usable(
     axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
 ) -> tuple[list[int], dict[str, Note]]:
-    """Which of several records the filter serves, and why not the others.
+    """Which of several records the filter serves, and why not the others; one is refused later.
 
     Raises
     ------
     UsageError
         Some cannot be used, and are not to be skipped; or none is left.
     """
+    if len(records) == 1:
+        return [0], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
     usable, bad = [], dict[str, Note]()
     pairs = zip(record_labels(records), records, filters, strict=True)
@@ -193,13 +184,36 @@ def _unnamed(name: str, note: Note) -> Note:
     return Note(text, note.remedy)
 
 
+def _identifies_gain(gain: object) -> bool:
+    """Whether the drive gain is a parameter where a known force tells it."""
+    if not is_among(gain, ("identified", "declared")):
+        raise UsageError(
+            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
+        )
+    return gain == "identified"
+
+
+def _check_start(start: object) -> None:
+    if not is_among(start, STARTS):
+        raise UsageError(
+            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
+            code="unknown-start",
+        )
+
+
+def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
+    """The prefilter as given, what follows the rate chosen; what is none is refused later."""
+    as_given = Prefilter() if prefilter is None else prefilter
+    return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
+
+
 def _names(what: str, names: object) -> tuple[str, ...]:
     """Names that were given as one text or several."""
     if isinstance(names, str):
         return (names,) if names else ()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"{what} is {given(names)}; give the names of parameters.", code="names-type"
+            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
         )
     return tuple(names)
 
@@ -260,12 +274,12 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if methods is None:
         return None
     if not isinstance(methods, Iterable):
-        raise UsageError(f"the methods are {given(methods)}; give a list of names.")
+        raise UsageError(f"the methods are {quoted(methods)}; give a list of names.")
     listed = (methods,) if isinstance(methods, str) else tuple(methods)
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
-                f"there is no method {given(method)}; choose from {', '.join(METHODS)}.",
+                f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
                 code="unknown-method",
             )
     if not listed:
@@ -276,6 +290,6 @@ def _requested(methods: object) -> tuple[str, ...] | None:
 def _check_covariance(covariance: object) -> None:
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
             code="unknown-covariance",
         )

@@ -15,9 +15,9 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
 from .several import OfRecord, of_records
 
@@ -246,7 +246,7 @@ class Identification(Presentable, Exact):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}.",
+                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
                 code="no-such-estimate",
             )
         return self.estimates[name]

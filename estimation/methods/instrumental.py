@@ -161,12 +161,12 @@ class Iteration:
     def _reached(self, measured: Equations, physical: Array) -> tuple[_IterationState, Array]:
         """The loop simulated with the next iterate, parameters (p,), and its regressor."""
         loops = self._start.loops if not self._iterates else ()
-        loops = loops or self._on.loops_of(self._form, physical)
-        known, Z = self._on.right_of(self._form, physical, loops)
+        loops = loops or self._on.loops(self._form, physical)
+        intercept, Z = self._on.right_of(self._form, physical, loops)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
-        simulated = Z @ theta + known
+        simulated = Z @ theta + intercept
         error = relative_error_percent(measured.left - simulated, measured.left)
         self._iterates.append(
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)
@@ -177,7 +177,9 @@ class Iteration:
         """From parameters (p,) to the estimate by the instruments that they give."""
         regressor = self._on.factored(self._form, measured)
         instruments = factor(Z, regressor.names, "the simulated loop")
-        solution = instrumental_variables(measured.left - measured.known, regressor, instruments)
+        solution = instrumental_variables(
+            measured.left - measured.intercept, regressor, instruments
+        )
         goal, jacobian = self._form.physical(solution.theta)
         deviation = np.sqrt(np.diag(delta_method(PublishedCovariance().matrix(solution), jacobian)))
         # Of the whole step: part of one may be small far from the solution.

@@ -91,5 +91,5 @@ class Method(ABC):
 
 def at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
     """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    left = measured.left - measured.known - measured.regressor @ physical
+    left = measured.left - measured.intercept - measured.regressor @ physical
     return replace(solution, theta=physical, residuals=left)

@@ -71,13 +71,15 @@ def _of_least_squares(problem: Problem) -> Start:
     form = problem.form(InverseForm)
     try:
         measured = problem.rows(form)
-        left = measured.left - measured.known
+        left = measured.left - measured.intercept
         physical = least_squares(left, problem.factored(form, measured)).theta
-        loops = problem.loops_of(form, physical)
-        known, right = problem.right_of(form, physical, loops)
+        loops = problem.loops(form, physical)
+        intercept, right = problem.right_of(form, physical, loops)
     except (DataError, EstimationError) as error:
         return nominal_start(form, error.note)
-    unexplained = relative_error_percent(measured.left - right @ physical - known, measured.left)
+    unexplained = relative_error_percent(
+        measured.left - right @ physical - intercept, measured.left
+    )
     if not unexplained < MAX_SIMULATION_ERROR.value:
         said = f"the loop of least squares leaves {unexplained:.3g} % of the force unexplained"
         return nominal_start(form, Note(said))

@@ -70,7 +70,7 @@ def at_even_times(
     own = problem.reduced(form, [data.signals for data in problem.data])
     rows = problem.reduced(form, [_evenly(data).signals for data in problem.data])
     solution = solution_of(form, rows, instruments)
-    left = own.left - own.known - own.regressor @ form.regressed(physical)
+    left = own.left - own.intercept - own.regressor @ form.regressed(physical)
     return EvenTimes(
         physical=form.physical(solution.theta)[0],
         equation_error_percent=relative_error_percent(solution.residuals, rows.left),

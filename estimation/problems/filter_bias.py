@@ -5,6 +5,7 @@ Both keep the instruments: only what was measured is changed.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
@@ -18,10 +19,10 @@ from axisid.estimation.regression import (
     Solution,
     StepsError,
     checked_columns,
-    encoder_step,
     factor,
     instrumental_variables,
     least_squares,
+    sensor_steps,
     stepped_loops,
     steps_error,
 )
@@ -101,6 +102,12 @@ def noise_free(
         Of the estimate; None for least squares.
     """
     rows, solution = _of_loops(form, problem, loops, instruments)
+    return _noise_free(form, problem, rows, solution, physical)
+
+
+def _noise_free(
+    form: Form, problem: Problem, rows: Equations, solution: Solution, physical: Array
+) -> NoiseFree:
     weights = problem.row_weights
     by_row = 1.0 if weights is None else weights
     return NoiseFree(
@@ -124,7 +131,7 @@ def encoder_error(
     None where no record has any, or they are no matter. `quiet` is of the loops without steps, at
     the same parameters; the others are as of `noise_free`.
     """
-    steps = [encoder_step(data.axis, data.record) for data in problem.data]
+    steps = [sensor_steps(data.axis, data.record) for data in problem.data]
     if not any(steps):
         return None
 
@@ -243,12 +250,11 @@ def noise_free_at(
 ) -> NoiseFree | None:
     """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
     at = form.at(physical)
-    loops, known, right = problem.simulated(at, physical)
+    rows, solution = _of_loops(at, problem, problem.loops(at, physical), instruments)
     left = problem.rows(at).left
-    error = relative_error_percent(left - known - right @ at.regressed(physical), left)
-    if error >= MAX_SIMULATION_ERROR.value:
+    if relative_error_percent(left - rows.left, left) >= MAX_SIMULATION_ERROR.value:
         return None
-    return noise_free(at, problem, loops, physical, instruments)
+    return _noise_free(at, problem, rows, solution, physical)
 
 
 def slopes_by_gain(
@@ -282,29 +288,27 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
 def loop_record(
     data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
 ) -> FilteredRecord:
-    """The same, with the position as the loops' law measured it or as it is."""
-    record = data.record
-    position = [s.measured_position if measured else s.position for s in loops]
-    simulated = replace(
-        record,
-        position=np.concatenate(position),
-        control=None if record.control is None else np.concatenate([s.control for s in loops]),
-        force=None
-        if record.force is None
-        else np.concatenate([_sensed(data, loop) for loop in loops]),
-    )
-    return replace(data, record=simulated)
+    """The same, with the position as the loops' law measured it or as it is.
 
-
-def _sensed(data: FilteredRecord, loop: Simulation) -> Array:
-    """What a force sensor sees at a sample, (N,): the mean of what is held before and after.
-
-    With `zoh` the column is said to be what is held from the sample on.
+    A column that was recorded is made of the loops as its sensor would see them.
     """
+    record = data.record
     law = data.axis.axis.control
-    if law is None or law.continuous or data.prefilter.hold == "zoh":
-        return loop.force
-    return about_samples(loop.force, [0])
+    jumps = law is not None and not law.continuous
+    sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
+    made: dict[str, Callable[[Simulation], Array]] = {
+        "position": lambda s: s.measured_position if measured else s.position,
+        "velocity": lambda s: s.velocity,
+        "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
+        "control": lambda s: s.control,
+        "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
+    }
+    columns: dict[str, Any] = {
+        role: np.concatenate([seen(loop) for loop in loops])
+        for role, seen in made.items()
+        if getattr(record, role) is not None
+    }
+    return replace(data, record=replace(record, **columns))
 
 
 def _with_gain(data: FilteredRecord, scale: float) -> Signals:
@@ -317,7 +321,7 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
 def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
     """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     if instruments is None:
         return least_squares(left, factor(rows.regressor, names))
     return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

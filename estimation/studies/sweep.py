@@ -23,12 +23,12 @@ from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
 from .recommendation import recommend
 
@@ -135,22 +135,15 @@ def sweep(
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
         raise UsageError(
-            f"the prefilter is {given(base)}; give a Prefilter, or leave it out.",
+            f"the prefilter is {quoted(base)}; give a Prefilter, or leave it out.",
             code="sweep-prefilter",
         )
     generated = as_generated(axis)
     period = records[0].period
-    rate = 1 / period
-    if cutoffs is None:
-        cutoffs = default_cutoffs(rate)
-    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
-    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
-    if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)
     results: list[Identification] = []
     failures: dict[float, Note] = {}
-    for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
+    for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
             result = identify(
@@ -179,6 +172,16 @@ def sweep(
         reason=reason,
         law=_law(results[0]),
     )
+
+
+def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
+    """Cut-offs that a user gave."""
+    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
+        raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")
+    if not len(cutoffs):
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    return cutoffs
 
 
 def _law(result: Identification) -> LawCheck | Missing:

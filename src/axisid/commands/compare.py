@@ -127,7 +127,7 @@ def compare(
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    given = axis_and_records(
+    inputs = axis_and_records(
         named[0],
         record,
         reading,
@@ -135,8 +135,8 @@ def compare(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
-    given.say_set_aside()
-    first, data = given.axis, given.records
+    inputs.say_set_aside()
+    first, data = inputs.axis, inputs.records
 
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import compare as run

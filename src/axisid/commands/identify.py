@@ -215,14 +215,8 @@ def identify(
         return
     own_columns = columns_by_place(columns_of, len(record))
     _check_idle(method, covariance, json_file)
-    if figures is not None:
-        from axisid.presentation.drawing import NAMES
-
-        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
-        drawn = {f"{name}{i}.{figure_format}": "figure" for name in NAMES for i in numbers}
-        check_folder(figures, "--figures", drawn, force=force)
-
-    given = axis_and_records(
+    _check_figures(figures, figure_format, len(record), force=force)
+    inputs = axis_and_records(
         axis,
         record,
         reading,
@@ -235,21 +229,21 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), given.used)
+    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.identification import identify as run
     from axisid.estimation.signals import FilteredRecord
 
-    generated, first = given.axis, given.records[0]
+    generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
     held = tuple(window_of(text, "--validate-window") for text in second_windows)
     others = [reading.record(each, generated, held) for each in further]
-    for other in others:
-        _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
+    for other in others:  # refused before the long part
+        _ = FilteredRecord.bind(generated, other, prefilter).signals
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
-            given.records,
+            inputs.records,
             prefilter,
             None if method == "all" else [method],
             lags=lags,
@@ -257,7 +251,7 @@ def identify(
             skip_bad=skip_bad,
             start=started_at,
             **shared,
-        ).with_set_aside(given.set_aside)
+        ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs
 
     outputs = Outputs(
@@ -270,3 +264,14 @@ def identify(
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
     put_identification(result, json_file, others, draws or 0, outputs, full=full)
+
+
+def _check_figures(folder: str | None, form: str, records: int, *, force: bool) -> None:
+    """Refuse a folder of figures that holds others of the same names."""
+    if folder is None:
+        return
+    from axisid.presentation.drawing import NAMES
+
+    numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
+    drawn = {f"{name}{i}.{form}": "figure" for name in NAMES for i in numbers}
+    check_folder(folder, "--figures", drawn, force=force)

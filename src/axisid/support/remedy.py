@@ -160,6 +160,9 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "shift": Argument(
             of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping("shift")
         ),
+        "between": Argument(
+            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping("between")
+        ),
         "decimate": Argument(
             of="Prefilter", name="decimate", call=_PREFILTER, written=_number("decimate")
         ),

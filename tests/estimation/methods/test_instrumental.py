@@ -55,7 +55,7 @@ def test_a_white_reference_lets_the_instruments_end(
     axis, record = white(name, amplitude, seed, noisy=noisy)
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
     last, before = (estimate.iterates[k].physical for k in (-1, -2))
-    moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariance))
+    moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariances["iid"]))
     assert moved.max() <= 2 * CONVERGED.value
     assert not any("jumps with the parameters" in remark.text for remark in estimate.remarks)
 
@@ -89,7 +89,8 @@ def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) 
     check = following(lost, 0.0)
     assert check.status == "fail"
     assert check.meaning.endswith("recorded can: it is too stiff")
-    untried = replace(lost, simulated=NotSimulated("it has no law"), noise_free=None)
+    untried = replace(lost, simulated=NotSimulated("it has no law"))
+    untried = untried.with_inference(noise_free=None)
     assert following(untried, 0.0) == filter_bias(untried, has_reversals=True) == untried.simulated
 
 
