@@ -28,6 +28,7 @@ from axisid.estimation.diagnostics.loop import (
     motion_check,
     rest_check,
     timing_remedy,
+    uneven_check,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
@@ -157,6 +158,10 @@ def _alignment(case: Case) -> Check | Missing:
     return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak, remedy=remedy)
 
 
+def _uneven_times(case: Case) -> Check | Missing | None:
+    return uneven_check(case.problem, case.preferred)
+
+
 def _near_reversals(case: Case) -> Check | Missing | None:
     if case.data.prefilter.reversals != "leave-out":
         return None
@@ -243,6 +248,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
+        Diagnostic(name="uneven times", check=_uneven_times, rank=7),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
         Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
