@@ -89,6 +89,8 @@ class Estimate(Presentable, Exact):
         Of X as it is, not scaled.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
+    started : str
+        Where they start, ``least-squares`` or ``nominal``; empty for least squares.
     remarks : tuple of Note
         What the user should know about this estimate.
     chosen : str
@@ -128,6 +130,7 @@ class Estimate(Presentable, Exact):
     remarks: tuple[Note, ...]
     covariance_model: Covariance
     deferred: Deferred[Inference]
+    started: str = ""
     times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0

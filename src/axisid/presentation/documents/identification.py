@@ -180,6 +180,7 @@ def estimate_document(
         if direct
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        started=cast(Any, estimate.started or UNSET),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },

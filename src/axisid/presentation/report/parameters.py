@@ -14,6 +14,7 @@ from axisid.presentation.formulas import decimals, significant, true_minus
 from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
     draws_table,
+    iterations,
     missing_notes,
     moves_notes,
     physical_notes,
@@ -201,7 +202,7 @@ def errors_table(estimates: Sequence[Estimate]) -> Table:
             _percent(e.equation_error_percent),
             _percent(e.simulation_error_percent),
             str(len(e.y)),
-            str(len(e.iterates) - 1) if e.iterates else "-",
+            iterations(e),
         )
         for e in estimates
     )

@@ -29,6 +29,7 @@ from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import checks_table, details_document
+from .estimate import iterations
 from .moves import band_row, moves_notes
 from .noise import noise_notes, noise_row
 from .physical import physical_notes
@@ -140,7 +141,7 @@ def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Tab
         ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
         ("rows", "", *(str(len(e.y)) for e in estimates)),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
-        ("iterations", "", *(str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates)),
+        ("iterations", "", *map(iterations, estimates)),
     ]
     return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
 
