@@ -193,14 +193,6 @@ def _identifies_gain(gain: object) -> bool:
     return gain == "identified"
 
 
-def _check_start(start: object) -> None:
-    if not is_among(start, STARTS):
-        raise UsageError(
-            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
-            code="unknown-start",
-        )
-
-
 def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
     """The prefilter as given, what follows the rate chosen; what is none is refused later."""
     as_given = Prefilter() if prefilter is None else prefilter
