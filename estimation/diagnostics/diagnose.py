@@ -11,6 +11,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
+    endogeneity_of,
     filter_bias,
     forms_check,
     gain_check,
@@ -91,9 +92,14 @@ def _strength(case: Case) -> Check | Missing:
 
 
 def _against_instruments(case: Case) -> Check | Missing:
-    ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    biases = case.noise_biases.get("idm-ls", {})
-    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+    if isinstance(case.beside, Missing):
+        return case.beside
+    alone = case.beside is not None
+    ls, iv = case.estimates.get("idm-ls"), case.beside or case.estimates.get("idm-iv")
+    ls = case.preferred if alone else ls
+    biases = case.noise_biases.get(ls.method, {}) if ls else {}
+    endogeneity = endogeneity_of(iv) if alone else case.endogeneity
+    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
 
 
 def _forms(case: Case) -> Check | Missing:

@@ -43,6 +43,7 @@ from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
+from .beside import instruments_beside, is_alone
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -251,9 +252,19 @@ class Case:
         return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
+    def beside(self) -> Estimate | Missing | None:
+        """Instruments beside least squares that was asked for alone; None where there are some."""
+        if not is_alone(self.estimates):
+            return None
+        return instruments_beside(self.problem, self.preferred)
+
+    @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
         """Least squares less instruments; nothing where these are too weak to tell."""
-        return {} if self.weak else noise_biases(self.estimates)
+        if self.weak or isinstance(self.beside, Missing):
+            return {}
+        found = {} if self.beside is None else {self.beside.method: self.beside}
+        return noise_biases({**self.estimates, **found})
 
     @cached_property
     def attenuation(self) -> Attenuation | Missing:

@@ -173,6 +173,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             call="summary({})",
             written=_number("draws"),
         ),
+        "method": Argument(of="compare", name="method", written=_text("method")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),

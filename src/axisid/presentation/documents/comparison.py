@@ -19,6 +19,7 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import finite_tree
 from axisid.support.remedy import as_options
 
+from .diagnosis import noise_bias_document
 from .identification import (
     estimate_document,
     left_out,
@@ -50,6 +51,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         recommended=c.recommended,
         tied=tuple(c.tied),
         reason=c.reason,
+        noise_bias={name: noise_bias_document(bias) for name, bias in c.noise_biases.items()},
     )
 
 

@@ -74,7 +74,7 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
         }
         or UNSET,
         "noise_bias": {
-            method: {name: _noise_bias(bias) for name, bias in of_one.items()}
+            method: {name: noise_bias_document(bias) for name, bias in of_one.items()}
             for method, of_one in diagnosis.noise_biases.items()
         }
         or UNSET,
@@ -171,7 +171,8 @@ def _band(band: Band) -> WrittenBand:
     )
 
 
-def _noise_bias(bias: NoiseBias) -> WrittenNoiseBias:
+def noise_bias_document(bias: NoiseBias) -> WrittenNoiseBias:
+    """What noise does to a parameter of least squares."""
     return WrittenNoiseBias(
         difference=bias.difference,
         deviation=bias.deviation,
