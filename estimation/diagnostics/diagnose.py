@@ -148,7 +148,8 @@ def _residuals_against_motion(case: Case) -> Check:
 
 
 def _normality(case: Case) -> Check:
-    return normality(case.residuals, case.preferred)
+    away = case.problem.stacked(lambda data: ~data.rows_near_turns)
+    return normality(case.residuals, case.preferred, away)
 
 
 def _filter_bias(case: Case) -> Check | Missing:

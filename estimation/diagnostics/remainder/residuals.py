@@ -1,6 +1,7 @@
 """What an estimate's residuals say, as checks."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from axisid.estimation.checks import Check, passed
@@ -93,16 +94,29 @@ def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     )
 
 
-def normality(tests: ResidualTests, estimate: Estimate) -> Check:
+def normality(
+    tests: ResidualTests, estimate: Estimate, away: NDArray[np.bool_] | None = None
+) -> Check:
     """Whether outliers decide the estimate.
 
     What is tested is noise alone; intervals rest on all that is left, the filter's own error too,
-    which may be most of it.
+    which may be most of it. Where an axis turns, the filter and whatever the model lacks of
+    friction leave most: that is told of by checks of its own, and counts once.
+
+    Parameters
+    ----------
+    tests : ResidualTests
+    estimate : Estimate
+    away : (n,) array of bool, optional
+        Rows that are not near reversals or rests; all by default.
     """
     rows = len(estimate.y)
     left = tests.excess_kurtosis
     if estimate.noise_free is not None:
         left = min(left, excess_kurtosis(estimate.residuals))
+    if away is not None and LARGE_SAMPLE.value <= away.sum() < rows:
+        sides = (estimate.residuals[away], estimate.net_residuals[away])
+        left = min(left, *map(excess_kurtosis, sides))
     normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(

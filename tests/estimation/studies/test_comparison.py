@@ -22,6 +22,7 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    read_record,
     simulate,
     twin_record,
 )
