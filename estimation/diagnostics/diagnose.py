@@ -7,6 +7,8 @@ where its threshold comes from.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
     conditioning,
@@ -148,7 +150,7 @@ def _residuals_against_motion(case: Case) -> Check:
 
 
 def _normality(case: Case) -> Check:
-    away = case.problem.stacked(lambda data: ~data.rows_near_turns)
+    away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
     return normality(case.residuals, case.preferred, away)
 
 

@@ -309,9 +309,10 @@ def _notes(c: Comparison) -> list[str]:
         "are not independent, so these overrate every further parameter: shown for comparison with "
         "publications.",
         "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
-        "restrictions; p by Hotelling's T^2 with the effective degrees of freedom), and Takeuchi's criterion TIC, AIC with the penalty "
-        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest. Where residuals stay alike "
-        "for long, the Wald test still rejects too often: a true model in 1 of 5 at the worst.",
+        "restrictions; p by Hotelling's T^2 with the effective degrees of freedom), and Takeuchi's "
+        "criterion TIC, AIC with the penalty 2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the "
+        "smallest. Where residuals stay alike for long, the Wald test still rejects too often: a "
+        "true model in 1 of 5 at the worst.",
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "
