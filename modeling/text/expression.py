@@ -17,7 +17,9 @@ import sympy
 
 from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
+from axisid.support.errors import ModelError
 
+from .element_calls import ElementCalls
 from .known_value import LARGEST, KnownValues, small
 from .mistakes import TextError, nearest
 
@@ -28,10 +30,10 @@ _SHOWN = 60  # characters of a name or piece
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
-    r"|(?P<mark>\*\*|[-+*/(),])|(?P<other>.))",
+    r"|(?P<mark>\*\*|[-+*/(),=])|(?P<other>.))",
     re.ASCII | re.DOTALL,
 )
-_OPEN_ENDED = ("+", "-", "*", "/", "**", ",")
+_OPEN_ENDED = ("+", "-", "*", "/", "**", ",", "=")
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -88,7 +90,12 @@ class Grammar:
     longest: int
 
 
-def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Grammar) -> sympy.Expr:
+def read_expression(
+    text: str,
+    symbols: Mapping[str, sympy.Symbol],
+    grammar: Grammar,
+    elements: ElementCalls | None = None,
+) -> sympy.Expr:
     """Return the expression that a text says.
 
     Parameters
@@ -97,6 +104,8 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
     symbols : mapping of str to sympy.Symbol
         What it may name, beside ``pi``.
     grammar : Grammar
+    elements : ElementCalls, optional
+        Friction and loads that it may call; none by default.
 
     Raises
     ------
@@ -111,7 +120,7 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0)
-    _check_characters(text, grammar)
+    _check_characters(text, grammar, has_elements=elements is not None)
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
@@ -123,20 +132,23 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
         raise TextError(what, text, start + (error.offset or 1) - 1) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise TextError("it is nested too deeply; write it flatter.", text, 0) from error
-    reader = _Reader(text, start, symbols, grammar)
+    reader = _Reader(text, start, symbols, grammar, elements)
     result = reader.evaluated(tree, _DEEPEST, _DEEPEST_CALLS)
     reader.check_size(result)
     return result
 
 
-def _check_characters(text: str, grammar: Grammar) -> None:
-    """Let only numbers, names, operators and balanced parentheses through."""
+def _check_characters(text: str, grammar: Grammar, *, has_elements: bool) -> None:
+    """Let only numbers, names, operators and balanced parentheses through.
+
+    An equals sign names an argument of an element.
+    """
     opened: list[int] = []
     piece = ""
     for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
         kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
         piece, following = token[kind or 0], text[token.end() : token.end() + 1]
-        if kind == "other":
+        if kind == "other" or (piece == "=" and not (has_elements and opened)):
             hint = "; write ** for a power" if piece == "^" else ""
             raise TextError(f"{_cannot_be_used(piece, grammar)[:-1]}{hint}.", text, offset)
         if kind == "number" and re.match(r"[\w.]", following, re.ASCII):
@@ -175,12 +187,18 @@ class _Reader:
     """Turns syntax into SymPy, node by node."""
 
     def __init__(
-        self, text: str, start: int, symbols: Mapping[str, sympy.Symbol], grammar: Grammar
+        self,
+        text: str,
+        start: int,
+        symbols: Mapping[str, sympy.Symbol],
+        grammar: Grammar,
+        elements: ElementCalls | None,
     ) -> None:
         self._text = text
         self._start = start
         self._symbols = symbols
         self._grammar = grammar
+        self._elements = elements
         self._known = KnownValues({f.symbolic: f.number for f in grammar.functions.values()})
 
     def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
@@ -198,6 +216,8 @@ class _Reader:
                 return self._chain(node, depth, calls)
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(node, name, arguments, depth, calls)
+            case ast.Call(func=ast.Name(id=name)) if self._is_element(name):
+                return self._element(node, name, depth, calls)
             case _:
                 piece = ast.unparse(node)
                 short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
@@ -292,8 +312,10 @@ class _Reader:
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
         functions = self._grammar.functions
+        if self._is_element(name):
+            return self._element(node, name, depth, calls)
         if name not in functions:
-            listed = ", ".join(functions)
+            listed = ", ".join([*functions, *(self._elements.names if self._elements else ())])
             if name in self._symbols:
                 raise self._error(node, f"{name} is no function; write {name}*(...) for a product.")
             raise self._error(
@@ -320,6 +342,35 @@ class _Reader:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
 
+    def _is_element(self, name: str) -> bool:
+        """Whether a call is one of friction or a load, and no product of what is declared."""
+        return (
+            self._elements is not None
+            and name in self._elements.names
+            and name not in self._symbols
+        )
+
+    def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
+        """Friction or a load by its name, its arguments like any expression."""
+        if not calls:
+            raise self._error(
+                node, f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it."
+            )
+        arguments = [self.evaluated(each, depth - 1, calls - 1) for each in node.args]
+        named: dict[str, sympy.Expr] = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise self._error(node, "** cannot be used here; name each argument.")
+            named[keyword.arg] = self.evaluated(keyword.value, depth - 1, calls - 1)
+        assert self._elements is not None  # noqa: S101  # as asked before
+        try:
+            made = self._tried(node, self._elements.made, name, arguments, named)
+        except ModelError as error:
+            raise self._error(node, str(error)) from error
+        for power in sorted(made.atoms(sympy.Pow), key=str):
+            self._check_exponent(node, *power.as_base_exp())
+        return made
+
     def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
         self._check_exponent(node, base, power)
         for factor in sympy.Mul.make_args(base):
@@ -339,12 +390,13 @@ class _Reader:
         for factor in sympy.Mul.make_args(result):
             self._check_exponent(node, *factor.as_base_exp())
 
-    def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
+    def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
         """A power of what is known is one number, and is looked at as such."""
         value = self._known.value(power)
         one_number = not power.is_Number and self._known.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
-            raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+            place = node.right if isinstance(node, ast.BinOp) else node
+            raise self._error(place, f"the power {power} is beyond {_LARGEST_POWER}.")
 
     def _check_known(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
@@ -388,7 +440,7 @@ class _Reader:
             raise self._error(node, f"this number is {what}.")
         return float(value)
 
-    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
         try:
             result = make(*parts)
         except CANNOT as error:
