@@ -23,13 +23,15 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting, Wording, as_arguments
+from axisid.support.remedy import Note, Remedy, Setting, Wording, as_arguments
 
 from .quantity import quantity
 from .record import listed_facts, record_facts, rows_text, several_rows_text
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
+#: What to blame for values beyond their bounds where another candidate explains more.
+_LACKING = Note("its parameters take up what it lacks, which other candidates have")
 #: What the notes, by number, add where a candidate is partially linear.
 _OF_NONLINEAR = MappingProxyType(
     {
@@ -264,7 +266,10 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
 
 def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
     """Parameters beyond their bounds, and a control law that is not the declared one."""
-    checks = ((each.name, within_bounds(each.estimate)) for each in c.candidates)
+    checks = (
+        (each.name, within_bounds(each.estimate, None if each.name in c.tied else _LACKING))
+        for each in c.candidates
+    )
     faults = [
         f"{name}: {check.note.worded(wording)}."
         for name, check in checks
