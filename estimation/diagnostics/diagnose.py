@@ -146,7 +146,7 @@ def _sign_runs(case: Case) -> Check | Missing:
 
 
 def _residuals_against_motion(case: Case) -> Check:
-    return residuals_against_motion(case.residuals, case.preferred)
+    return residuals_against_motion(case.residuals, case.preferred, explained=case.is_explained)
 
 
 def _normality(case: Case) -> Check:
@@ -169,7 +169,8 @@ def _near_reversals(case: Case) -> Check | Missing | None:
     if case.data.prefilter.reversals != "leave-out":
         return None
     unit = case.data.axis.axis.coordinate.force_unit
-    return near_reversals_check(near_reversals(case.data, case.quiet), str(unit))
+    found = near_reversals(case.data, case.quiet)
+    return near_reversals_check(found, str(unit), explained=case.is_explained)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:

@@ -26,7 +26,7 @@ from axisid.estimation.diagnostics.loop import (
     law_in_time,
 )
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
     NO_ATTENUATION,
@@ -238,6 +238,17 @@ class Case:
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether something is named that residuals are made of: checks of these count it once."""
+        law = self.law
+        return (not isinstance(law, Missing) and not law.passed) or any(
+            is_named(lack) or lack.parameter
+            for part in self.parts
+            if not isinstance(part.lacking, Missing)
+            for lack in part.lacking
+        )
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:

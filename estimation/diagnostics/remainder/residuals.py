@@ -70,8 +70,10 @@ def _allowed(chosen: str) -> str:
     return said + ", which were not chosen here" * (not COVARIANCES[chosen].allows_autocorrelation)
 
 
-def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
-    """Whether the residuals follow the motion."""
+def residuals_against_motion(
+    tests: ResidualTests, estimate: Estimate, *, explained: bool = False
+) -> Check:
+    """Whether the residuals follow the motion; no matter where what they are is `explained`."""
     nothing = tests.cross_z <= tests.cross_limit
     relative = abs(tests.cross_correlation) / tests.cross_deviations
     row, column = divmod(int(relative.argmax()), relative.shape[1])
@@ -80,12 +82,13 @@ def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     of = "instrument" if estimate.Z is not None else "regressor's column"
     return Check(
         name="residuals against the motion",
-        status=passed(nothing),
+        status=passed(nothing, matters=not explained),
         figure=tests.cross_z,
         threshold=tests.cross_limit,
         p_value=tests.cross_p,
         source="largest correlation of the residuals with an instrument (a regressor's column for "
-        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them",
+        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
+        "a note where another check names what is wrong",
         meaning="the residuals do not follow the motion"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
