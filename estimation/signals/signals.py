@@ -31,7 +31,7 @@ class Signals(Exact):
 
 def drive_force(axis: GeneratedAxis, control: Array, position: Array, velocity: Array) -> Array:
     """Force that the drive makes of a control, (N,), by the motion beside it."""
-    return axis.rows("drive_force", control, position, velocity)[0][:, 0]
+    return axis.evaluate("drive_force", control, position, velocity)[0][:, 0]
 
 
 def force_of(

@@ -303,8 +303,8 @@ class _Loop:
             self.axis.native.warn_once()
             loop = VirtualLoop(self.axis.functions, self.parameters, settings)
             return loop.run(self.reference, self.noise, self.injected, self.start)
-        given = (self.reference, self.noise, self.injected, self.parameters, self.start)
-        return library.simulate(*given, settings)
+        inputs = (self.reference, self.noise, self.injected, self.parameters, self.start)
+        return library.simulate(*inputs, settings)
 
 
 def _loop(
@@ -354,7 +354,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     held = simulation.held
     if held is None:
         held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
-    (acceleration,) = axis.rows(
+    (acceleration,) = axis.evaluate(
         "direct_dynamics",
         simulation.position,
         simulation.velocity,

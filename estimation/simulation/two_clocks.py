@@ -94,7 +94,7 @@ def at_log_samples(
         return out
     begin, share = last[apart], since[apart] / clocks.law_period
     end = begin + 1
-    (arriving,) = axis.rows(
+    (arriving,) = axis.evaluate(
         "direct_dynamics",
         *(signals[name][end] for name in ("position", "velocity")),
         force[begin],
@@ -112,7 +112,7 @@ def at_log_samples(
     out["velocity"][apart] = dq
     direction = np.where(dq == 0, signals["direction"][begin], np.sign(dq))
     out["direction"][apart] = out["before"][apart] = direction
-    (acceleration,) = axis.rows(
+    (acceleration,) = axis.evaluate(
         "direct_dynamics", out["position"][apart], dq, force[begin], direction, parameters
     )
     out["acceleration"][apart] = np.where(stays, 0.0, acceleration[:, 0])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import same_estimates
+from axisid.estimation.choices.methods import STARTS, same_estimates
 from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
     endogeneity_of,
@@ -30,12 +30,12 @@ from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
@@ -102,6 +102,7 @@ def sweep(
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
+    start: str = STARTS[0],
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -119,6 +120,8 @@ def sweep(
         Told before each cut-off how many are done, of how many, and which it is.
     local, known, gain, skip_bad
         As in `identify`, of several records.
+    start : str
+        As in `identify`.
 
     Raises
     ------
@@ -131,22 +134,15 @@ def sweep(
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
         raise UsageError(
-            f"the prefilter is {given(base)}; give a Prefilter, or leave it out.",
+            f"the prefilter is {quoted(base)}; give a Prefilter, or leave it out.",
             code="sweep-prefilter",
         )
     generated = as_generated(axis)
     period = records[0].period
-    rate = 1 / period
-    if cutoffs is None:
-        cutoffs = default_cutoffs(rate)
-    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
-    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
-    if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)
     results: list[Identification] = []
     failures: dict[float, Note] = {}
-    for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
+    for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
             result = identify(
@@ -158,6 +154,7 @@ def sweep(
                 known=known,
                 gain=gain,
                 skip_bad=skip_bad,
+                start=start,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())
@@ -174,6 +171,16 @@ def sweep(
         reason=reason,
         law=_law(results[0]),
     )
+
+
+def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
+    """Cut-offs that a user gave."""
+    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
+        raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")
+    if not len(cutoffs):
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    return cutoffs
 
 
 def _law(result: Identification) -> LawCheck | Missing:

@@ -47,13 +47,13 @@ MAX_VALIDATION_TRACKING = Threshold(
     "measured: at most 0.7 on right records, 5.4 with a coarse encoder that has as much on its "
     "own; 10 with a gain a tenth off",
 )
-MAX_ANEW_SHARE = Threshold(
+MAX_REESTIMATE_SHARE = Threshold(
     1.0,
     "%",
     "force that parameters estimated anew make otherwise, up to which the frozen ones hold",
     "measured: a mass a tenth larger makes 2 to 6, right records of 15 s at most 1.3",
 )
-MIN_ANEW_DISTANCE = Threshold(
+MIN_REESTIMATE_DISTANCE = Threshold(
     5.5,
     "1",
     "distance of a parameter estimated anew, in deviations, from which it is another one",

@@ -60,7 +60,8 @@ class ElementCalls:
         if key == _COORDINATE:
             if value != self._coordinate.symbol:
                 raise ModelError(
-                    f"the coordinate of {name}(...) is {value}; give {self._coordinate.name}."
+                    f"the coordinate of {name}(...) is {value}; give {self._coordinate.name}.",
+                    code="element-coordinate",
                 )
             return self._coordinate
         if isinstance(value, sympy.Integer):

@@ -129,7 +129,7 @@ def _axis(root: Table) -> Axis | None:
     name = _name(root, "name", root.values.get("name", "axis"), "the axis")
     coordinate, moving = _coordinate(root)
     parameters, unknown = _parameters(root)
-    known = _constants(root, list(unknown), list(moving))
+    constants = _constants(root, list(unknown), list(moving))
     fields = {
         "name": name or "axis",
         "title": root.text("title"),
@@ -137,10 +137,10 @@ def _axis(root: Table) -> Axis | None:
         "parameters": parameters,
     }
     elements = ElementCalls(coordinate or _stand_in(moving))
-    symbols = {**known, **unknown, **moving} if moving else None
+    symbols = {**constants, **unknown, **moving} if moving else None
     dynamics = _dynamics(root, symbols, elements)
     parts = {
-        "drive": _drive(root, {**known, **moving}) or Drive(gain=1.0),
+        "drive": _drive(root, {**constants, **moving}) or Drive(gain=1.0),
         "control": _control(root),
         "columns": _columns(root),
         "injected_at": _injected_at(root),
@@ -221,8 +221,8 @@ def _parameter(root: Table, name: str) -> Parameter | None:
 def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols:
     """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     table = root.table("constants")
-    given = (G, Constant(math.pi, "1", "pi"))
-    symbols = {constant.name: constant.symbol for constant in given}
+    built_in = (G, Constant(math.pi, "1", "pi"))
+    symbols = {constant.name: constant.symbol for constant in built_in}
     for name in table.values:
         checked = _name(table, name, name, "a constant")
         if name in parameters:

@@ -61,12 +61,12 @@ class Table:
         bare = key if re.fullmatch(r"[\w-]*(\[\d+\])?", key, re.ASCII) else repr(key[:60])
         return f"{self.path}.{bare}" if self.path and bare else self.path or bare
 
-    def only(self, *known: str) -> None:
-        """Refuse keys that are not among the known ones."""
+    def only(self, *keys: str) -> None:
+        """Refuse other keys than these."""
         for key in self.values:
-            if key not in known:
-                listed = f"the keys here are {', '.join(known)}" if known else "there are none here"
-                self.say(key, f"there is no such key; {listed}.{nearest(key, known)}")
+            if key not in keys:
+                listed = f"the keys here are {', '.join(keys)}" if keys else "there are none here"
+                self.say(key, f"there is no such key; {listed}.{nearest(key, keys)}")
 
     def needs(self, *keys: str) -> None:
         """Refuse the absence of keys."""

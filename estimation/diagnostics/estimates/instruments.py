@@ -108,12 +108,12 @@ def biased_parameters(
     """
     by_ls, by_iv = alike_corrected(ls, iv)
     apart = np.abs(by_ls - by_iv)
-    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
+    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariances["iid"]))
     far &= apart > NEGLIGIBLE_BIAS.value * np.abs(by_iv)
     if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
         most = MAX_RELATIVE_DEVIATION.value / 100
-        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
-        far |= known & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
+        precise = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
+        far |= precise & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 

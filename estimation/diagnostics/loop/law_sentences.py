@@ -169,9 +169,9 @@ def remedy_by_time(shift: int, delay: int | None) -> Remedy | None:
     if not shift or abs(shift) == MOST_SHIFT:
         return None
     wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
-    known = delay is not None and delay + shift >= 0
+    possible = delay is not None and delay + shift >= 0
     return Remedy.of(
-        f"declare delay={(delay or 0) + shift}, or, " if known else "",
+        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
         f"where the log writes the control {wrong}, move it with ",
         Setting("shift", f"control={-shift}"),
     )

@@ -370,7 +370,7 @@ resistance = ["Fv*dq", "Fc*sign(dq)", "Fa*cos(2*pi*q/pitch)", "Fb*sin(2*pi*q/pit
 def test_constants_and_profile_are_those_of_python(load: Loader, rng: np.random.Generator) -> None:
     ours, library = build(load(MOTOR)), build(load_axis("linear_motor"))
     motion = (*rng.normal(size=(3, 20)), np.sign(rng.normal(size=20)), rng.normal(size=5))
-    (one,), (other,) = (axis.rows("inverse_dynamics", *motion) for axis in (ours, library))
+    (one,), (other,) = (axis.evaluate("inverse_dynamics", *motion) for axis in (ours, library))
     assert one == pytest.approx(other, rel=1e-12)
     assert load(MOTOR).unchecked_terms == ()
 

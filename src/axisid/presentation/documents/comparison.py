@@ -13,13 +13,13 @@ from axisid.presentation.schema import (
     WrittenHeldOut,
     WrittenHeldOutBlocks,
     WrittenNestedTest,
+    WrittenNoiseBias,
     WrittenParameterCheck,
     plain,
 )
 from axisid.support.arrays import finite_tree
 from axisid.support.remedy import as_options
 
-from .diagnosis import noise_bias_document
 from .identification import (
     estimate_document,
     left_out,
@@ -27,6 +27,7 @@ from .identification import (
     prefilter_document,
     record_document,
 )
+from .same_members import written_as
 
 
 def comparison_dict(comparison: Comparison) -> dict[str, Any]:
@@ -51,7 +52,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         recommended=c.recommended,
         tied=tuple(c.tied),
         reason=c.reason,
-        noise_bias={name: noise_bias_document(bias) for name, bias in c.noise_biases.items()},
+        noise_bias={n: written_as(WrittenNoiseBias, bias) for n, bias in c.noise_biases.items()},
     )
 
 

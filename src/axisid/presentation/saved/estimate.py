@@ -21,9 +21,9 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import is_among, quoted
 
 from .diagnosis import read_residual_tests
 
@@ -199,6 +199,11 @@ class SavedEstimate(Presentable):
             )
         )
 
+    @property
+    def started(self) -> str:
+        """Where the iteration started; empty for least squares, and in older files."""
+        return self.document.started or ""
+
     @cached_property
     def residual_tests(self) -> ResidualTests:
         """Tests of the residuals."""
@@ -269,7 +274,7 @@ class SavedEstimate(Presentable):
         written = self.document.drawn or {}
         if not is_among(function, written):
             raise UsageError(
-                f"the file holds no draws of {given(function)} by {self.method}; identify again "
+                f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
                 "and write some.",
                 code="no-saved-draws",
             )
@@ -278,7 +283,7 @@ class SavedEstimate(Presentable):
         if not (draws is None or (is_whole(draws) and draws == held)):
             raise UsageError(
                 f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{given(draws)}; identify again and write as many.",
+                f"{quoted(draws)}; identify again and write as many.",
                 code="other-saved-draws",
             )
         return drawn
