@@ -23,6 +23,9 @@ class MethodRow:
         The method that solves the same equations for the same estimate; empty for none.
     by_default : bool
         Whether it is run where no method is asked for.
+    output_error : bool
+        Whether its rows are the simulated loop's, so that nothing that was measured of the motion
+        is among them, and what it leaves is the simulation error.
     """
 
     name: str
@@ -31,6 +34,7 @@ class MethodRow:
     compares: bool = False
     same_as: str = ""
     by_default: bool = True
+    output_error: bool = False
 
 
 _METHODS = "axisid.estimation.methods"
@@ -44,7 +48,7 @@ METHOD_ROWS = (
     MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
     MethodRow(name="idm-iv", method=_INSTRUMENTS, form=INVERSE, compares=True),
     MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
-    MethodRow(name="didim", method=_DIDIM, form=INVERSE, by_default=False),
+    MethodRow(name="didim", method=_DIDIM, form=INVERSE, by_default=False, output_error=True),
 )
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
@@ -65,6 +69,11 @@ def default_methods() -> tuple[str, ...]:
 def is_iteration(name: str) -> bool:
     """Return whether a method iterates, so that it starts somewhere."""
     return any(row.method in (_INSTRUMENTS, _DIDIM) for row in METHOD_ROWS if row.name == name)
+
+
+def is_output_error(name: str) -> bool:
+    """Return whether the rows of a method are the simulated loop's."""
+    return any(row.output_error for row in METHOD_ROWS if row.name == name)
 
 
 def comparing() -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.diagnostics.loop import check_law
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
@@ -193,21 +194,23 @@ def _validation(
     again = partial(
         reestimate,
         form,
-        rows,
         neighbours=data.neighbours,
         frozen=estimate.physical,
         covariance=covariance,
         freedom=estimate.freedom[estimate.chosen],
     )
-    is_iv = isinstance(METHODS[estimate.method], Instruments)
+    by_loop = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, estimate.physical)
         intercept, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else again(instruments=None)
+        by_rows = None if by_loop else again(rows=rows, instruments=None)
         return replace(found, reason=error.note, reestimate=by_rows)
     off, tracking = _positions(data, loops)
-    instruments = regressor if is_iv else None
+    instruments = regressor if by_loop else None
+    if is_output_error(estimate.method):  # whose rows are the loop's
+        rows, instruments = replace(rows, intercept=intercept, regressor=regressor), None
+        found = _by_equations(estimate, rows, theta, data)
     return replace(
         found,
         simulation_error_percent=relative_error_percent(
@@ -216,7 +219,7 @@ def _validation(
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        reestimate=again(instruments=instruments),
+        reestimate=again(rows=rows, instruments=instruments),
     )
 
 
