@@ -44,6 +44,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
             Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
         )
     of_loop = estimate.by_output_error  # whose fit is the simulated loop
+    of = "simulation" if of_loop else "equation"
     if not (of_loop or isinstance(estimate.simulated, Missing)):
         loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
         upper.append(loop)
@@ -52,8 +53,8 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
-        caption=f"{name} on the rows it was fitted to: the {'simulation' if of_loop else 'equation'} "
-        f"error is {estimate.equation_error_percent:.3g} % of the {left}. Above, the error has the "
+        caption=f"{name} on the rows it was fitted to: the {of} error is "
+        f"{estimate.equation_error_percent:.3g} % of the {left}. Above, the error has the "
         f"{left}'s scale; below, its own.",
         x_label="time [s]",
         panels=(
