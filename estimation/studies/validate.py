@@ -13,6 +13,7 @@ from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.diagnostics.loop import check_law
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     Equations,
@@ -209,8 +210,9 @@ def _validation(
     off, tracking = _positions(data, loops)
     instruments = regressor if by_loop else None
     if is_output_error(estimate.method):  # whose rows are the loop's
-        rows, instruments = replace(rows, intercept=intercept, regressor=regressor), None
-        found = _by_equations(estimate, rows, theta, data)
+        frozen = replace(rows, intercept=intercept, regressor=regressor)
+        found = _by_equations(estimate, frozen, theta, data)
+        rows, instruments = _by_output_error(estimate, data) or frozen, None
     return replace(
         found,
         simulation_error_percent=relative_error_percent(
@@ -221,6 +223,14 @@ def _validation(
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
         reestimate=again(rows=rows, instruments=instruments),
     )
+
+
+def _by_output_error(estimate: FrozenEstimate, data: FilteredRecord) -> Equations | None:
+    """Rows of the loop that the second record itself leads to; None where it leads to none."""
+    try:
+        return METHODS[estimate.method].fit(Problem(axis=data.axis, data=(data,))).measured
+    except (ModelError, DataError, EstimationError):
+        return None
 
 
 def _rows_left(form: Form, data: FilteredRecord) -> Equations:

@@ -133,7 +133,9 @@ def convergence_plot(estimate: Estimate) -> Plot | Missing:
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
-        title=TITLES["convergence"],
+        title="Convergence of the output error"
+        if estimate.by_output_error
+        else TITLES["convergence"],
         caption=f"{estimate.method.upper()} from {_start(estimate)}, iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
