@@ -25,6 +25,7 @@ from axisid.estimation.diagnostics.loop import (
     force_check,
     law_check,
     limit_check,
+    motion_check,
     rest_check,
     timing_remedy,
 )
@@ -175,6 +176,14 @@ def _force(case: Case) -> Check | None:
     return force_check(case.data.axis, case.data.record)
 
 
+def _measured_velocity(case: Case) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, "velocity")
+
+
+def _measured_acceleration(case: Case) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, "acceleration")
+
+
 def _limit(case: Case) -> Check | None:
     return limit_check(case.data.axis, case.data.record)
 
@@ -237,6 +246,16 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
         Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
+        Diagnostic(
+            name="measured velocity", check=_measured_velocity, rank=1, grave=True, by_record=True
+        ),
+        Diagnostic(
+            name="measured acceleration",
+            check=_measured_acceleration,
+            rank=1,
+            grave=True,
+            by_record=True,
+        ),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
         Diagnostic(name="constant force", check=_constant, by_record=True),
         Diagnostic(name="ripple", check=_ripple, by_record=True),

@@ -21,6 +21,9 @@ from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.user_values import is_among, quoted
 
+#: What `Value.corrected` is called beside a value.
+CORRECTED = "without filter bias"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
@@ -59,8 +62,7 @@ class Value:
     def __str__(self) -> str:
         low, high = self.interval
         # The interval is about another number then, which it would else seem to leave to one side.
-        moved = self.shift > MIN_PRINTED_FILTER_BIAS.value
-        corrected = f" ({self.corrected:.6g} without filter bias)" * moved
+        corrected = f" ({self.corrected:.6g} {CORRECTED})" * self.is_shifted
         return (
             f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}{corrected}, "
             f"95 %: {low:.6g} to {high:.6g} {self.unit}"
@@ -97,6 +99,11 @@ class Value:
         if not self.filter_bias:
             return 0.0
         return abs(self.filter_bias) / self.deviation if self.deviation > 0 else math.inf
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether the interval's centre is noticeably not the value, which is then said with it."""
+        return self.shift > MIN_PRINTED_FILTER_BIAS.value
 
     @property
     def relative_sd_percent(self) -> float:

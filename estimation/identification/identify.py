@@ -1,11 +1,13 @@
 """The pipeline: from an axis and its records to estimates, method by method."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told, prefilters_of
 from axisid.estimation.methods import METHODS, estimate_by
@@ -34,6 +36,7 @@ def identify(
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
+    start: str = STARTS[0],
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -71,6 +74,10 @@ def identify(
         others, whose deviations contain its own; or the declared gain is believed.
     skip_bad : bool
         Go on without records that cannot be used; they are in `Identification.set_aside`.
+    start : {"least-squares", "nominal"}
+        Where instruments start to iterate, which end at the same estimate: at least squares where
+        its simulated loop follows the records, or at the nominal values, as published; see
+        `Estimate.started`. A model that is not linear starts at least squares.
 
     Raises
     ------
@@ -83,6 +90,7 @@ def identify(
     requested = _requested(methods)
     own = _names("local", local)
     identifies_gain = _identifies_gain(gain)
+    _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
     layout = layout_for(generated, records, own, known, gain=identifies_gain)
     usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
@@ -94,7 +102,13 @@ def identify(
     data = bound_records(axes, records, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
     return identify_problem(
-        problem, as_given, requested, lags=lags, covariance=covariance, set_aside=aside
+        problem,
+        as_given,
+        requested,
+        lags=lags,
+        covariance=covariance,
+        set_aside=aside,
+        start=start,
     )
 
 
@@ -217,16 +231,18 @@ def identify_problem(
     lags: int | None = None,
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
+    start: str = STARTS[0],
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     for method in METHODS if requested is None else dict.fromkeys(requested):
+        started = replace(METHODS[method], start=start)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = estimate_by(problem, METHODS[method], lags, covariance)
+                estimates[method] = estimate_by(problem, started, lags, covariance)
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
@@ -261,6 +277,14 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
+
+
+def _check_start(start: object) -> None:
+    if not is_among(start, STARTS):
+        raise UsageError(
+            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
+            code="unknown-start",
+        )
 
 
 def _check_covariance(covariance: object) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
+from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
 from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
 from axisid.estimation.problems import Problem
@@ -127,6 +128,12 @@ class Identification(Presentable, Exact):
         }
         gain = "declared" if layout.gain is None else "identified"
         return {"local": tuple(layout.local), "known": known, "gain": gain}
+
+    @property
+    def start(self) -> str:
+        """Where instruments started, as `identify` takes it."""
+        started = (estimate.started for estimate in self.estimates.values())
+        return next((each for each in started if each), STARTS[0])
 
     @property
     def declared_gain(self) -> float | None:

@@ -162,7 +162,14 @@ class Problem:
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their intercept and regressor, reduced."""
-        loops, rights = self.loops(form, physical), []
+        loops = self.loops(form, physical)
+        return loops, *self.right_of(form, physical, loops)
+
+    def right_of(
+        self, form: Form, physical: Array, loops: tuple[Simulation, ...]
+    ) -> tuple[Array, Array]:
+        """Intercept and regressor of loops that were simulated with an estimate, reduced."""
+        rights = []
         for i, (data, of_one) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
             right = simulated_right(form.of_record(i), of_one, form.own(physical, i), data)
             intercept, regressor = form.placed(i, *right)
@@ -170,8 +177,8 @@ class Problem:
                 intercept, regressor = self.weights[i] * intercept, self.weights[i] * regressor
             rights.append((intercept, regressor))
         if len(rights) == 1:
-            return loops, *rights[0]
-        return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+            return rights[0]
+        return np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
 
     def loops(self, form: Form, physical: Array) -> tuple[Simulation, ...]:
         """The loops simulated with an estimate, one for each segment of each record."""

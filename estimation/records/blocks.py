@@ -12,7 +12,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_formats
 from axisid.estimation.logs.text import cut_end_notes, encoding_of
-from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
 from axisid.estimation.tables import LogClock, Provenance, Table
@@ -222,8 +222,9 @@ class _BlockChecks:
             least, most = self.reached.get(role, (math.inf, -math.inf))
             least = min(least, float(values.min(initial=math.inf)))
             self.reached[role] = least, max(most, float(values.max(initial=-math.inf)))
-        self.jumps.add(block["position"])
-        rows = len(block["position"])
+        if "position" in block:
+            self.jumps.add(block["position"])
+        rows = len(block[motion_role(block)])
         if "time" not in block:
             self.timed = False
         elif rows:

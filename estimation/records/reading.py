@@ -4,12 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
-from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import (
     Mask,
     clipped,
@@ -27,6 +28,7 @@ from axisid.support.errors import UsageError
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
+from .between import drawn_between, seldom_notes
 from .clocks import clocked, filled, jitter_notes, together
 from .period_checks import check_sample_period
 from .record import Record
@@ -62,7 +64,8 @@ def read_record(
         Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
         its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
         (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
-        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``).
+        own name (``time``, ``position``, ``reference``, ``control``, ``force``); a column that only
+        bears the name ``velocity`` or ``acceleration`` serves where there is no position.
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
         ``"reference"``, over what the axis says.
@@ -131,9 +134,9 @@ def _record(
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
     uneven = repairs.resample is not None
-    whole, moved = shifted(
-        table.source, clocked(table, read, sample_period), repairs.shift, uneven=uneven
-    )
+    timed = clocked(table, read, sample_period)
+    filled_in, drawn = drawn_between(table.source, timed, repairs.between, uneven=uneven)
+    whole, moved = shifted(table.source, filled_in, repairs.shift, uneven=uneven)
     columns, taken, name = whole, [], table.source
     if windows:
         columns, windows, cut_out = within(table.source, whole, windows)
@@ -141,6 +144,7 @@ def _record(
     samples = filled(replace(table, source=name), columns, uneven=uneven)
     empty = _dropped_rows(columns, samples)
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
+    seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
     laid = (
@@ -153,14 +157,16 @@ def _record(
             repairs.resample,
             split=repairs.gaps is not None,
             stated=sample_period,
-            splined=("position", "reference")
+            splined=("position", "velocity", "reference")
             + (("injected",) if found.injected_at == "reference" else ()),
+            between=repairs.between,
             edges=edges(windows),
         )
     )
+    values: dict[str, Any] = {**laid.columns}
     return Record(
         time=laid.time,
-        **laid.columns,
+        **values,
         injected_at=found.injected_at,
         sample_period=laid.period,
         segments=laid.segments,
@@ -174,8 +180,24 @@ def _record(
             path=table.path,
             columns=found.names,
             assumed=found.notes,
-            doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_notes(laid.time, laid.segments)),
-            repairs=(*table.repairs, *retimed, *moved, *taken, *made, *empty, *laid.repairs),
+            doubts=(
+                *table.doubts,
+                *jumps,
+                *spiky,
+                *cut,
+                *seldom,
+                *jitter_notes(laid.time, laid.segments),
+            ),
+            repairs=(
+                *table.repairs,
+                *retimed,
+                *drawn,
+                *moved,
+                *taken,
+                *made,
+                *empty,
+                *laid.repairs,
+            ),
             clock=replace(laid.clock, counted=counted),
         ),
     )
@@ -218,7 +240,7 @@ def _retimed(
 
     Columns with clocks of their own need not have been set back at one time, and stay.
     """
-    own = samples["time"].values if "time" in samples else samples["position"].clock
+    own = samples["time"].values if "time" in samples else samples[motion_role(samples)].clock
     if own is None or not ("time" in samples or _share(samples, own)):
         return samples, []
     clock, made = own, []
@@ -273,7 +295,10 @@ def _repaired(
     if modulus is not None:
         samples, repair = unwrapped(source, samples, modulus, gap)
         made.append(repair)
-    jumps = remaining_jumps_note(source, samples["position"], axis, gap, modulus)
+    position = samples.get("position")
+    jumps = None
+    if position is not None:
+        jumps = remaining_jumps_note(source, position, axis, gap, modulus)
     if repairs.mask is not None:
         masks, repair = clipped(*_by_role(samples, axis))
         made.append(repair)

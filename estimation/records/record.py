@@ -35,6 +35,11 @@ from .windows import Window, checked_windows, samples_within, window_repair, win
 _PLACE = "row"  # of a sample, beside the columns while some are moved
 
 
+def _nothing() -> Array:
+    """What stands for a position that was not recorded, until it is integrated."""
+    return np.empty(0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
 class Record(Presentable, Exact):
     """A closed-loop record at one sampling period, in SI units.
@@ -44,7 +49,12 @@ class Record(Presentable, Exact):
     time : (N,) array
         s, strictly increasing, without gaps inside a segment.
     position : (N,) array
-        Measured, m or rad.
+        Measured, m or rad. Where none is given, the integral of the velocity, segment by segment
+        from the reference there or from 0; it serves axes alone whose model does without it.
+    velocity : (N,) array or None
+        Measured, m/s or rad/s; taken in place of the differentiated position.
+    acceleration : (N,) array or None
+        Measured, m/s^2 or rad/s^2; taken in place of the differentiated velocity.
     reference : (N,) array or None
         Commanded position; instrumental variables need it.
     control : (N,) array or None
@@ -68,6 +78,8 @@ class Record(Presentable, Exact):
         Of such a record the columns of the whole log, for figures; else empty.
     provenance : Provenance
         Where the record comes from.
+    integrated : bool
+        Whether the position is the velocity's integral; set where no position is given.
 
     Raises
     ------
@@ -76,7 +88,9 @@ class Record(Presentable, Exact):
     """
 
     time: Array
-    position: Array
+    position: Array = field(default_factory=_nothing)
+    velocity: Array | None = None
+    acceleration: Array | None = None
     reference: Array | None = None
     control: Array | None = None
     force: Array | None = None
@@ -88,6 +102,7 @@ class Record(Presentable, Exact):
     windows: tuple[Window, ...] = ()
     around: Mapping[str, Samples] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
+    integrated: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.provenance, Provenance):
@@ -96,10 +111,10 @@ class Record(Presentable, Exact):
                 "leave it out.",
                 code="provenance-type",
             )
-        for role in ("time", "position"):
-            if getattr(self, role) is None:
-                raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
         name = self._name()
+        if self.time is None:
+            raise DataError(f"{name}: there is no time; a record needs one.")
+        self._check_position()
         for role, values in self.channels().items():
             object.__setattr__(self, role, checked_column(name, role, values))
         if self.injected is None:
@@ -114,6 +129,10 @@ class Record(Presentable, Exact):
         check_lengths(name, self.channels())
         check_spans(name, len(self), self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
+        if self.integrated:
+            there = np.size(self.position) == len(self)
+            kept = self.position if there else self._integral()
+            object.__setattr__(self, "position", frozen(np.asarray(kept, dtype=float)))
         for role, values in self.channels().items():
             if role in self._varying:
                 check_varies(name, role, float(values.min()), float(values.max()))
@@ -132,6 +151,12 @@ class Record(Presentable, Exact):
         """Samples and sampling period, in words."""
         pieces = f" in {len(self.segments)} segments" if self.segments else ""
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+    @property
+    def motion(self) -> tuple[str, ...]:
+        """What of the motion was measured: roles."""
+        roles = ("position", "velocity", "acceleration")
+        return tuple(role for role in roles if role in self.channels())
 
     @property
     def period(self) -> float:
@@ -225,7 +250,11 @@ class Record(Presentable, Exact):
             if role != "time"
         }
         masked = covered(self.masked, len(self)).astype(float)
-        columns |= {f"{role} {_PLACE}": replace(columns[role], values=masked) for role in wanted}
+        columns |= {
+            f"{role} {_PLACE}": replace(columns[role], values=masked)
+            for role in wanted
+            if role in columns
+        }
         moves = {**wanted, **{f"{role} {_PLACE}": shift for role, shift in wanted.items()}}
         found, said = shifted(self._name(), columns, moves, uneven=False)
         kept = found.pop(_PLACE).values.astype(int)
@@ -235,6 +264,7 @@ class Record(Presentable, Exact):
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
         joined = [0, *accumulate(lengths)]
         moved: dict[str, Any] = {role: s.values for role, s in found.items()}
+        moved.setdefault("position", _nothing())
         return replace(
             self,
             time=self.time[kept],
@@ -249,6 +279,7 @@ class Record(Presentable, Exact):
         cut: dict[str, Any] = {
             role: np.concatenate([v[a:b] for a, b in pieces]) for role, v in self.channels().items()
         }
+        cut.setdefault("position", _nothing())
         joined = [0, *accumulate(b - a for a, b in pieces)]
         taken = np.concatenate([np.arange(a, b) for a, b in pieces])
         return replace(
@@ -278,10 +309,12 @@ class Record(Presentable, Exact):
         return len(self.time)
 
     def channels(self) -> dict[str, Array]:
-        """The columns there are, by role."""
+        """The columns there are, by role; a position that is integrated is none."""
         columns = {
             "time": self.time,
-            "position": self.position,
+            "position": None if self.integrated else self.position,
+            "velocity": self.velocity,
+            "acceleration": self.acceleration,
             "reference": self.reference,
             "control": self.control,
             "force": self.force,
@@ -308,6 +341,29 @@ class Record(Presentable, Exact):
         """Roles that say nothing where they are constant; a test signal may move the axis alone."""
         still = {"injected"} if self.injected is None else {"injected", "reference"}
         return {*self.channels()} - {"time", *still}
+
+    def _check_position(self) -> None:
+        """Refuse a record that has neither position nor velocity; note one of velocity alone."""
+        if self.position is not None and np.size(self.position):
+            return
+        if self.velocity is None:
+            raise DataError(
+                f"{self._name()}: there is no position, nor a velocity in its place; a record "
+                "needs one.",
+                code="no-motion",
+            )
+        object.__setattr__(self, "position", _nothing())
+        object.__setattr__(self, "integrated", True)
+
+    def _integral(self) -> Array:
+        """The velocity's, by trapezoids, in each segment from the reference at its start."""
+        velocity, position = np.asarray(self.velocity), np.zeros(len(self))
+        for start, stop in self.spans:
+            steps = self.period * (velocity[start + 1 : stop] + velocity[start : stop - 1]) / 2
+            position[start + 1 : stop] = np.cumsum(steps)
+            if self.commanded is not None:
+                position[start:stop] += self.commanded[start]
+        return position
 
 
 def _frozen_samples(columns: Mapping[str, Samples]) -> FrozenMapping[str, Samples]:

@@ -16,6 +16,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 
+from .between import Between, checked_between
 from .shifts import checked_shifts
 
 Span = tuple[int, int]
@@ -41,6 +42,9 @@ class Repairs:
     shift : mapping of str to int, float or str
         By role, how far a column is moved to later times against the others: samples, or a time
         with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
+    between : mapping of str to {"spline", "linear", "held"}
+        By role, what a measured velocity, acceleration or force is between its values, where these
+        are written in every so many rows, the others empty or the last value again.
 
     Raises
     ------
@@ -54,6 +58,7 @@ class Repairs:
     mask: Literal["clipped"] | None = None
     tail: Literal["drop"] | None = None
     shift: Mapping[str, Any] = field(default_factory=dict)
+    between: Mapping[str, Between] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rate = self.resample
@@ -68,6 +73,7 @@ class Repairs:
         if self.tail not in ("drop", None):
             raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
+        object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
 
     def modulus(self, axis: Axis | None) -> Modulus | None:
         """Modulus of the position."""

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.records.faults import Mask
 from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
@@ -15,12 +16,13 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
+from .between import Between, at_times
 from .period_checks import check_stated
 from .repairs import Span, adjoining, gaps_repair
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
-_SPLINED = ("position", "reference")  # by cubic splines, what else there is by straight lines
+_SPLINED = ("position", "velocity", "reference")  # by cubic splines; the rest by straight lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +63,7 @@ def resample(
     split: bool,
     stated: float | None = None,
     splined: Sequence[str] = _SPLINED,
+    between: Mapping[str, Between] | None = None,
     edges: Sequence[float] | Array = (),
 ) -> Laid:
     """Resample columns, each with its own clock.
@@ -81,6 +84,8 @@ def resample(
         s; the position's sampling period as the user knows it, in place of its mean step.
     splined : sequence of str
         Roles that go on smoothly between their samples.
+    between : mapping of str to {"spline", "linear", "held"}
+        What other roles are between theirs.
     edges : sequence of float
         Times between windows, s, where the log is cut anyway.
 
@@ -93,7 +98,8 @@ def resample(
         the columns do not overlap.
     """
     clocks = {role: _clock(source, role, s, split=split) for role, s in samples.items()}
-    period, uncertainty = own_period(clocks["position"])
+    moving = motion_role(samples)
+    period, uncertainty = own_period(clocks[moving])
     if stated is not None:
         check_stated(source, period, stated, uncertainty)
         period, uncertainty = stated, 0.0
@@ -111,9 +117,13 @@ def resample(
     gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
     if not split:
         _check_gaps(source, len(covered) - 1 - len(edges), gaps)
+    hows = {
+        role: (between or {}).get(role, "spline" if role in splined else "linear")
+        for role in samples
+    }
     columns = {
         role: np.concatenate(
-            [_onto(grid, piece, clocks[role], s, smooth=role in splined) for piece, grid in kept]
+            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
         )
         for role, s in samples.items()
     }
@@ -121,7 +131,7 @@ def resample(
     masked = np.zeros(len(time), dtype=bool)
     for role, mask in masks.items():
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-    repairs = [_told(samples, clocks, time, chosen, splined)]
+    repairs = [_told(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - 1 / own for before, after in gaps)
         out = sum(len(g) for g in grids) - len(time)
@@ -143,10 +153,11 @@ def resample(
 
 
 def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
-    """Refuse a rate, Hz, that folds the position's noise, or makes too much of the log."""
+    """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
+    moving = motion_role(clocks)
     if chosen < MIN_RESAMPLING_RATE.value * own:
         raise UsageError(
-            f"{source}: the position is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
+            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
             "noise would fold. ",
             Remedy.of(
                 f"Resample at {own:.6g} Hz or more; ",
@@ -159,7 +170,7 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the position is sampled at {own:.6g} Hz).",
+            f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
             code="resampling-rate",
         )
 
@@ -235,30 +246,21 @@ def _grid(start: float, stop: float, period: float) -> Array:
 
 
 def _onto(
-    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, *, smooth: bool
+    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Between
 ) -> Array:
     """A column at the times of a grid, from its samples in and just around a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
-    if not smooth or len(time) < _FEWEST:
-        return np.interp(grid, time, values)
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(time, values)(grid), dtype=float)
+    return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
 
 
 def _told(
-    samples: Mapping[str, Samples],
-    clocks: Mapping[str, Array],
-    time: Array,
-    rate: float,
-    splined: Sequence[str],
+    clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Between]
 ) -> Repair:
-    by_lines = [role for role in samples if role not in splined]
-    how = f"{', '.join(role for role in samples if role in splined)} by cubic splines"
-    if by_lines:
-        how += f", {', '.join(by_lines)} by straight lines"
+    ways = (("spline", "by cubic splines"), ("linear", "by straight lines"), ("held", "held"))
+    by_way = [(", ".join(role for role, how in hows.items() if how == w), told) for w, told in ways]
+    how = ", ".join(f"{roles} {told}" for roles, told in by_way if roles)
     rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}
     taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
     text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples, label_unit
 from axisid.estimation.thresholds.records import MAX_PART_OF_A_SAMPLE
 from axisid.modeling.declaration import ROLES
@@ -116,7 +117,7 @@ def shifted(
             _shift_repair(role, step, shifts[role], len(columns[role].values), 0)
             for role, (_, step) in moved.items()
         ]
-    clock = columns["position"].clock
+    clock = columns[motion_role(columns)].clock
     assert clock is not None  # noqa: S101  # every column has one by now
     step = _step(clock)
     samples = {

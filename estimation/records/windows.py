@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -131,10 +132,10 @@ def within(
     -------
     dict of str to Samples
     tuple of Window
-        As far as the position's clock reaches.
+        As far as the motion's clock reaches.
     Repair
     """
-    clock = columns["position"].clock
+    clock = columns[motion_role(columns)].clock
     assert clock is not None  # noqa: S101  # every column has one by now
     own = samples_within(source, clock, windows)
     kept = {

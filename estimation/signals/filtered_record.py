@@ -17,6 +17,7 @@ from axisid.support.user_values import quoted
 
 from .motion import resting
 from .neighbours import Neighbours
+from .position import check_position
 from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
@@ -70,13 +71,15 @@ class FilteredRecord(Exact):
         Raises
         ------
         UsageError, DataError
-            The prefilter cannot serve the record, see `check_filter`.
+            The prefilter cannot serve the record, see `check_filter`, or the axis needs a position
+            that was not recorded.
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
+        check_position(axis, record)
         prefilter = prefilter.at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -99,9 +102,9 @@ class FilteredRecord(Exact):
         without_turns = self._without(self.sampling.turns(self.motion[1]))
         return bool(without_turns.excluded) and not without_turns.shows_too_little
 
-    def turning_as(self, position: Array) -> "FilteredRecord":
+    def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
-        velocity = self.sampling.motion(position)[1]
+        velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
     def keeping_reversals(self) -> "FilteredRecord":
@@ -168,7 +171,8 @@ class FilteredRecord(Exact):
     @cached_property
     def motion(self) -> Motion:
         """Filtered position, velocity and acceleration, each (N,)."""
-        return self.sampling.motion(self.record.position)
+        record = self.record
+        return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
     @cached_property
     def force(self) -> Array:

@@ -1,8 +1,9 @@
 """A prefilter at a sampling period: position to velocity and acceleration, parallel decimation.
 
 The position is low-passed (Butterworth, forward and backward, so without phase) and differentiated
-by central differences; then ``y`` and every column of ``X`` pass the same decimation filter, which
-keeps the linear relation between them.
+by central differences; a velocity or an acceleration that was measured is low-passed alike. Then
+``y`` and every column of ``X`` pass the same decimation filter, which keeps the linear relation
+between them.
 
 References
 ----------
@@ -138,13 +139,25 @@ class SampledFilter:
             f"by {wanted} or more, or raise the cutoff",
         )
 
-    def motion(self, position: Array) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration of one stretch, each (N,), SI."""
+    def motion(
+        self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration of one stretch, each (N,), SI.
+
+        What is measured of the last two passes the same low-pass in place of the difference of what
+        is before it.
+        """
+        q = self.low_passed(position)
+        dq = np.gradient(q, self.period) if velocity is None else self.low_passed(velocity)
+        if acceleration is None:
+            return q, dq, np.gradient(dq, self.period)
+        return q, dq, self.low_passed(acceleration)
+
+    def low_passed(self, signal: Array) -> Array:
+        """A signal of one stretch through the low-pass of the motion, (N,)."""
         order = self.settings.order
         low_pass = _low_pass(order, 2 * self.settings.cutoff * self.period)
-        q = low_pass.without_phase(position, 3 * order)
-        dq = np.gradient(q, self.period)
-        return q, dq, np.gradient(dq, self.period)
+        return low_pass.without_phase(signal, 3 * order)
 
     def reduce(self, signals: Array) -> Array:
         """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.records import Record
+from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.modeling.quantities import Parameter
@@ -15,7 +16,7 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import checked_signal, simulate
+from .closed_loop import Simulation, checked_signal, simulate
 
 _MOST_SAMPLES = 2e6
 
@@ -52,6 +53,8 @@ def twin_record(
     axis: Axis | GeneratedAxis,
     *,
     position_noise: float | None = None,
+    velocity_noise: float | None = None,
+    acceleration_noise: float | None = None,
     seed: int | None = None,
     injected: ArrayLike | None = None,
     injected_at: str | None = None,
@@ -65,6 +68,8 @@ def twin_record(
     position_noise : float, optional
         Standard deviation of the noise on the measured position, inside the loop; the
         experiment's by default.
+    velocity_noise, acceleration_noise : float, optional
+        Of a velocity and of an acceleration that are measured beside the loop; none by default.
     seed : int, optional
         Of the noise; the experiment's by default.
     injected : (N,) array_like, optional
@@ -102,9 +107,12 @@ def twin_record(
         position_noise=noise,
         injected=added if place == "control" else None,
     )
+    velocity, acceleration = _sensed(loop, chosen, velocity_noise, acceleration_noise, law)
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),
         position=loop.measured_position,
+        velocity=velocity,
+        acceleration=acceleration,
         reference=reference,
         control=loop.control,
         injected=added,
@@ -118,6 +126,24 @@ def twin_record(
                 **dict(zip(generated.names, truth, strict=True)),
             },
         ),
+    )
+
+
+def _sensed(
+    loop: Simulation,
+    seed: int,
+    velocity_noise: float | None,
+    acceleration_noise: float | None,
+    law: ControlLaw,
+) -> tuple[Array | None, Array | None]:
+    """What sensors beside the loop have of velocity and acceleration, where there are any."""
+    rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
+    noise = rng.normal(size=(2, len(loop.velocity)))
+    jumps = not law.continuous
+    acceleration = about_samples(loop.acceleration, [0]) if jumps else loop.acceleration
+    return (
+        None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
+        None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
     )
 
 

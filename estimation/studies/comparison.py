@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import comparing
+from axisid.estimation.choices.methods import STARTS, comparing
 from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
@@ -120,6 +120,7 @@ def compare(
     method: str = "idm-ls",
     *,
     progress: Progress | None = None,
+    start: str = STARTS[0],
 ) -> Comparison:
     """Fit several models of one axis to the same rows and recommend one.
 
@@ -136,6 +137,8 @@ def compare(
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
+    start : str
+        Of instruments, as in `identify`.
 
     Raises
     ------
@@ -160,7 +163,7 @@ def compare(
     problem = weighted(
         Problem(axis=first, data=bound_records([first] * len(records), records, suited))
     )
-    fits, failures = _fits(named, problem, method, progress)
+    fits, failures = _fits(named, problem, method, progress, start)
     gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
@@ -193,6 +196,7 @@ def _fits(
     problem: Problem,
     method: str,
     progress: Progress | None,
+    start: str,
 ) -> tuple[dict[str, Identification], dict[str, Note]]:
     """Results by candidate, and why there is none."""
     fits: dict[str, Identification] = {}
@@ -201,7 +205,7 @@ def _fits(
         try:
             data = tuple(replace(each, axis=axis) for each in problem.data)
             own = replace(problem, axis=axis, data=data)
-            fits[name] = identify_problem(own, data[0].prefilter, [method])
+            fits[name] = identify_problem(own, data[0].prefilter, [method], start=start)
         except (EstimationError, ModelError) as error:
             failures[name] = error.note
     if not fits:

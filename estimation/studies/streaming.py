@@ -31,11 +31,13 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import (
     Information,
+    Motion,
     Neighbours,
     Prefilter,
     SampledFilter,
     Signals,
     check_filter,
+    check_without_position,
     chosen_hold,
     force_of,
     near_turns,
@@ -72,8 +74,9 @@ def identify_stream(
     axis : Axis or GeneratedAxis
         Linear in its parameters.
     blocks : iterable of mappings of str to (N,) array
-        Columns by role in SI: position, force or control, and time unless `sample_period` is
-        given. Iterating must begin anew each time; see `LogBlocks` for files.
+        Columns by role in SI: position or velocity, both where the velocity was measured too,
+        force or control, and time unless `sample_period` is given. Iterating must begin anew
+        each time; see `LogBlocks` for files.
     prefilter : Prefilter, optional
         As in `identify`; or a function that gives it for the sampling period in s, which is known
         after the first pass only.
@@ -191,8 +194,10 @@ class _LogRows:
     ) -> None:
         self.axis, self.blocks, self.source = axis, blocks, source
         self.samples, self.period = found.samples, found.period
-        check_filter(prefilter, axis, self.samples, self.period, source)
         first = next(iter(blocks))
+        if "position" not in first:
+            check_without_position(axis, source)
+        check_filter(prefilter, axis, self.samples, self.period, source)
         hold = chosen_hold(prefilter, axis, measured="force" in first)
         without_turns = prefilter.reversals == "leave-out" or (
             prefilter.reversals is None and axis.has_direction
@@ -230,8 +235,15 @@ class _LogRows:
     def _velocities(self) -> Iterator[Array]:
         """Filtered velocity, stretch by stretch."""
         for columns, begin, start, stop in self._pieces():
-            velocity = self.filter.motion(columns["position"])[1]
+            velocity = self._motion(columns)[1]
             yield velocity[start - begin : stop - begin]
+
+    def _motion(self, columns: Mapping[str, Array]) -> Motion:
+        """Filtered motion of a stretch; an axis that does without its position may have none."""
+        position, velocity = columns.get("position"), columns.get("velocity")
+        if position is None:
+            position = np.zeros_like(np.asarray(velocity))
+        return self.filter.motion(position, velocity, columns.get("acceleration"))
 
     def _pieces(self) -> Iterator[tuple[Mapping[str, Array], int, int, int]]:
         """Columns by role from `begin` on, whose samples from `start` to `stop` are due."""
@@ -241,10 +253,10 @@ class _LogRows:
         for block in self.blocks:
             columns = {
                 role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
-                for role in ("position", "force", "control")
+                for role in ("position", "velocity", "acceleration", "force", "control")
                 if role in block
             }
-            end = begin + len(columns["position"])
+            end = begin + len(next(iter(columns.values())))
             stop = self.samples if end == self.samples else max(end - around, done)
             if stop > done:
                 yield columns, begin, done, stop
@@ -261,7 +273,7 @@ class _LogRows:
         cut, end = f.cut
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, start, stop)
-        filtered = f.motion(columns["position"])
+        filtered = self._motion(columns)
         recorded = {role: columns.get(role) for role in ("force", "control")}
         force = force_of(self.axis, self.source, filtered, **recorded)
         signals = paired_with_force(filtered, force, [0], delay=self.hold_delay)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import same_estimates
+from axisid.estimation.choices.methods import STARTS, same_estimates
 from axisid.estimation.diagnostics.estimates import (
     biased_parameters,
     endogeneity_of,
@@ -102,6 +102,7 @@ def sweep(
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
+    start: str = STARTS[0],
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -119,6 +120,8 @@ def sweep(
         Told before each cut-off how many are done, of how many, and which it is.
     local, known, gain, skip_bad
         As in `identify`, of several records.
+    start : str
+        As in `identify`.
 
     Raises
     ------
@@ -151,6 +154,7 @@ def sweep(
                 known=known,
                 gain=gain,
                 skip_bad=skip_bad,
+                start=start,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())

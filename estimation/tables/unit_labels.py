@@ -42,13 +42,18 @@ _FACTORS: Mapping[str, tuple[float, str]] = {
     **{s: (f, "A") for s, f in (("A", 1.0), ("mA", 1e-3), ("uA", 1e-6), ("kA", 1e3))},
     **{s: (f, "V") for s, f in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6), ("kV", 1e3))},
     **{s: (f, "m/s") for s, f in (("mm/s", 1e-3), ("m/min", 1 / 60), ("mm/min", 1e-3 / 60))},
+    **{s: (f, "m/s") for s, f in (("cm/s", 1e-2), ("um/s", 1e-6))},
     **{s: (f * _DEGREE, "rad/s") for s, f in (("deg/s", 1.0), ("°/s", 1.0))},
     **{s: (f, "rad/s") for s, f in (("rpm", _TURN / 60), ("rev/s", _TURN), ("1/min", _TURN / 60))},
+    **{s: (f, "rad/s") for s, f in (("mrad/s", 1e-3), ("krpm", 1e3 * _TURN / 60))},
+    **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("cm/s^2", 1e-2), ("g", 9.80665))},
+    **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("°/s^2", 1.0))},
+    **{s: (f, "rad/s^2") for s, f in (("mrad/s^2", 1e-3), ("rev/s^2", _TURN))},
     "%": (1e-2, "1"),
 }
 
 
-_SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " "}
+_SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " ", "\u00b2": "^2"}
 
 
 _NAMES = {
@@ -86,6 +91,10 @@ _NAMES = {
     "kN m": "kNm",
     "r/min": "rpm",
     "U/min": "rpm",
+    "rev/min": "rpm",
+    **{
+        f"{length}/s2": f"{length}/s^2" for length in ("m", "mm", "cm", "rad", "mrad", "deg", "rev")
+    },
 }
 
 

@@ -32,7 +32,16 @@ from .experiment import Experiment
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
-ROLES = ("time", "position", "reference", "control", "force", "injected")
+ROLES = (
+    "time",
+    "position",
+    "velocity",
+    "acceleration",
+    "reference",
+    "control",
+    "force",
+    "injected",
+)
 #: What a recorded test signal, the role ``injected``, can be added to.
 INJECTION_POINTS = ("control", "reference")
 

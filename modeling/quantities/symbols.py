@@ -117,6 +117,11 @@ class Coordinate(Symbolic):
         return parse_unit("N" if self.unit == "m" else "N m")
 
     @property
+    def velocity_unit(self) -> Unit:
+        """Unit of the velocity."""
+        return parse_unit(f"{self.unit}/s")
+
+    @property
     def acceleration_unit(self) -> Unit:
         """Unit of the acceleration."""
         return parse_unit(f"{self.unit}/s^2")

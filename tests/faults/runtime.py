@@ -309,6 +309,6 @@ MISUSES: tuple[Misuse, ...] = (
         name="a record without a position",
         call=lambda: Record(**_columns(position=None)),
         error=DataError,
-        says="there is no position; a record needs one",
+        says="there is no position, nor a velocity in its place; a record needs one",
     ),
 )

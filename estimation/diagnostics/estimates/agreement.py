@@ -80,7 +80,7 @@ def _bias_figure(
     apart = _apart(ls, iv)
     distance = max(
         abs(each) / d if d > 0 else 0.0
-        for each, d in zip(apart.values(), np.sqrt(np.diag(iv.covariance)), strict=True)
+        for each, d in zip(apart.values(), np.sqrt(np.diag(iv.covariances["iid"])), strict=True)
     )
     if missing and not far:
         return max(bias.shift for bias in missing), MAX_UNSEEN_BIAS.value
@@ -183,7 +183,7 @@ def self_test(iv: Estimate | None, direct: Estimate | None) -> Check | Missing:
     """The instrumental estimates of the two forms, which are one."""
     if iv is None or direct is None:
         return Missing("idm-iv and ddm-iv did not both give an estimate")
-    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariance)))
+    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariances["iid"])))
     apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
     same = apart <= MAX_FORM_DIFFERENCE.value
     return Check(

@@ -107,7 +107,7 @@ def biased_parameters(
     """
     by_ls, by_iv = alike_corrected(ls, iv)
     apart = np.abs(by_ls - by_iv)
-    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
+    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariances["iid"]))
     far &= apart > NEGLIGIBLE_BIAS.value * np.abs(by_iv)
     if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
         most = MAX_RELATIVE_DEVIATION.value / 100

@@ -15,6 +15,13 @@ from axisid.support.remedy import Remedy, Setting
 
 from .scaling import ScalingError, read_scaling
 
+#: Of the roles that are no length or angle, where no axis says more.
+_UNITS: dict[str, tuple[str, ...]] = {
+    "control": (),
+    "force": ("N", "N m"),
+    "velocity": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"),
+}
 _EXAMPLE = Setting("columns", "position=NAME:counts*360deg/4096/50+0.2deg")
 
 
@@ -27,10 +34,15 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
     if role == "time":
         return ("s",)
     if axis is None:
-        return {"force": ("N", "N m"), "control": ()}.get(role, ("m", "rad"))
-    if role == "control":
-        return (axis.drive.unit,)
-    return (str(axis.coordinate.force_unit) if role == "force" else axis.coordinate.unit,)
+        return _UNITS.get(role, ("m", "rad"))
+    q = axis.coordinate
+    units = {
+        "control": axis.drive.unit,
+        "force": str(q.force_unit),
+        "velocity": str(q.velocity_unit),
+        "acceleration": str(q.acceleration_unit),
+    }
+    return (units.get(role, q.unit),)
 
 
 def to_si(

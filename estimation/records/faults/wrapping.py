@@ -90,6 +90,18 @@ def unwrapped(
     DataError
         The position is not within one modulus, or jumps by something else: it is not wrapped by it.
     """
+    if "position" not in samples:
+        raise DataError(
+            f"{source}: there is no position whose jumps by {modulus} could be undone; ",
+            Remedy.of(
+                "name it with ",
+                Setting("columns", "position=NAME"),
+                ", or ",
+                Setting("wrap", given=False),
+                ".",
+            ),
+            code="no-position-to-wrap",
+        )
     repaired, counts = dict(samples), {}
     for role in ("position", "reference"):
         if role not in samples:

@@ -26,6 +26,7 @@ from axisid.commands.options.several_options import (
     sharing_options,
     skip_bad_option,
 )
+from axisid.commands.options.start_option import start_option
 from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
@@ -48,6 +49,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @sharing_options
 @skip_bad_option
 @leave_out_option
+@start_option()
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -64,6 +66,7 @@ def sweep(
     sharing: Sharing,
     skip_bad: bool,
     left_out: tuple[str, ...],
+    started_at: str,
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -102,6 +105,7 @@ def sweep(
             filtering.prefilter(),
             progress=line,
             skip_bad=skip_bad,
+            start=started_at,
             **shared,
         )
     if json_file != "-":

@@ -142,7 +142,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
     jacobian = found.jac
     variance = float(found.fun @ found.fun) / (len(y) - 1)
     covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
-    assert np.diag(estimate.covariance) == pytest.approx(np.diag(covariance), rel=1e-3)
+    assert np.diag(estimate.covariances["iid"]) == pytest.approx(np.diag(covariance), rel=1e-3)
 
 
 def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identification) -> None:

@@ -70,6 +70,8 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     except (ModelError, DataError, EstimationError) as error:
         return Missing.of(error.note)
     time, unit = _times(record), result.axis.axis.coordinate.unit
+    if record.integrated:
+        return Missing("no position was recorded, beside which the simulated one could be drawn")
     recorded, simulated = reference - record.position, reference - position
     positions = (
         Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
@@ -118,7 +120,8 @@ def record_plot(result: Identification) -> Plot:
             return time, values
         return whole.clock, whole.values
 
-    position = [line("position", *drawn("position", record.position), "measured")]
+    recorded = "integral of the velocity" if record.integrated else "position"
+    position = [line(recorded, *drawn("position", record.position), "measured")]
     if record.reference is not None:
         x, y = drawn("reference", record.reference)
         position.append(Series(label="reference", x=x, y=y, broad=True))
@@ -126,6 +129,8 @@ def record_plot(result: Identification) -> Plot:
     lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
     panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
+        ("velocity", str(q.velocity_unit), record.velocity, "measured"),
+        ("acceleration", str(q.acceleration_unit), record.acceleration, "measured"),
         ("control", drive.unit, record.control, "warm"),
         ("force", str(q.force_unit), result.data.force, "model"),
         (

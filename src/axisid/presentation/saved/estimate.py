@@ -199,6 +199,11 @@ class SavedEstimate(Presentable):
             )
         )
 
+    @property
+    def started(self) -> str:
+        """Where the iteration started; empty for least squares, and in older files."""
+        return self.document.started or ""
+
     @cached_property
     def residual_tests(self) -> ResidualTests:
         """Tests of the residuals."""

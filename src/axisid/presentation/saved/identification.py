@@ -49,6 +49,8 @@ class SavedRecord:
         Of the samples, as `Record.digest`.
     injected_at : str or None
         What a recorded test signal was added to.
+    motion : tuple of str
+        What of the motion was measured.
     windows : tuple of (float, float)
         As of a `Record`.
     """
@@ -60,6 +62,7 @@ class SavedRecord:
     masked: tuple[tuple[int, int], ...]
     digest: str
     injected_at: str | None = None
+    motion: tuple[str, ...] = ("position",)
     windows: tuple[tuple[float, float], ...] = ()
 
     def __len__(self) -> int:
@@ -319,6 +322,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         masked=written.masked,
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
+        motion=written.motion or ("position",),
         windows=written.windows or (),
     )
 

@@ -311,6 +311,8 @@ def _rows(c: Comparison) -> str:
     used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
     measured = c.record.force is not None
     if len(c.records) == 1:
-        return rows_text(c.data.sampling, used, drive, measured=measured)
+        motion = c.record.motion
+        return rows_text(c.data.sampling, used, drive, measured=measured, motion=motion)
     samplings = [data.sampling for data in c.problem.data]
-    return several_rows_text(samplings, used, drive, measured=measured)
+    motions = [data.record.motion for data in c.problem.data]
+    return several_rows_text(samplings, used, drive, measured=measured, motions=motions)
