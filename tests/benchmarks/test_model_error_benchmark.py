@@ -14,10 +14,10 @@ def test_strokes_have_the_speeds_of_the_public_record() -> None:
     assert abs(reference[-1]) < 1e-6
 
 
-@pytest.mark.parametrize("runs", [3, pytest.param(12, marks=pytest.mark.slow)])
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "motion"), [("sine of 0.2 m", "moves")])
-def test_the_band_holds_what_the_interval_misses(shape: str, motion: str, runs: int) -> None:
-    found = study.coverage(shape, motion, runs=runs, seed=1)
+def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> None:
+    found = study.coverage(shape, motion, runs=12, seed=1)
     assert found["hac"]["Fc"] < 0.5
     assert found["shown"]["Fc"] > 0.9
     assert found["shown"]["Fv"] > 0.9
