@@ -77,7 +77,9 @@ def _of_least_squares(problem: Problem) -> Start:
         intercept, right = problem.right_of(form, physical, loops)
     except (DataError, EstimationError) as error:
         return nominal_start(form, error.note)
-    unexplained = relative_error_percent(measured.left - right @ physical - intercept, measured.left)
+    unexplained = relative_error_percent(
+        measured.left - right @ physical - intercept, measured.left
+    )
     if not unexplained < MAX_SIMULATION_ERROR.value:
         said = f"the loop of least squares leaves {unexplained:.3g} % of the force unexplained"
         return nominal_start(form, Note(said))

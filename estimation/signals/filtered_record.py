@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
@@ -234,6 +234,15 @@ class FilteredRecord(Exact):
     def row_times(self) -> Array | None:
         """The same where a record has gaps; None where it is `row_numbers` times the period."""
         return self.times_of_rows if self.record.segments else None
+
+    @property
+    def rows_near_turns(self) -> NDArray[np.bool_]:
+        """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
+        rows = self.row_numbers.astype(np.int64)
+        if not self.axis.has_direction:
+            return np.zeros(len(rows), dtype=bool)
+        turns = self.sampling.turns(self.motion[1], self.fastest)
+        return np.asarray(covered(turns, len(self))[rows], dtype=bool)
 
     @property
     def neighbours(self) -> Neighbours:

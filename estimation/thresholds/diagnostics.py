@@ -171,6 +171,13 @@ MAX_DELAY_DEVIATION = Threshold(
     "chosen",
 )
 
+MIN_JITTER = Threshold(
+    0.01,
+    "periods",
+    "root mean square of what parts the samples from even times, from which its effect is told",
+    "chosen",
+)
+
 # Instruments
 
 MIN_FIRST_STAGE_F = Threshold(

@@ -94,7 +94,7 @@ IMPLEMENTATION = {
     "streaming._FORGOTTEN": "rounding of what a filter keeps",
     "sweep._LOWEST": "the cut-offs that are tried",
     "sweep._HIGHEST": "the cut-offs that are tried",
-    "sweep._LEAST_PERCENT": "rounding of an error",
+    "recommendation._LEAST": "rounding of an error",
 }
 #: The same in comparisons, which no constant names.
 COMPARED = {

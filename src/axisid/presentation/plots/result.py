@@ -187,7 +187,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
         curves = tuple(_curve(sweep, quantity.name, each) for each in drawn)
         label = labelled(quantity.name, quantity.unit)
         panels.append(Panel(label=label, series=curves, span=_span(curves)))
-    marks = [(sweep.recommended, "recommended")]
+    marks = [] if sweep.recommended is None else [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
     return Plot(
@@ -275,7 +275,7 @@ def _swept(sweep: Sweep, *, cut: bool) -> str:
         sentences.append("The scale is the instruments', so that least squares may leave a panel.")
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
     sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*sentences, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
+    return " ".join([*sentences, f"Recommended: {sweep.recommendation}."])
 
 
 def _times(record: Record) -> Array:
