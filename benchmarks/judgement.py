@@ -72,6 +72,8 @@ class Case:
         That are asked for; all by default.
     has_reference : bool
         Whether the reference is recorded.
+    logged_step : float
+        What the log rounds the position to, which the law does not have, m; 0 for nothing.
     """
 
     machine: Machine
@@ -82,6 +84,7 @@ class Case:
     kept: bool = False
     methods: tuple[str, ...] | None = None
     has_reference: bool = True
+    logged_step: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -170,6 +173,12 @@ FREE: dict[str, Case] = {
     f"{name}, no reference": replace(RIGHT[name], has_reference=False)
     for name in (*_QUIET_LOOPS, "white position noise", "encoder of 5 um")
 }
+FREE |= {
+    f"position noise of {size} um, no reference": Case(
+        machine=_with(resolution=0.0, position_noise=white(size * 1e-6)), has_reference=False
+    )
+    for size in (5, 10)
+}
 
 _STAGE = _with(force_noise=white(1.0))
 
@@ -210,6 +219,9 @@ WRONG: dict[str, Case] = {
     ),
     "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp is 1\."),
     "kv declared 10 % low": Case(machine=replace(_STAGE, kv=1.1 * 243.45), named=r"\bkv is 1\."),
+    "log of 11 bit, no reference": Case(
+        machine=_QUIET, has_reference=False, logged_step=0.09 / 2**11, named=r"M by about -\d"
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
@@ -290,7 +302,10 @@ def _count(figures: Figures, result: Identification, truth: dict[str, float], na
 
 
 def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
-    return {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
+    kept = {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
+    if case.logged_step:
+        kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
+    return kept
 
 
 def _prefilter(record: Record, case: Case) -> Prefilter | None:

@@ -106,6 +106,10 @@ def _against_instruments(case: Case) -> Check | Missing:
     return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
 
 
+def _coarse_positions(case: Case) -> Check | Missing | None:
+    return case.coarse
+
+
 def _forms(case: Case) -> Check | Missing:
     by_instruments = bool(case.noise_biases)
     return forms_check(case.attenuation, by_instruments=by_instruments)
@@ -243,6 +247,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
         Diagnostic(name="excitation", check=_excitation, rank=11),

@@ -9,6 +9,7 @@ from axisid.estimation.diagnostics.estimates import (
     Endogeneity,
     Excitation,
     InstrumentTests,
+    coarse_positions,
     endogeneity_of,
     excitation,
     excitation_of_several,
@@ -25,6 +26,7 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
+from axisid.estimation.diagnostics.remainder import loop_without_noise, tests_of_residuals
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
@@ -208,7 +210,7 @@ class Case:
     @cached_property
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
-        return self.preferred.residual_tests
+        return tests_of_residuals(self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -239,10 +241,18 @@ class Case:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
 
+    @cached_property
+    def coarse(self) -> Check | Missing | None:
+        """Whether the steps of a logged position move the judged estimate; None where not asked."""
+        told = self.has_parts or bool(self.noise_biases)
+        return None if told else coarse_positions(self.data, self.preferred)
+
     @property
     def is_explained(self) -> bool:
         """Whether something is named that residuals are made of: checks of these count it once."""
-        law = self.law
+        law, coarse = self.law, self.coarse
+        if isinstance(coarse, Check) and coarse.status == "fail":
+            return True
         return (not isinstance(law, Missing) and not law.passed) or any(
             is_named(lack) or lack.parameter
             for part in self.parts
@@ -300,6 +310,9 @@ class Case:
     @property
     def _instruments(self) -> tuple[Array, Array] | None:
         """Of the inverse model; a direct model's serve another left side."""
+        loop, quiet = loop_without_noise(self.preferred), self.quiet
+        if loop is not None and quiet is not None:
+            return loop.regressor, quiet.reduce(quiet.signals.force)
         Z, simulated = self.preferred.Z, self.preferred.simulated
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None

@@ -9,6 +9,7 @@ from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
+from .coarse_positions import coarse_positions as coarse_positions
 from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
