@@ -20,8 +20,10 @@ from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
     LawCheck,
+    MotionComparison,
     alignment_of,
     check_law,
+    compared_motions,
     force_timing,
     law_in_time,
 )
@@ -75,6 +77,8 @@ class Diagnosis(Presentable, Exact):
         Least squares less instruments of the same form, by method and physical parameter.
     attenuation : Attenuation or Missing
         The two forms of least squares against each other.
+    motions : mapping of str to MotionComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
@@ -90,6 +94,7 @@ class Diagnosis(Presentable, Exact):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
     attenuation: Attenuation | Missing = NO_ATTENUATION
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
 
@@ -106,6 +111,8 @@ class RecordDiagnosis:
         The checks that are of one record.
     apart : Apart or Missing
         The record alone beside all.
+    motions : mapping of str to MotionComparison or Missing
+        As of a `Diagnosis`.
     """
 
     law: LawCheck | Missing
@@ -113,6 +120,7 @@ class RecordDiagnosis:
     lack_of_fit: LackOfFit | None
     verdict: tuple[Check, ...]
     apart: Apart | Missing
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,6 +241,11 @@ class Case:
             return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+        """A measured velocity and acceleration beside what is differentiated, by role."""
+        return compared_motions(self.data.record)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
