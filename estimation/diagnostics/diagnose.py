@@ -212,7 +212,8 @@ def _constant(case: Case) -> Check | Missing:
 
 
 def _ripple(case: Case) -> Check | Missing:
-    return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
+    measured = next((role for role in case.data.record.motion if role != "position"), "")
+    return ripple_check(case.preferred, case.data.signals, case.data.prefilter, measured)
 
 
 def _missing_terms(case: Case) -> Check | Missing:

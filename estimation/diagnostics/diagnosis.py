@@ -236,9 +236,23 @@ class Case:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, or why it cannot be measured."""
+        """The delay of the force, or why it cannot be measured.
+
+        Of the two motions of a record with a measured velocity that which tells it better: noise
+        and ripple of a tachometer hide a delay, which is looked for in its own check.
+        """
+        measured = self._aligned(self.data, self.quiet)
+        data, quiet = self.data.by_position, self.quiet
+        if data is None or isinstance(measured, Missing):
+            return measured
+        derived = self._aligned(data, quiet and quiet.by_position)
+        if isinstance(derived, Missing) or not derived.deviation < measured.deviation:
+            return measured
+        return derived
+
+    def _aligned(self, data: FilteredRecord, quiet: FilteredRecord | None) -> Alignment | Missing:
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
+            return alignment_of(data, self.preferred.physical, self._instruments, quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
 
