@@ -195,12 +195,16 @@ def _force(case: Case) -> Check | None:
     return force_check(case.data.axis, case.data.record)
 
 
+def _measured(case: Case, role: str) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
+
+
 def _measured_velocity(case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, "velocity")
+    return _measured(case, "velocity")
 
 
 def _measured_acceleration(case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, "acceleration")
+    return _measured(case, "acceleration")
 
 
 def _limit(case: Case) -> Check | None:
@@ -212,7 +216,8 @@ def _constant(case: Case) -> Check | Missing:
 
 
 def _ripple(case: Case) -> Check | Missing:
-    return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
+    measured = next((role for role in case.data.record.motion if role != "position"), "")
+    return ripple_check(case.preferred, case.data.signals, case.data.prefilter, measured)
 
 
 def _missing_terms(case: Case) -> Check | Missing:
@@ -296,7 +301,9 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
     names = record_labels([data.record for data in problem.data])
     made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
     checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
-    law, alignment = (_first_failing(made[name]) for name in ("control law", "alignment"))
+    law, alignment, velocity = (
+        _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
+    )
     return Diagnosis(
         preferred=preferred_method(estimates),
         law=case.parts[law].law,
@@ -304,6 +311,7 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         endogeneity=case.endogeneity,
         excitation=case.excitation,
         alignment=case.parts[alignment].alignment,
+        motions=case.parts[velocity].motions,
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else case.lack_of_fit,
         bands={} if case.has_parts else case.bands,
@@ -333,6 +341,7 @@ def _of_records(
         RecordDiagnosis(
             law=part.law,
             alignment=part.alignment,
+            motions=part.motions,
             lack_of_fit=part.lack_of_fit,
             verdict=tuple(
                 check

@@ -21,8 +21,10 @@ from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
     LawCheck,
+    MotionComparison,
     alignment_of,
     check_law,
+    compared_motions,
     force_timing,
     law_in_time,
 )
@@ -77,6 +79,8 @@ class Diagnosis(Presentable, Exact):
         Least squares less instruments of the same form, by method and physical parameter.
     attenuation : Attenuation or Missing
         The two forms of least squares against each other.
+    motions : mapping of str to MotionComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
@@ -92,6 +96,7 @@ class Diagnosis(Presentable, Exact):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
     attenuation: Attenuation | Missing = NO_ATTENUATION
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
 
@@ -108,6 +113,8 @@ class RecordDiagnosis:
         The checks that are of one record.
     apart : Apart or Missing
         The record alone beside all.
+    motions : mapping of str to MotionComparison or Missing
+        As of a `Diagnosis`.
     """
 
     law: LawCheck | Missing
@@ -115,6 +122,7 @@ class RecordDiagnosis:
     lack_of_fit: LackOfFit | None
     verdict: tuple[Check, ...]
     apart: Apart | Missing
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,11 +238,30 @@ class Case:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, or why it cannot be measured."""
+        """The delay of the force, or why it cannot be measured.
+
+        Of the two motions of a record with a measured velocity that which tells it better: noise
+        and ripple of a tachometer hide a delay, which is looked for in its own check.
+        """
+        measured = self._aligned(self.data, self.quiet)
+        data, quiet = self.data.by_position, self.quiet
+        if data is None or isinstance(measured, Missing):
+            return measured
+        derived = self._aligned(data, quiet and quiet.by_position)
+        if isinstance(derived, Missing) or not derived.deviation < measured.deviation:
+            return measured
+        return derived
+
+    def _aligned(self, data: FilteredRecord, quiet: FilteredRecord | None) -> Alignment | Missing:
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
+            return alignment_of(data, self.preferred.physical, self._instruments, quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+        """A measured velocity and acceleration beside what is differentiated, by role."""
+        return compared_motions(self.data.record)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
