@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
     filter_bias,
+    forms_apart_check,
     forms_check,
     gain_check,
     ls_against_iv,
@@ -100,6 +101,9 @@ def _against_instruments(case: Case) -> Check | Missing:
 
 def _forms(case: Case) -> Check | Missing:
     by_instruments = bool(case.noise_biases)
+    inverse, direct = case.estimates.get("idm-ls"), case.estimates.get("ddm-ls")
+    if isinstance(case.attenuation, Missing) and inverse is not None and direct is not None:
+        return forms_apart_check(inverse, direct, by_instruments=by_instruments)
     return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
