@@ -7,10 +7,13 @@ where its threshold comes from.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
+    endogeneity_of,
     filter_bias,
     forms_apart_check,
     forms_check,
@@ -94,9 +97,14 @@ def _strength(case: Case) -> Check | Missing:
 
 
 def _against_instruments(case: Case) -> Check | Missing:
-    ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    biases = case.noise_biases.get("idm-ls", {})
-    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+    if isinstance(case.beside, Missing):
+        return case.beside
+    alone = case.beside is not None
+    ls, iv = case.estimates.get("idm-ls"), case.beside or case.estimates.get("idm-iv")
+    ls = case.preferred if alone else ls
+    biases = case.noise_biases.get(ls.method, {}) if ls else {}
+    endogeneity = endogeneity_of(iv) if alone else case.endogeneity
+    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
 
 
 def _forms(case: Case) -> Check | Missing:
@@ -144,11 +152,12 @@ def _sign_runs(case: Case) -> Check | Missing:
 
 
 def _residuals_against_motion(case: Case) -> Check:
-    return residuals_against_motion(case.residuals, case.preferred)
+    return residuals_against_motion(case.residuals, case.preferred, explained=case.is_explained)
 
 
 def _normality(case: Case) -> Check:
-    return normality(case.residuals, case.preferred)
+    away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
+    return normality(case.residuals, case.preferred, away)
 
 
 def _filter_bias(case: Case) -> Check | Missing:
@@ -170,7 +179,8 @@ def _near_reversals(case: Case) -> Check | Missing | None:
     if case.data.prefilter.reversals != "leave-out":
         return None
     unit = case.data.axis.axis.coordinate.force_unit
-    return near_reversals_check(near_reversals(case.data, case.quiet), str(unit))
+    found = near_reversals(case.data, case.quiet)
+    return near_reversals_check(found, str(unit), explained=case.is_explained)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:

@@ -89,8 +89,8 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     own = _names("local", local)
-    _check_start(start)
     identifies_gain = _identifies_gain(gain)
+    _check_start(start)
     as_given = _at_rate(prefilter, records[0].period)
     layout = layout_for(generated, records, own, known, gain=identifies_gain)
     usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
@@ -193,14 +193,6 @@ def _identifies_gain(gain: object) -> bool:
     return gain == "identified"
 
 
-def _check_start(start: object) -> None:
-    if not is_among(start, STARTS):
-        raise UsageError(
-            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
-            code="unknown-start",
-        )
-
-
 def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
     """The prefilter as given, what follows the rate chosen; what is none is refused later."""
     as_given = Prefilter() if prefilter is None else prefilter
@@ -285,6 +277,14 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
     return listed
+
+
+def _check_start(start: object) -> None:
+    if not is_among(start, STARTS):
+        raise UsageError(
+            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
+            code="unknown-start",
+        )
 
 
 def _check_covariance(covariance: object) -> None:

@@ -26,6 +26,7 @@ from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
 from .forms import InverseForm as InverseForm
+from .joint_test import joint_p as joint_p
 from .linear import QrFactors as QrFactors
 from .linear import Solution as Solution
 from .linear import checked_columns as checked_columns

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
@@ -22,7 +22,7 @@ from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, force_of, paired_with_force
-from .without_turns import Information
+from .without_turns import Information, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
@@ -90,7 +90,8 @@ class FilteredRecord(Exact):
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
+        asked = prefilter.reversals is None and not searches_friction(axis)
+        if asked and without_turns.shows_too_little:
             return kept
         return without_turns
 
@@ -234,6 +235,15 @@ class FilteredRecord(Exact):
     def row_times(self) -> Array | None:
         """The same where a record has gaps; None where it is `row_numbers` times the period."""
         return self.times_of_rows if self.record.segments else None
+
+    @property
+    def rows_near_turns(self) -> NDArray[np.bool_]:
+        """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
+        rows = self.row_numbers.astype(np.int64)
+        if not self.axis.has_direction:
+            return np.zeros(len(rows), dtype=bool)
+        turns = self.sampling.turns(self.motion[1], self.fastest)
+        return np.asarray(covered(turns, len(self))[rows], dtype=bool)
 
     @property
     def neighbours(self) -> Neighbours:

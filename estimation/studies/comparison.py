@@ -6,12 +6,13 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, comparing
+from axisid.estimation.diagnostics import Case
 from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
@@ -20,6 +21,7 @@ from axisid.estimation.identification import (
     records_of,
     weighted,
 )
+from axisid.estimation.noise import NoiseBias
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -69,6 +71,9 @@ class Comparison(Presentable, Exact):
         Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The first candidate's control law against the record.
+    noise_biases : mapping of str to NoiseBias
+        Of the recommended candidate, where it is by least squares: less instruments of the same
+        form, by parameter; empty where these tell nothing.
     """
 
     problem: Problem
@@ -83,6 +88,7 @@ class Comparison(Presentable, Exact):
     tied: tuple[str, ...]
     reason: str
     law: LawCheck | Missing
+    noise_biases: Mapping[str, NoiseBias] = field(default_factory=dict)
 
     @property
     def data(self) -> FilteredRecord:
@@ -188,7 +194,14 @@ def compare(
         tied=tied,
         reason=reason,
         law=first_law(next(iter(named.values())), records),
+        noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
     )
+
+
+def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
+    """What noise does to least squares, as instruments tell; nothing of a method with these."""
+    case = Case(problem=fit.problem, estimates=fit.estimates)
+    return case.noise_biases.get(method, {})
 
 
 def _fits(

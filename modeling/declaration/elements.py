@@ -9,6 +9,8 @@ identified. What enters otherwise (a Stribeck velocity, a period) is mostly know
 a `Constant`. A plain number has the unit of its place.
 """
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeAlias
 
 import sympy
@@ -256,3 +258,29 @@ def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
 
 def _is_zero(value: Amount) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
+
+
+#: By the names that declarations as text know them by.
+ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
+    {
+        element.__name__: element
+        for element in (
+            asymmetric_coulomb,
+            asymmetric_viscous,
+            cogging,
+            coulomb,
+            cubic_spring,
+            end_stop,
+            gravity,
+            gravity_moment,
+            load_dependent,
+            motor_inertia,
+            offset,
+            periodic_coulomb,
+            quadratic,
+            spring,
+            stribeck,
+            viscous,
+        )
+    }
+)

@@ -17,8 +17,10 @@ import sympy
 
 from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
+from axisid.support.errors import ModelError
 
 from .constant_values import LARGEST, ConstantValues, small
+from .element_calls import ElementCalls
 from .mistakes import TextError, nearest
 
 _LARGEST_POWER = 20
@@ -33,10 +35,10 @@ _CONSTANTS_TOO_LARGE = "text-constants-too-large"
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
-    r"|(?P<mark>\*\*|[-+*/(),])|(?P<other>.))",
+    r"|(?P<mark>\*\*|[-+*/(),=])|(?P<other>.))",
     re.ASCII | re.DOTALL,
 )
-_OPEN_ENDED = ("+", "-", "*", "/", "**", ",")
+_OPEN_ENDED = ("+", "-", "*", "/", "**", ",", "=")
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -93,7 +95,12 @@ class Grammar:
     longest: int
 
 
-def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Grammar) -> sympy.Expr:
+def read_expression(
+    text: str,
+    symbols: Mapping[str, sympy.Symbol],
+    grammar: Grammar,
+    elements: ElementCalls | None = None,
+) -> sympy.Expr:
     """Return the expression that a text says.
 
     Parameters
@@ -102,6 +109,8 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
     symbols : mapping of str to sympy.Symbol
         What it may name, beside ``pi``.
     grammar : Grammar
+    elements : ElementCalls, optional
+        Friction and loads that it may call; none by default.
 
     Raises
     ------
@@ -117,7 +126,7 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0, code="text-empty")
-    _check_characters(text, grammar)
+    _check_characters(text, grammar, has_elements=elements is not None)
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
@@ -131,20 +140,23 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
         ) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise _nested(text, 0) from error
-    reader = _Reader(text, start, symbols, grammar)
+    reader = _Reader(text, start, symbols, grammar, elements)
     result = reader.evaluated(tree, _DEEPEST, _DEEPEST_CALLS)
     reader.check_size(result)
     return result
 
 
-def _check_characters(text: str, grammar: Grammar) -> None:
-    """Let only numbers, names, operators and balanced parentheses through."""
+def _check_characters(text: str, grammar: Grammar, *, has_elements: bool) -> None:
+    """Let only numbers, names, operators and balanced parentheses through.
+
+    An equals sign names an argument of an element.
+    """
     opened: list[int] = []
     piece = ""
     for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
         kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
         piece, following = token[kind or 0], text[token.end() : token.end() + 1]
-        if kind == "other":
+        if kind == "other" or (piece == "=" and not (has_elements and opened)):
             hint = "; write ** for a power" if piece == "^" else ""
             raise _not_allowed(piece, grammar, text, offset, hint)
         if kind == "number" and re.match(r"[\w.]", following, re.ASCII):
@@ -196,12 +208,18 @@ class _Reader:
     """Turns syntax into SymPy, node by node."""
 
     def __init__(
-        self, text: str, start: int, symbols: Mapping[str, sympy.Symbol], grammar: Grammar
+        self,
+        text: str,
+        start: int,
+        symbols: Mapping[str, sympy.Symbol],
+        grammar: Grammar,
+        elements: ElementCalls | None,
     ) -> None:
         self._text = text
         self._start = start
         self._symbols = symbols
         self._grammar = grammar
+        self._elements = elements
         self._constants = ConstantValues({f.symbolic: f.number for f in grammar.functions.values()})
 
     def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
@@ -219,6 +237,8 @@ class _Reader:
                 return self._chain(node, depth, calls)
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(node, name, arguments, depth, calls)
+            case ast.Call(func=ast.Name(id=name)) if self._is_element(name):
+                return self._element(node, name, depth, calls)
             case _:
                 piece = ast.unparse(node)
                 short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
@@ -332,8 +352,10 @@ class _Reader:
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
         functions = self._grammar.functions
+        if self._is_element(name):
+            return self._element(node, name, depth, calls)
         if name not in functions:
-            listed = ", ".join(functions)
+            listed = ", ".join([*functions, *(self._elements.names if self._elements else ())])
             if name in self._symbols:
                 raise TextError(
                     f"{name} is no function; write {name}*(...) for a product.",
@@ -354,12 +376,7 @@ class _Reader:
                 *self._at(node),
                 code="text-argument-count",
             )
-        if not calls:
-            raise TextError(
-                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
-                *self._at(node),
-                code="text-calls-nested",
-            )
+        self._check_calls(node, calls)
         inner = [self.evaluated(argument, depth - 1, calls - 1) for argument in arguments]
         if all(value.is_Number for value in inner):
             return self._folded(node, function.number, *inner)
@@ -367,6 +384,40 @@ class _Reader:
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
+
+    def _check_calls(self, node: ast.AST, calls: int) -> None:
+        if not calls:
+            raise TextError(
+                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
+                *self._at(node),
+                code="text-calls-nested",
+            )
+
+    def _is_element(self, name: str) -> bool:
+        """Whether a call is one of friction or a load, and no product of what is declared."""
+        return (
+            self._elements is not None
+            and name in self._elements.names
+            and name not in self._symbols
+        )
+
+    def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
+        """Friction or a load by its name, its arguments like any expression."""
+        self._check_calls(node, calls)
+        arguments = [self.evaluated(each, depth - 1, calls - 1) for each in node.args]
+        named: dict[str, sympy.Expr] = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise _not_allowed("**", self._grammar, *self._at(node))
+            named[keyword.arg] = self.evaluated(keyword.value, depth - 1, calls - 1)
+        assert self._elements is not None  # noqa: S101  # as asked before
+        try:
+            made = self._tried(node, self._elements.made, name, arguments, named)
+        except ModelError as error:
+            raise TextError(str(error), *self._at(node), code=error.code) from error
+        for power in sorted(made.atoms(sympy.Pow), key=str):
+            self._check_exponent(node, *power.as_base_exp())
+        return made
 
     def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
         self._check_exponent(node, base, power)
@@ -389,14 +440,15 @@ class _Reader:
         for factor in sympy.Mul.make_args(result):
             self._check_exponent(node, *factor.as_base_exp())
 
-    def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
+    def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
         """A power of constants is one number, and is looked at as such."""
         value = self._constants.value(power)
         one_number = not power.is_Number and self._constants.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
+            place = node.right if isinstance(node, ast.BinOp) else node
             raise TextError(
                 f"the power {power} is beyond {_LARGEST_POWER}.",
-                *self._at(node.right),
+                *self._at(place),
                 code="text-power-too-large",
             )
 
@@ -450,7 +502,7 @@ class _Reader:
             )
         return float(value)
 
-    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
         try:
             result = make(*parts)
         except CANNOT as error:

@@ -8,6 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import DeclarationError, ModelError
 
+from .element_calls import ElementCalls
 from .mistakes import nearest
 from .toml_table import Symbols, Table
 
@@ -53,7 +55,8 @@ _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, 
 _COLUMN = ("name", "unit", "scale", "offset", "gear", "resolution")
 _PARTS = ("coordinate", "parameters", "constants", "drive", "control", "columns", "experiment")
 _BETWEEN = "reference_between"
-_ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
+_FORCE = "generalised_force"
+_ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
 
 
 def axis_from_toml(file: Path) -> Axis:
@@ -133,7 +136,9 @@ def _axis(root: Table) -> Axis | None:
         "coordinate": coordinate,
         "parameters": parameters,
     }
-    dynamics = _dynamics(root, {**constants, **unknown, **moving} if moving else None)
+    elements = ElementCalls(coordinate or _stand_in(moving))
+    symbols = {**constants, **unknown, **moving} if moving else None
+    dynamics = _dynamics(root, symbols, elements)
     parts = {
         "drive": _drive(root, {**constants, **moving}) or Drive(gain=1.0),
         "control": _control(root),
@@ -178,6 +183,13 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
         return None, {}
     motion = (name, f"d{name}", f"dd{name}")
     return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
+
+
+def _stand_in(moving: Symbols) -> Coordinate:
+    """A coordinate for elements to be read with where the unit of the declared one is wrong."""
+    with suppress(ModelError):
+        return Coordinate(next(iter(moving), "x"))
+    return Coordinate("x")
 
 
 def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
@@ -235,7 +247,9 @@ def _constants(root: Table, parameters: list[str], motion: list[str]) -> Symbols
     return symbols
 
 
-def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]] | None:
+def _dynamics(
+    root: Table, symbols: Symbols | None, elements: ElementCalls
+) -> tuple[Any, dict[str, Any]] | None:
     """`newton` or `lagrange`, and what it takes; without symbols no expression can be read."""
     given = [key for key in ("newton", "lagrange") if key in root.values]
     if len(given) != 1:
@@ -247,15 +261,18 @@ def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]
     if given == ["newton"]:
         table.only("inertia", "resistance")
         table.needs("inertia")
-        resistance = table.expressions("resistance", symbols)
+        resistance = table.expressions("resistance", symbols, elements)
         fields: dict[str, Any] = {
-            "inertia": table.expression("inertia", symbols),
+            "inertia": table.expression("inertia", symbols, elements),
             "resistance": resistance,
         }
         return (newton, fields) if table.fine else None
     table.only(*_ENERGIES)
     table.needs("kinetic")
-    fields = {key: table.expression(key, symbols) for key in _ENERGIES}
+    fields = {
+        key: table.expression(key, symbols, elements if key == _FORCE else None)
+        for key in _ENERGIES
+    }
     return (lagrange, fields) if table.fine else None
 
 

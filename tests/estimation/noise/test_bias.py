@@ -17,14 +17,21 @@ def _reference() -> np.ndarray:
 
 def _results(axis: GeneratedAxis, machine: Machine, runs: int) -> list[Identification]:
     every = records(machine, _reference(), runs, 5)
-    return [identify(axis, read_record(columns, axis)) for columns in every]
+    return [
+        identify(axis, read_record(columns, axis), methods=["idm-ls", "idm-iv"])
+        for columns in every
+    ]
+
+
+def _biases(results: list[Identification]) -> list[dict[str, NoiseBias]]:
+    return [noise_biases(result.estimates)["idm-ls"] for result in results]
 
 
 def test_interval_that_noise_of_the_position_moves_is_said_to_miss(
     emps2015: GeneratedAxis,
 ) -> None:
     machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
-    for result in _results(emps2015, machine, 4):
+    for result in _results(emps2015, machine, 2):
         bias = result.diagnosis.noise_biases["idm-ls"]["M"]
         low, high = result["idm-ls"].parameters["M"].interval
         assert bias.misses
@@ -42,17 +49,19 @@ def test_interval_that_noise_of_the_position_moves_is_said_to_miss(
 def test_noise_of_the_recorded_control_moves_nothing(emps2015: GeneratedAxis) -> None:
     machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))
     results = _results(emps2015, machine, 6)
-    biases = [r.diagnosis.noise_biases["idm-ls"] for r in results]
+    biases = _biases(results)
+    assert biases[0] == results[0].diagnosis.noise_biases["idm-ls"]
     assert not any(b.misses for of_one in biases for b in of_one.values())
     assert all(b.shift < 0.1 for of_one in biases for b in of_one.values())
     assert np.median([of_one["M"].p_value for of_one in biases]) > 0.01
     assert "moved by noise" not in results[0].summary()
 
 
-def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis) -> None:
+@pytest.mark.parametrize("runs", [6, pytest.param(16, marks=pytest.mark.slow)])
+def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis, runs: int) -> None:
     """Noise of the position, over runs: what the difference scatters by, chance alone."""
     machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
-    every = [r.diagnosis.noise_biases["idm-ls"]["M"] for r in _results(emps2015, machine, 16)]
+    every = [of_one["M"] for of_one in _biases(_results(emps2015, machine, runs))]
     scatter = np.std([b.difference for b in every], ddof=1)
     assert 0.5 < np.mean([b.deviation for b in every]) / scatter < 3
 
@@ -77,3 +86,40 @@ def test_interval_misses_where_both_tests_reject_and_it_matters(
 ) -> None:
     bias = NoiseBias(difference=1.0, deviation=0.1, p_value=p, joint_p_value=joint, shift=shift)
     assert bias.misses is misses
+
+
+def test_least_squares_alone_is_held_against_instruments(emps2015: GeneratedAxis) -> None:
+    noisy = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    quiet = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))
+    found = {}
+    for name, machine in {"noisy": noisy, "quiet": quiet}.items():
+        (columns,) = records(machine, _reference(), 1, 5)
+        record = read_record(columns, emps2015)
+        alone, all_of_it = (
+            identify(emps2015, record, methods=["idm-ls"]),
+            identify(emps2015, record),
+        )
+        found[name] = alone
+        ours, theirs = (r.diagnosis.noise_biases["idm-ls"]["M"] for r in (alone, all_of_it))
+        assert ours.difference == pytest.approx(theirs.difference)
+        assert ours.misses == theirs.misses
+    noisy_check, quiet_check = (
+        next(c for c in r.verdict if c.name == "least squares against instruments")
+        for r in (found["noisy"], found["quiet"])
+    )
+    assert (noisy_check.status, quiet_check.status) == ("fail", "pass")
+    assert "identify by instruments (idm-iv)" in noisy_check.meaning
+    assert "moved by noise" in found["noisy"].summary()
+
+
+def test_least_squares_alone_says_why_nothing_is_told_without_a_reference(
+    emps2015: GeneratedAxis,
+) -> None:
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    (columns,) = records(machine, _reference(), 1, 5)
+    columns = {name: each for name, each in columns.items() if name != "reference"}
+    result = identify(emps2015, read_record(columns, emps2015), methods=["idm-ls"])
+    check = next(c for c in result.verdict if c.name == "least squares against instruments")
+    assert check.status == "not evaluated"
+    assert "no reference" in check.meaning
+    assert result.diagnosis.noise_biases == {}

@@ -138,7 +138,7 @@ _OPTIONS = (
         "--between",
         metavar="ROLE=HOW,...",
         help="What a measured velocity, acceleration or force is between its values, where they "
-        "are written in every few rows alone: spline, linear or held.",
+        "are written in every few samples alone: spline, linear or held.",
     ),
     click.option(
         "--resample", metavar="HZ|auto", help="Uneven or different times onto an even grid."

@@ -76,12 +76,21 @@ def test_what_is_wrong_is_told_with_what_to_do(
     assert advice in check.note.worded(as_options)
 
 
-def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record) -> None:
+@pytest.mark.parametrize("what", ["control", "position", "noise", "walk", "constant"])
+def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record, what: str) -> None:
     noise = np.random.default_rng(1).normal(0, SIZE, len(right))
-    check = motion_check(emps, replace(right, velocity=np.cumsum(noise) / 30), "velocity")
+    others = {
+        "control": right.control,
+        "position": right.position,
+        "noise": noise,
+        "walk": np.cumsum(noise) / 30,
+        "constant": 0.01 + 1e-9 * right.position,
+    }
+    check = motion_check(emps, replace(right, velocity=others[what]), "velocity")
     assert not isinstance(check, Missing)
     assert check is not None
     assert check.status == "fail"
+    assert "is not the position's derivative" in check.meaning
 
 
 def test_a_noisy_encoder_is_no_factor(emps: GeneratedAxis) -> None:
