@@ -15,6 +15,7 @@ from axisid.estimation.diagnostics.estimates import (
     delta_method_check,
     endogeneity_of,
     filter_bias,
+    forms_apart_check,
     forms_check,
     gain_check,
     ls_against_iv,
@@ -112,6 +113,9 @@ def _coarse_positions(case: Case) -> Check | Missing | None:
 
 def _forms(case: Case) -> Check | Missing:
     by_instruments = bool(case.noise_biases)
+    inverse, direct = case.estimates.get("idm-ls"), case.estimates.get("ddm-ls")
+    if isinstance(case.attenuation, Missing) and inverse is not None and direct is not None:
+        return forms_apart_check(inverse, direct, by_instruments=by_instruments)
     return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
