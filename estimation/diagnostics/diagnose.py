@@ -20,6 +20,7 @@ from axisid.estimation.diagnostics.estimates import (
     gain_check,
     ls_against_iv,
     precision,
+    second_opinion_check,
     self_test,
     within_bounds,
 )
@@ -53,6 +54,7 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
+from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis, preferred_method
 from .joined import joined
 from .records_alike import alike_check, repeated_check
@@ -99,11 +101,12 @@ def _strength(case: Case) -> Check | Missing:
 def _against_instruments(case: Case) -> Check | Missing:
     if isinstance(case.beside, Missing):
         return case.beside
-    alone = case.beside is not None
-    ls, iv = case.estimates.get("idm-ls"), case.beside or case.estimates.get("idm-iv")
-    ls = case.preferred if alone else ls
+    beside = case.beside
+    ls, iv = case.estimates.get("idm-ls"), beside or case.estimates.get("idm-iv")
+    ls = ls if beside is None else without_instruments(case.estimates)
+    alone = ls is not None and ls is case.preferred
     biases = case.noise_biases.get(ls.method, {}) if ls else {}
-    endogeneity = endogeneity_of(iv) if alone else case.endogeneity
+    endogeneity = case.endogeneity if beside is None else endogeneity_of(beside)
     return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
 
 
@@ -121,6 +124,14 @@ def _forms(case: Case) -> Check | Missing:
 
 def _self_test(case: Case) -> Check | Missing:
     return self_test(case.estimates.get("idm-iv"), case.estimates.get("ddm-iv"))
+
+
+def _second_opinion(case: Case) -> Check | Missing | None:
+    found, didim = case.second_opinion, case.estimates.get("didim")
+    laws = [part.law for part in case.parts]
+    checked = [law for law in laws if not isinstance(law, Missing)]
+    law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
+    return second_opinion_check(found, didim, law_passed=law_passed)
 
 
 def _excitation(case: Case) -> Check:
@@ -259,6 +270,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
+        Diagnostic(name="second opinion", check=_second_opinion, rank=8),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),

@@ -1,7 +1,7 @@
 """What was measured of a result, each thing once: what checks look at, and what is kept of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from axisid.estimation.checks import Check
@@ -38,6 +38,7 @@ from axisid.estimation.noise import (
     NoiseBias,
     attenuation,
     noise_biases,
+    second_opinion,
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
@@ -47,7 +48,7 @@ from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .beside import instruments_beside, is_alone
+from .beside import instruments_beside, without_instruments
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -222,10 +223,10 @@ class Case:
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
-        """By physical parameter."""
+        """By physical parameter, of the motion that the regressor is made of."""
         if self.has_parts:
-            return excitation_of_several(self.problem, self.preferred.physical)
-        data, physical = self.data, self.preferred.physical
+            return excitation_of_several(self.regressed, self.preferred.physical)
+        data, physical = self.regressed.data[0], self.preferred.physical
         every = InverseForm(data.axis).at(physical).equations(data.signals)
         return excitation(
             data.axis,
@@ -235,6 +236,16 @@ class Case:
             physical,
             Reach.of(data.signals, every, data.kept),
         )
+
+    @cached_property
+    def regressed(self) -> Problem:
+        """The problem with the motion of the judged regressor, measured or the loops'."""
+        problem, estimate = self.problem, self.preferred
+        if not estimate.by_output_error:
+            return problem
+        loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
+        data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
+        return replace(problem, data=tuple(data))
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
@@ -301,10 +312,9 @@ class Case:
 
     @cached_property
     def beside(self) -> Estimate | Missing | None:
-        """Instruments beside least squares that was asked for alone; None where there are some."""
-        if not is_alone(self.estimates):
-            return None
-        return instruments_beside(self.problem, self.preferred)
+        """Instruments beside least squares that has none; None where there is nothing of both."""
+        ls = without_instruments(self.estimates)
+        return None if ls is None else instruments_beside(self.problem, ls)
 
     @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
@@ -313,6 +323,17 @@ class Case:
             return {}
         found = {} if self.beside is None else {self.beside.method: self.beside}
         return noise_biases({**self.estimates, **found})
+
+    @cached_property
+    def second_opinion(self) -> Mapping[str, NoiseBias] | Missing | None:
+        """Instruments less DIDIM by parameter, or why not; None where they are not there both."""
+        iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
+        if iv is None or didim is None:
+            return None
+        if self.weak:
+            return Missing("the instruments are too weak to tell")
+        found = second_opinion(iv, didim)
+        return found or Missing("the two are not of the same rows")
 
     @cached_property
     def attenuation(self) -> Attenuation | Missing:
@@ -340,17 +361,18 @@ class Case:
         loop, quiet = loop_without_noise(self.preferred), self.quiet
         if loop is not None and quiet is not None:
             return loop.regressor, quiet.reduce(quiet.signals.force)
-        Z, simulated = self.preferred.Z, self.preferred.simulated
+        Z, simulated = self.preferred.loop_rows, self.preferred.simulated
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None
         return Z, simulated
 
 
 def preferred_method(estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: by instruments where there are any, inverse model first."""
+    """The method that is judged: instruments, else output error, inverse model first."""
 
-    def preference(method: str) -> tuple[bool, bool]:
+    def preference(method: str) -> tuple[bool, bool, bool]:
         estimate = estimates[method]
-        return estimate.Z is None, isinstance(estimate.form, DirectForm)
+        measured = estimate.loop_rows is None
+        return measured, estimate.by_output_error, isinstance(estimate.form, DirectForm)
 
     return min(estimates, key=preference)

@@ -28,3 +28,4 @@ from .motion import bounds_note as bounds_note
 from .motion import conditioning as conditioning
 from .motion import precision as precision
 from .motion import within_bounds as within_bounds
+from .second_opinion import second_opinion_check as second_opinion_check

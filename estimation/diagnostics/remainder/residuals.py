@@ -81,6 +81,7 @@ def residuals_against_motion(
     lag = row - (len(relative) - 1) // 2
     names = [q.label for q in estimate.form.quantities]
     of = "instrument" if estimate.Z is not None else "regressor's column"
+    of = "simulated column" if estimate.by_output_error else of
     return Check(
         name="residuals against the motion",
         status=passed(nothing, matters=_are_noticeable(estimate) and not explained),

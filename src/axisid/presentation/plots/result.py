@@ -226,8 +226,8 @@ def _drawn(sweep: Sweep) -> list[_MethodStyle]:
     kinds = {}
     for method in sweep.methods:
         estimate = next(found for found in sweep.estimates(method) if found is not None)
-        with_instruments = estimate.Z is not None
-        kinds[method] = with_instruments, not with_instruments and not estimate.is_direct
+        by_loop = estimate.loop_rows is not None
+        kinds[method] = by_loop, not by_loop and not estimate.is_direct
     further, free = cycle(_FURTHER), dict(_TONES)
     return [
         _MethodStyle(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
