@@ -9,6 +9,7 @@ from axisid.estimation.diagnostics.estimates import (
     Endogeneity,
     Excitation,
     InstrumentTests,
+    coarse_positions,
     endogeneity_of,
     excitation,
     excitation_of_several,
@@ -20,11 +21,14 @@ from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
     LawCheck,
+    MotionComparison,
     alignment_of,
     check_law,
+    compared_motions,
     force_timing,
     law_in_time,
 )
+from axisid.estimation.diagnostics.remainder import loop_without_noise, tests_of_residuals
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
@@ -76,6 +80,8 @@ class Diagnosis(Presentable, Exact):
         Least squares less instruments of the same form, by method and physical parameter.
     attenuation : Attenuation or Missing
         The two forms of least squares against each other.
+    motions : mapping of str to MotionComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
@@ -91,6 +97,7 @@ class Diagnosis(Presentable, Exact):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
     attenuation: Attenuation | Missing = NO_ATTENUATION
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
 
@@ -107,6 +114,8 @@ class RecordDiagnosis:
         The checks that are of one record.
     apart : Apart or Missing
         The record alone beside all.
+    motions : mapping of str to MotionComparison or Missing
+        As of a `Diagnosis`.
     """
 
     law: LawCheck | Missing
@@ -114,6 +123,7 @@ class RecordDiagnosis:
     lack_of_fit: LackOfFit | None
     verdict: tuple[Check, ...]
     apart: Apart | Missing
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,7 +219,7 @@ class Case:
     @cached_property
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
-        return self.preferred.residual_tests
+        return tests_of_residuals(self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -239,21 +249,48 @@ class Case:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, or why it cannot be measured."""
+        """The delay of the force, or why it cannot be measured.
+
+        Of the two motions of a record with a measured velocity that which tells it better: noise
+        and ripple of a tachometer hide a delay, which is looked for in its own check.
+        """
+        measured = self._aligned(self.data, self.quiet)
+        data, quiet = self.data.by_position, self.quiet
+        if data is None or isinstance(measured, Missing):
+            return measured
+        derived = self._aligned(data, quiet and quiet.by_position)
+        if isinstance(derived, Missing) or not derived.deviation < measured.deviation:
+            return measured
+        return derived
+
+    def _aligned(self, data: FilteredRecord, quiet: FilteredRecord | None) -> Alignment | Missing:
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
+            return alignment_of(data, self.preferred.physical, self._instruments, quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+        """A measured velocity and acceleration beside what is differentiated, by role."""
+        return compared_motions(self.data.record)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
 
+    @cached_property
+    def coarse(self) -> Check | Missing | None:
+        """Whether the steps of a logged position move the judged estimate; None where not asked."""
+        told = self.has_parts or bool(self.noise_biases)
+        return None if told else coarse_positions(self.data, self.preferred)
+
     @property
     def is_explained(self) -> bool:
         """Whether something is named that residuals are made of: checks of these count it once."""
-        law = self.law
+        law, coarse = self.law, self.coarse
+        if isinstance(coarse, Check) and coarse.status == "fail":
+            return True
         return (not isinstance(law, Missing) and not law.passed) or any(
             is_named(lack) or lack.parameter
             for part in self.parts
@@ -321,6 +358,9 @@ class Case:
     @property
     def _instruments(self) -> tuple[Array, Array] | None:
         """Of the inverse model; a direct model's serve another left side."""
+        loop, quiet = loop_without_noise(self.preferred), self.quiet
+        if loop is not None and quiet is not None:
+            return loop.regressor, quiet.reduce(quiet.signals.force)
         Z, simulated = self.preferred.loop_rows, self.preferred.simulated
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None

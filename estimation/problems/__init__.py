@@ -18,6 +18,8 @@ from .filter_bias import slopes_by_gain as slopes_by_gain
 from .following_bias import noise_free_following as noise_free_following
 from .problem import Problem as Problem
 from .problem import adding as adding
+from .rounded_position import moved_by_rounding as moved_by_rounding
+from .rounded_position import position_step as position_step
 from .solver import ByInstruments as ByInstruments
 from .solver import ByOutputError as ByOutputError
 from .solver import Solver as Solver

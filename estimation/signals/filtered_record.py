@@ -22,7 +22,7 @@ from .prefilter import Prefilter
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, force_of, paired_with_force
-from .without_turns import Information
+from .without_turns import Information, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
@@ -90,7 +90,8 @@ class FilteredRecord(Exact):
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
+        asked = prefilter.reversals is None and not searches_friction(axis)
+        if asked and without_turns.shows_too_little:
             return kept
         return without_turns
 
@@ -106,6 +107,14 @@ class FilteredRecord(Exact):
         """The record without the samples near the reversals and rests of another motion, (N,)."""
         velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
+
+    @property
+    def by_position(self) -> "FilteredRecord | None":
+        """The record without what else of its motion was measured; None where there is nothing."""
+        record = self.record
+        if record.integrated or record.motion == ("position",):
+            return None
+        return replace(self, record=replace(record, velocity=None, acceleration=None))
 
     def keeping_reversals(self) -> "FilteredRecord":
         """The record with the samples near reversals and rests."""

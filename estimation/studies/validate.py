@@ -207,21 +207,26 @@ def _validation(
     except (ModelError, DataError, EstimationError) as error:
         by_rows = None if by_loop else again(rows=rows, instruments=None)
         return replace(found, reason=error.note, reestimate=by_rows)
-    off, tracking = _positions(data, loops)
     instruments = regressor if by_loop else None
     if is_output_error(estimate.method):  # whose rows are the loop's
         frozen = replace(rows, intercept=intercept, regressor=regressor)
         found = _by_equations(estimate, frozen, theta, data)
         rows, instruments = _by_output_error(estimate, data) or frozen, None
-    return replace(
+    found = replace(
         found,
         simulation_error_percent=relative_error_percent(
             rows.left - regressor @ theta - intercept, rows.left
         ),
+        reestimate=again(rows=rows, instruments=instruments),
+    )
+    if data.record.integrated:  # the velocity's integral drifts away from where the axis was
+        return found
+    off, tracking = _positions(data, loops)
+    return replace(
+        found,
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        reestimate=again(rows=rows, instruments=instruments),
     )
 
 
@@ -276,7 +281,7 @@ def _by_equations(
 
 def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
     """The same error on the estimate's own records, where they and their loops are there."""
-    if not own:
+    if not own or any(data.record.integrated for data in own):
         return None
     try:
         pairs = [
