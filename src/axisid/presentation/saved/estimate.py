@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.estimates import Iterate, NamedValues, Value, derived_value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
@@ -60,8 +61,13 @@ class SavedEstimate(Presentable):
 
     @property
     def method(self) -> str:
-        """``idm-ls``, ``ddm-ls``, ``idm-iv`` or ``ddm-iv``."""
+        """``idm-ls``, ``ddm-ls``, ``idm-iv``, ``ddm-iv`` or ``didim``."""
         return self.document.method
+
+    @property
+    def by_output_error(self) -> bool:
+        """Whether the regressor was the simulated loop's; see `Estimate.by_output_error`."""
+        return is_output_error(self.method)
 
     @property
     def chosen(self) -> str:
