@@ -1,7 +1,7 @@
 """The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -140,6 +140,7 @@ class GeneratedAxis:
             Its name.
         *arguments : array_like, (N,)
             One per argument, all of one length; the parameter vector, (p,), where one is taken.
+            Recorded signals, in the axis's order, stand before a vector and after all else.
 
         Returns
         -------
@@ -162,10 +163,16 @@ class GeneratedAxis:
                 output[part] = by_sample(out.full(), part.stop - part.start)
         return outputs
 
-    def force_by_gain(self, control: Array, position: Array, velocity: Array) -> Array:
-        """Slope of the drive's force by the logarithm of its gain at N samples, (N,)."""
+    def force_by_gain(
+        self, control: Array, position: Array, velocity: Array, recorded: Sequence[Array] = ()
+    ) -> Array:
+        """Slope of the drive's force by the logarithm of its gain at N samples, (N,).
+
+        By control, motion, and the recorded signals in the axis's order.
+        """
         q = self.axis.coordinate
         given = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
+        given |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
         (slopes,) = evaluate(drive_force_by_gain(self.axis), given).values()
         return slopes[:, 0]
 
@@ -240,7 +247,7 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 
 def _is_uniform(model: AxisModel) -> bool:
     """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
-    q, law = model.axis.coordinate, model.axis.control
+    q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols
     expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
         (model.acceleration, (q.symbol, q.velocity), DIRECTION)
     ]
@@ -249,7 +256,7 @@ def _is_uniform(model: AxisModel) -> bool:
         expressions.append((model.axis.drive.force, of_drive, DIRECTION))
         expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
     return all(
-        not expression.diff(variable).free_symbols & {*variables, direction}
+        not expression.diff(variable).free_symbols & {*variables, direction, *recorded}
         for expression, variables, direction in expressions
         for variable in variables
     )

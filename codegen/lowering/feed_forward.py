@@ -40,7 +40,7 @@ class FeedForward:
     constants : tuple of Constant
         The parameters, in the axis's order.
     motion : mapping of str to str
-        Unit of position, velocity and acceleration, by name.
+        Unit of position, velocity and acceleration, and of recorded signals, by name.
     force : Program
         From the motion and the parameters.
     force_about : str
@@ -112,6 +112,7 @@ def feed_forward(
             q.name: q.unit,
             f"{q.velocity}": f"{q.unit}/s",
             f"{q.acceleration}": f"{q.unit}/s^2",
+            **{signal.name: signal.unit for signal in axis.signals},
         },
         force=_force(model, dead_zone),
         force_about=f"Force in {q.force_unit} that the motion needs. The friction direction is the "
@@ -124,9 +125,10 @@ def feed_forward(
 def _force(model: AxisModel, dead_zone: float) -> Program:
     builder, q = Builder(), model.axis.coordinate
     motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
+    recorded = [builder.scalar(signal.name) for signal in model.axis.signals]
     parameters = builder.vector("parameters", [p.name for p in model.axis.parameters])
     direction = _direction(builder, motion[1], dead_zone)
-    arguments = (*((index,) for index in (*motion, direction)), parameters)
+    arguments = (*((index,) for index in (*motion, direction, *recorded)), parameters)
     (tau,) = builder.inline(inverse_dynamics(model), *arguments)["tau"]
     builder.output("tau", [[tau]])
     return builder.program("feedforward", "Force that the motion needs.")
@@ -144,7 +146,8 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
 def _control(model: AxisModel) -> Program:
     drive, q = model.axis.drive, model.axis.coordinate
     builder = Builder()
-    signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]
+    read = (FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
+    signals = [(builder.scalar(s.name),) for s in read]
     (control,) = builder.inline(drive_control(model), *signals)["control"]
     builder.output("control", [[within(drive.limit, builder, control)]])
     return builder.program("control", "Control for a force.")

@@ -207,11 +207,11 @@ def _expected(parameter: Parameter, natural: float) -> str:
 
 
 def _natural(axis: GeneratedAxis, unit: str, reach: Reach) -> float:
-    mass, length, time, current = (float(e) for e in parse_unit(unit).exponents)
+    mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
     rotary = axis.axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
     lengths, times = length - (2 if rotary else 1) * mass, time + 2 * mass
-    if current or (rotary and lengths):
+    if current or warmth or (rotary and lengths):
         return np.inf
     with np.errstate(all="ignore"):
         speed, push = np.float64(reach.velocity), np.float64(reach.acceleration)

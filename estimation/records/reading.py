@@ -61,7 +61,8 @@ def read_record(
         Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
         its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
         (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
-        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``).
+        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``). The
+        signals that the axis declares are roles of their names.
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
         ``"reference"``, over what the axis says.
@@ -155,11 +156,15 @@ def _record(
             splined=("position", "reference")
             + (("injected",) if found.injected_at == "reference" else ()),
             edges=edges(windows),
+            held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
     )
+    signals = {signal.name for signal in axis.signals} if axis is not None else set()
+    roles = {role: values for role, values in laid.columns.items() if role not in signals}
     return Record(
         time=laid.time,
-        **laid.columns,
+        **roles,
+        signals={name: values for name, values in laid.columns.items() if name in signals},
         injected_at=found.injected_at,
         sample_period=laid.period,
         segments=laid.segments,

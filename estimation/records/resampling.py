@@ -20,6 +20,8 @@ from .repairs import Span, adjoining, gaps_repair
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
+_SPLINES, _LINES, _HELD = "by cubic splines", "by straight lines", "held"
+_ROUNDING = 1e-6  # of a step: times are sums
 _SPLINED = ("position", "reference")  # by cubic splines, what else there is by straight lines
 
 
@@ -62,6 +64,7 @@ def resample(
     stated: float | None = None,
     splined: Sequence[str] = _SPLINED,
     edges: Sequence[float] | Array = (),
+    held: Sequence[str] = (),
 ) -> Laid:
     """Resample columns, each with its own clock.
 
@@ -83,6 +86,8 @@ def resample(
         Roles that go on smoothly between their samples.
     edges : sequence of float
         Times between windows, s, where the log is cut anyway.
+    held : sequence of str
+        Signals that keep their value until their next sample.
 
     Raises
     ------
@@ -136,7 +141,7 @@ def resample(
         )
     columns = {
         role: np.concatenate(
-            [_onto(grid, piece, clocks[role], s, smooth=role in splined) for piece, grid in kept]
+            [_onto(grid, piece, clocks[role], s, _way(role, splined, held)) for piece, grid in kept]
         )
         for role, s in samples.items()
     }
@@ -144,7 +149,7 @@ def resample(
     masked = np.zeros(len(time), dtype=bool)
     for role, mask in masks.items():
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-    repairs = [_told(samples, clocks, time, chosen, splined)]
+    repairs = [_told(samples, clocks, time, chosen, splined, held)]
     if split:
         lost = sum(
             b[0] - a[1] - 1 / own for a, b in pairwise(covered) if not _between(edges, a[1], b[0])
@@ -226,17 +231,26 @@ def _grid(start: float, stop: float, period: float) -> Array:
 
 
 def _onto(
-    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, *, smooth: bool
+    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, way: str
 ) -> Array:
     """A column at the times of a grid, from its samples in and just around a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
-    if not smooth or len(time) < _FEWEST:
+    if way == _HELD:
+        close = _ROUNDING * float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        before = np.searchsorted(time, grid + close, "right") - 1
+        return np.asarray(values[np.maximum(before, 0)], dtype=float)
+    if way == _LINES or len(time) < _FEWEST:
         return np.interp(grid, time, values)
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(time, values)(grid), dtype=float)
+
+
+def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> str:
+    """How a column runs between its samples."""
+    return _SPLINES if role in splined else _HELD if role in held else _LINES
 
 
 def _told(
@@ -245,11 +259,12 @@ def _told(
     time: Array,
     rate: float,
     splined: Sequence[str],
+    held: Sequence[str],
 ) -> Repair:
-    by_lines = [role for role in samples if role not in splined]
-    how = f"{', '.join(role for role in samples if role in splined)} by cubic splines"
-    if by_lines:
-        how += f", {', '.join(by_lines)} by straight lines"
+    ways: dict[str, list[str]] = {_SPLINES: []}
+    for role in samples:
+        ways.setdefault(_way(role, splined, held), []).append(role)
+    how = ", ".join(f"{', '.join(roles)} {way}" for way, roles in ways.items())
     rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}
     taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
     text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"

@@ -188,7 +188,7 @@ class InverseForm(Form):
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
-        row, known = self.axis.rows("idm_regressor", *motion, *about)
+        row, known = self.axis.rows("idm_regressor", *motion, *s.recorded, *about)
         return Equations(left=s.force, known=known[:, 0], regressor=row)
 
     def at(self, physical: Array) -> "InverseForm":
@@ -226,7 +226,8 @@ class DirectForm(Form):
     def equations(self, signals: Signals) -> Equations:
         """Acceleration by the direct regressor."""
         s = signals
-        row, known = self.axis.rows("ddm_regressor", s.position, s.velocity, s.force, s.direction)
+        motion = (s.position, s.velocity, s.force, s.direction)
+        row, known = self.axis.rows("ddm_regressor", *motion, *s.recorded)
         return Equations(left=s.acceleration, known=known[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:

@@ -15,6 +15,8 @@ from .neighbours import Index as Index
 from .neighbours import Neighbours as Neighbours
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation
+from .recorded import beside_motion as beside_motion
+from .recorded import recorded_signals as recorded_signals
 from .reversals import near_turns as near_turns
 from .reversals import rest_below as rest_below
 from .sampled_filter import SampledFilter as SampledFilter

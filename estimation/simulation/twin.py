@@ -1,6 +1,7 @@
 """The twin: a simulated record of an axis whose parameters are known."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +56,7 @@ def twin_record(
     seed: int | None = None,
     injected: ArrayLike | None = None,
     injected_at: str | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
 ) -> Record:
     """Simulate the axis's own experiment with its true parameters.
 
@@ -71,6 +73,8 @@ def twin_record(
         A test signal, one value for each sample of the experiment.
     injected_at : str, optional
         What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
+    signals : mapping of str to (N,) array_like, optional
+        The recorded signals that the axis declares, likewise.
 
     Raises
     ------
@@ -116,6 +120,7 @@ def twin_record(
         start=float(reference[0]),
         position_noise=noise,
         injected=added if place == "control" else None,
+        signals=signals,
     )
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),
@@ -124,6 +129,7 @@ def twin_record(
         control=loop.control,
         injected=added,
         injected_at=place,
+        signals=dict(zip((s.name for s in declared.signals), loop.recorded, strict=True)),
         sample_period=law.period,
         provenance=Provenance(
             source=f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "

@@ -1,6 +1,6 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -24,7 +24,7 @@ class RoleColumns:
 
     Of the columns that only the axis declares, the time may be missing where the period is given or
     the file has clocks of its own, the reference and a test signal always, and the control where
-    there is a force.
+    there is a force. The signals that the axis declares may not.
     """
 
     def __init__(
@@ -159,12 +159,13 @@ def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
     """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
-    _check_requested(requested)
+    roles = ROLES if axis is None else axis.roles
+    _check_requested(requested, roles)
     declared = dict(axis.columns) if axis is not None else {}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
     unfit: dict[str, str] = {}
-    for role in ROLES:
+    for role in roles:
         wanted = requested.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
         if name is None and ":" in wanted:
@@ -175,7 +176,7 @@ def _choose(
             chosen[role] = (name, unit.strip(), role in requested)
         elif holds := table.holds(wanted):
             unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
-        elif role in requested or role in declared or role in _NEEDED:
+        elif role in requested or role in declared or role in _NEEDED or role not in ROLES:
             missing[role] = wanted
     if unfit:
         raise DataError(
@@ -190,12 +191,12 @@ def _choose(
     return chosen, tuple(without.values())
 
 
-def _check_requested(requested: Mapping[str, object]) -> None:
+def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> None:
     """Refuse roles that there are not, and columns that are no text."""
     for role, column in requested.items():
-        if role not in ROLES:
+        if role not in roles:
             raise UsageError(
-                f"{role!r} is no role of a column; the roles are {', '.join(ROLES)}.",
+                f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
                 code="unknown-role",
             )
         if not isinstance(column, str):

@@ -302,7 +302,7 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         start=start,
         position_noise=noise,
         injected=1e3 * noise,
-        signals=(*FIELDS, "direction_before"),
+        wanted=(*FIELDS, "direction_before"),
         threads=threads,
     )
     assert not batch.failures
