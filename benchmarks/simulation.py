@@ -255,12 +255,14 @@ def measure(times: int) -> dict[str, float]:
         figures["virtual_machine_over_single"] = machine / single
         prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
         result = identify(axis, record, prefilter, ["idm-iv"])["idm-iv"]
-        fit, floor = medians(
+        fit, with_intervals, floor = medians(
             lambda: identify(axis, record, prefilter, ["idm-iv"]),
+            lambda: identify(axis, record, prefilter, ["idm-iv"])["idm-iv"].parameters,
             identification_floor(hand, record, len(result.iterates) - 1),
             times=times,
         )
         figures["identify_over_floor"] = fit / floor
+        figures["identify_with_intervals_over_floor"] = with_intervals / floor
         shares = profile_shares(lambda: identify(axis, record, prefilter, ["idm-iv"]))
         figures |= {f"identify_share_{part}": share for part, share in shares.items()}
         figures["generate_cold_s"] = float(
@@ -271,6 +273,7 @@ def measure(times: int) -> dict[str, float]:
         )
         figures["single_ms"], figures["batch_ms_per_simulation"] = 1e3 * single, 1e3 * batch / 64
         figures["identify_ms"] = 1e3 * fit
+        figures["identify_with_intervals_ms"] = 1e3 * with_intervals
     return figures
 
 

@@ -7,6 +7,7 @@ Knows nothing of methods, of verdicts and of how it is shown.
 from .covariances import COVARIANCES as COVARIANCES
 from .estimate import Estimate as Estimate
 from .estimate import alike_corrected as alike_corrected
+from .inference import Inference as Inference
 from .iterate import Iterate as Iterate
 from .iterate import NotSimulated as NotSimulated
 from .part import part_of as part_of

@@ -1,7 +1,7 @@
 """What an estimator returns."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,12 +24,14 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import Neighbours
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
+from axisid.support.deferred import Deferred
 from axisid.support.errors import UsageError
 from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
 
+from .inference import Inference
 from .iterate import Iterate, NotSimulated
 from .value import NamedValues, Value, derived_value, value_with_interval
 
@@ -52,16 +54,12 @@ class Estimate(Presentable, Exact):
     theta : (k,) array
         In the regression's own parameters.
     physical : (p,) array
-    covariances : dict of str to (p, p) array
-        Of `physical`, by name: ``iid``, ``robust`` and ``hac``; by the delta method for a
-        direct model.
     jacobian : (p, k) array
         Of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
-    ddm_covariances : dict of str to (m, m) array
     freedom, ddm_freedom : dict of str to array
-        Degrees of freedom of the variances in these, (p,) and (m,).
+        Degrees of freedom of the variances in the covariances, (p,) and (m,).
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
@@ -91,8 +89,6 @@ class Estimate(Presentable, Exact):
         Of X as it is, not scaled.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
-    covariance_names : dict of str to str
-        What each covariance is, with lags and corrections, for the notes of a table.
     remarks : tuple of Note
         What the user should know about this estimate.
     chosen : str
@@ -101,16 +97,10 @@ class Estimate(Presentable, Exact):
         The same as what it assumes of residuals, with its lags if it has any.
     gain_relative_sd : float
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
-    gain_slopes : (p,) array or None
-        Of the physical parameters by the logarithm of the gain; None where it is exact.
-    theta_gain_slopes : (k,) array or None
-        The same of the regression's own parameters.
-    noise_free : NoiseFree or None
-        The rows of the loops simulated with the estimate, behind the same filter: from the records'
-        references, or following them where they have none. None where they could not be simulated,
-        or move otherwise than the records.
     weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
+    deferred : Deferred of Inference
+        Covariances, the filter's bias and the gain's part; see `inference`.
     """
 
     method: str
@@ -118,10 +108,8 @@ class Estimate(Presentable, Exact):
     quantities: tuple[Quantity, ...]
     theta: Array
     physical: Array
-    covariances: Mapping[str, Array]
     jacobian: Array
     ddm_quantities: tuple[Quantity, ...]
-    ddm_covariances: Mapping[str, Array]
     freedom: Mapping[str, Array]
     ddm_freedom: Mapping[str, Array]
     y: Array
@@ -137,19 +125,55 @@ class Estimate(Presentable, Exact):
     simulation_error_percent: float | None
     condition_number: float
     iterates: tuple[Iterate, ...]
-    covariance_names: Mapping[str, str]
     remarks: tuple[Note, ...]
     covariance_model: Covariance
+    deferred: Deferred[Inference]
     times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
-    gain_slopes: Array | None = None
-    theta_gain_slopes: Array | None = None
-    noise_free: NoiseFree | None = None
     weights: Array | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
+
+    @property
+    def inference(self) -> Inference:
+        """How far the estimate may be from the truth: worked out when it is first asked for."""
+        return self.deferred.value
+
+    def with_inference(self, **changed: Any) -> "Estimate":
+        """The same estimate, of which other covariances, bias or slopes are known."""
+        return replace(self, deferred=Deferred.of(replace(self.inference, **changed)))
+
+    @property
+    def covariances(self) -> Mapping[str, Array]:
+        """Of the physical parameters, (p, p) each, by name; see `Inference`."""
+        return self.inference.covariances
+
+    @property
+    def covariance_names(self) -> Mapping[str, str]:
+        """What each covariance is, for notes."""
+        return self.inference.covariance_names
+
+    @property
+    def ddm_covariances(self) -> Mapping[str, Array]:
+        """Of the direct model's parameters, (m, m) each; empty for an inverse model."""
+        return self.inference.ddm_covariances
+
+    @property
+    def gain_slopes(self) -> Array | None:
+        """Of the physical parameters by the logarithm of the gain, (p,)."""
+        return self.inference.gain_slopes
+
+    @property
+    def theta_gain_slopes(self) -> Array | None:
+        """Of the regression's own parameters by the logarithm of the gain, (k,)."""
+        return self.inference.theta_gain_slopes
+
+    @property
+    def noise_free(self) -> NoiseFree | None:
+        """Rows of the loops simulated with the estimate; see `Inference`."""
+        return self.inference.noise_free
 
     @property
     def is_direct(self) -> bool:
@@ -343,7 +367,7 @@ class Estimate(Presentable, Exact):
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""
-        if self.ddm_covariances:
+        if self.is_direct:
             return self.ddm_covariances[name]
         if np.array_equal(self.jacobian, np.eye(len(self.theta))):
             return self.covariances[name]

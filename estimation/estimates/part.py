@@ -43,9 +43,8 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         simulated=_span(estimate.simulated, span),
         equation_error_percent=relative_error_percent(estimate.residuals[span], estimate.y[span]),
         simulation_error_percent=_simulation_error(estimate, span),
-        noise_free=_noise_free(estimate.noise_free, span),
         weights=None,
-    )
+    ).with_inference(noise_free=_noise_free(estimate.noise_free, span))
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
         return replace(
@@ -87,13 +86,13 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     if quiet is not None:
         columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))
         quiet = replace(quiet, regressor=columns, bias=slopes @ quiet.bias)
+    by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
     return replace(
         part,
         form=own,
         quantities=axis.parameters,
         theta=physical,
         physical=physical,
-        covariances={name: delta_method(c, slopes) for name, c in part.covariances.items()},
         jacobian=np.eye(len(physical)),
         freedom={
             name: np.min(np.where(slopes != 0, freedom, np.inf), axis=1)
@@ -103,7 +102,9 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         Z=Z,
         condition_number=condition_number(X),
         iterates=(),
-        gain_slopes=None if part.gain_slopes is None else slopes @ part.gain_slopes,
-        theta_gain_slopes=None if part.gain_slopes is None else slopes @ part.gain_slopes,
+    ).with_inference(
+        covariances={name: delta_method(c, slopes) for name, c in part.covariances.items()},
+        gain_slopes=by_gain,
+        theta_gain_slopes=by_gain,
         noise_free=quiet,
     )

@@ -1,32 +1,18 @@
-"""From a problem and a method to an estimate: fit, map, covariances, bias and remarks."""
+"""From a problem and a method to an estimate: fit, map, covariances and remarks."""
 
-from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from axisid.estimation.estimates import COVARIANCES, Estimate, NotSimulated
-from axisid.estimation.problems import (
-    NoiseFree,
-    Problem,
-    confirmed,
-    encoder_error,
-    noise_free,
-    noise_free_at,
-    noise_free_following,
-    settled_noise_free,
-    slopes_by_gain,
-)
+from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
+    Applied,
     Covariance,
     DirectForm,
     Form,
-    Solution,
-    StepsError,
     condition_number,
     delta_method,
-    encoder_step,
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds.estimates import (
@@ -35,9 +21,11 @@ from axisid.estimation.thresholds.estimates import (
     NO_RELATION,
 )
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.deferred import Deferred
+from axisid.support.errors import EstimationError
 from axisid.support.remedy import Note
 
+from .fitted_point import FittedPoint, gain_relative_sd, own
 from .known_spread import known_spread
 from .method import Fit, Method
 
@@ -68,38 +56,32 @@ def estimate_by(
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
     models = {name: COVARIANCES[name].covariance(lags) for name in reversed(COVARIANCES)}
-    covariances = _covariances(method, fit, models, known_spread(problem, fit))
-    names = {name: c.describe(solution) for name, c in models.items()}
-    at = form.at(physical)
-    first = _noise_free(at, problem, fit, physical)
-    stepped = _encoder_error(first, at, problem, fit, physical, covariances["hac"])
-    for name in covariances:
-        if stepped is not None and COVARIANCES[name].allows_autocorrelation:
-            covariances[name] = covariances[name] + stepped.covariance
-            names[name] += _and_steps(stepped, problem)
-    mapped = {name: _mapped(method, form, c, jacobian) for name, c in covariances.items()}
-    freedom = {name: model.freedom(solution) for name, model in models.items()}
+    applied = _applied(method, fit, models, known_spread(problem, fit), jacobian)
+    freedom = {name: each.freedom for name, each in applied.items()}
     direct = isinstance(form, DirectForm)
-    model = models[covariance]
-    deviations = np.sqrt(np.maximum(np.diag(mapped[covariance]), 0.0))
-    residuals = own(solution.residuals, weights)
-    plain = replace(solution, residuals=residuals)
-    quiet = _settled(first, at, problem, fit, plain, physical, deviations, model)
-    slopes = _slopes(at, problem, fit)
+    residuals, left = own(solution.residuals, weights), own(y, weights)
+    point = FittedPoint(
+        problem=problem,
+        fit=fit,
+        form=form.at(physical),
+        physical=physical,
+        jacobian=jacobian,
+        applied=applied,
+        model=models[covariance],
+        chosen=covariance,
+    )
     remarks = (*_remarks(problem, fit), *fit.remarks, *_outside_bounds(form, physical))
-    left, simulated = own(y, weights), fit.simulated
+    simulated = fit.simulated
     if not isinstance(simulated, NotSimulated):
         simulated = own(simulated, weights)
     return Estimate(
         method=method.name,
-        form=at,
+        form=point.form,
         quantities=form.physical_quantities,
         theta=solution.theta,
         physical=physical,
-        covariances=mapped,
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
-        ddm_covariances=covariances if direct else {},
         freedom={name: _fewest(f, jacobian) for name, f in freedom.items()},
         ddm_freedom=freedom if direct else {},
         y=left,
@@ -118,44 +100,35 @@ def estimate_by(
         else relative_error_percent(left - simulated, left),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
-        covariance_names=names,
         remarks=tuple(map(Note.of, remarks)),
-        covariance_model=model,
+        covariance_model=models[covariance],
         chosen=covariance,
-        gain_relative_sd=_gain_relative_sd(problem),
-        gain_slopes=slopes[0],
-        theta_gain_slopes=slopes[1],
-        noise_free=quiet,
+        gain_relative_sd=gain_relative_sd(problem),
+        deferred=Deferred(point.inference),
         weights=weights,
     )
 
 
-def own(values: Array, weights: Array | None) -> Array:
-    """Rows, (n,) or (n, k), as they were before each was weighted."""
-    if weights is None:
-        return values
-    return values / (weights if values.ndim == 1 else weights[:, None])
-
-
-def _covariances(
-    method: Method, fit: Fit, models: dict[str, Covariance], known: Array | None
-) -> dict[str, Array]:
-    """Of the regression's own parameters, by name; refused where the residuals are not finite.
+def _applied(
+    method: Method,
+    fit: Fit,
+    models: dict[str, Covariance],
+    known: Array | None,
+    jacobian: Array,
+) -> dict[str, Applied]:
+    """Covariances of the regression's own parameters, by name; refused where they are not finite.
 
     To each is added what comes of values that are known with a deviation, (k, k).
     """
     y = fit.measured.left
     if not (float(y @ y) > 0 and np.all(np.isfinite(fit.solution.residuals))):
         raise _not_finite(method, fit.form)
-    found = {name: covariance.matrix(fit.solution) for name, covariance in models.items()}
-    return found if known is None else {name: matrix + known for name, matrix in found.items()}
-
-
-def _mapped(method: Method, form: Form, covariance: Array, jacobian: Array) -> Array:
-    mapped = delta_method(covariance, jacobian)
-    if not np.all(np.isfinite(mapped)):
-        raise _not_finite(method, form)
-    return mapped
+    found = {name: covariance.applied(fit.solution) for name, covariance in models.items()}
+    if not all(np.all(np.isfinite(delta_method(a.matrix, jacobian))) for a in found.values()):
+        raise _not_finite(method, fit.form)
+    if known is None:
+        return found
+    return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
 
 
 def _fewest(freedom: Array, jacobian: Array) -> Array:
@@ -171,95 +144,10 @@ def _not_finite(method: Method, form: Form) -> EstimationError:
     )
 
 
-def _gain_relative_sd(problem: Problem) -> float:
-    """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
-    measured = all(data.record.force is not None for data in problem.data)
-    estimated = problem.layout is not None and problem.layout.gain is not None
-    return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
-
-
 def _row_times(problem: Problem) -> Array | None:
     """Of rows that are not the period times their number, since their record's first sample."""
     times = [data.row_times for data in problem.data]
     return times[0] if len(times) == 1 else problem.stacked(lambda data: data.times_of_rows)
-
-
-def _noise_free(form: Form, problem: Problem, fit: Fit, physical: Array) -> NoiseFree | None:
-    """What the filter makes of the estimate's own loop; None where there is none that follows."""
-    if fit.follows:
-        with suppress(DataError, EstimationError):  # rows of a simulated record may not be solved
-            return noise_free(form, problem, fit.loops, physical, fit.instruments)
-    return None
-
-
-def _settled(
-    first: NoiseFree | None,
-    form: Form,
-    problem: Problem,
-    fit: Fit,
-    solution: Solution,
-    physical: Array,
-    deviations: Array,
-    covariance: Covariance,
-) -> NoiseFree | None:
-    """The same where it leads, or by a loop that follows the record; None where there is none."""
-    if not fit.follows:
-        return _noise_free_following(form, problem, fit, physical, deviations)
-    if first is None:
-        return None
-    with suppress(DataError, EstimationError):  # nor those of another loop
-        found_at = partial(noise_free_at, form, problem, instruments=fit.instruments)
-        quiet = settled_noise_free(first, found_at, physical, deviations)
-        return quiet if quiet is first else confirmed(quiet, solution, covariance)
-    return None
-
-
-def _noise_free_following(
-    form: Form, problem: Problem, fit: Fit, physical: Array, deviations: Array
-) -> NoiseFree | None:
-    """The same of loops that follow records without a reference; None where there are none."""
-    alone = len(problem.data) == 1 and problem.layout is None
-    if alone and problem.data[0].record.reference is None:
-        with suppress(ModelError, DataError, EstimationError):
-            found_at = partial(noise_free_following, form, problem, fit.measured.left)
-            first = found_at(physical)
-            return first and settled_noise_free(first, found_at, physical, deviations)
-    return None
-
-
-def _slopes(form: Form, problem: Problem, fit: Fit) -> tuple[Array | None, Array | None]:
-    """What the gain moves the estimate by, and the regression's parameters."""
-    if _gain_relative_sd(problem):
-        with suppress(DataError, EstimationError):  # nor those of another gain
-            return slopes_by_gain(form, problem, fit.solution, fit.instruments)
-    return None, None
-
-
-def _encoder_error(
-    quiet: NoiseFree | None,
-    form: Form,
-    problem: Problem,
-    fit: Fit,
-    physical: Array,
-    covariance: Array,
-) -> StepsError | None:
-    """What the encoder's steps do, against a covariance (k, k) of the fit."""
-    if quiet is None:
-        return None
-    deviations = np.sqrt(np.diag(covariance))
-    with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
-        return encoder_error(form, problem, quiet, physical, fit.instruments, deviations)
-    return None
-
-
-def _and_steps(stepped: StepsError, problem: Problem) -> str:
-    """What a covariance holds besides, for notes."""
-    steps = [encoder_step(problem.axis, data.record) for data in problem.data]
-    unit = problem.axis.axis.coordinate.unit
-    return (
-        f", with what {stepped.loops} simulated loops have by an encoder's steps of "
-        f"{max(steps):.3g} {unit}"
-    )
 
 
 def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:

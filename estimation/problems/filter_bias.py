@@ -101,6 +101,12 @@ def noise_free(
         Of the estimate; None for least squares.
     """
     rows, solution = _of_loops(form, problem, loops, instruments)
+    return _noise_free(form, problem, rows, solution, physical)
+
+
+def _noise_free(
+    form: Form, problem: Problem, rows: Equations, solution: Solution, physical: Array
+) -> NoiseFree:
     weights = problem.row_weights
     by_row = 1.0 if weights is None else weights
     return NoiseFree(
@@ -243,12 +249,11 @@ def noise_free_at(
 ) -> NoiseFree | None:
     """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
     at = form.at(physical)
-    loops, known, right = problem.simulated(at, physical)
+    rows, solution = _of_loops(at, problem, problem.loops(at, physical), instruments)
     left = problem.rows(at).left
-    error = relative_error_percent(left - known - right @ at.regressed(physical), left)
-    if error >= MAX_SIMULATION_ERROR.value:
+    if relative_error_percent(left - rows.left, left) >= MAX_SIMULATION_ERROR.value:
         return None
-    return noise_free(at, problem, loops, physical, instruments)
+    return _noise_free(at, problem, rows, solution, physical)
 
 
 def slopes_by_gain(

@@ -162,20 +162,24 @@ class Problem:
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
         """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        every: list[tuple[Simulation, ...]] = []
-        rights = []
-        for i, data in enumerate(self.data):
-            own = form.own(physical, i)
-            every.append(simulated_loops(data.axis, data.record, own))
-            right = simulated_right(form.of_record(i), every[-1], own, data)
+        loops, rights = self.loops(form, physical), []
+        for i, (data, of_one) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
+            right = simulated_right(form.of_record(i), of_one, form.own(physical, i), data)
             known, regressor = form.placed(i, *right)
             if self.weights:
                 known, regressor = self.weights[i] * known, self.weights[i] * regressor
             rights.append((known, regressor))
-        loops = tuple(loop for of_one in every for loop in of_one)
         if len(rights) == 1:
             return loops, *rights[0]
         return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+
+    def loops(self, form: Form, physical: Array) -> tuple[Simulation, ...]:
+        """The loops simulated with an estimate, one for each segment of each record."""
+        return tuple(
+            loop
+            for i, data in enumerate(self.data)
+            for loop in simulated_loops(data.axis, data.record, form.own(physical, i))
+        )
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
         """Simulated loops, one for each segment, by the record that they are of."""

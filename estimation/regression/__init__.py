@@ -4,6 +4,7 @@ In: `Signals`. Out: `Equations`, `Solution`, `Covariance`.
 Knows nothing of verdicts.
 """
 
+from .covariance import Applied as Applied
 from .covariance import Classical as Classical
 from .covariance import Covariance as Covariance
 from .covariance import Hac as Hac

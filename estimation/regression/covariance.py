@@ -36,6 +36,32 @@ class Covariance(ABC):
     def describe(self, solution: Solution) -> str:
         """Name with lags and small-sample correction, for notes."""
 
+    def applied(self, solution: Solution) -> "Applied":
+        """All of these of one solution."""
+        return Applied(
+            matrix=self.matrix(solution),
+            freedom=self.freedom(solution),
+            description=self.describe(solution),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Applied:
+    """A covariance of a solution.
+
+    Attributes
+    ----------
+    matrix : (k, k) array
+    freedom : (k,) array
+        Degrees of freedom of each variance.
+    description : str
+        Name with lags and small-sample correction.
+    """
+
+    matrix: Array
+    freedom: Array
+    description: str
+
 
 @dataclass(frozen=True, slots=True)
 class PublishedCovariance(Covariance):
@@ -135,21 +161,25 @@ class Hac(Covariance):
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
-        products = partial(score_products, _scores(solution), solution.neighbours)
-        total = self.long_run(products, len(solution.residuals)).covariance
-        return _correction(solution, corrected=self.corrected) * total
+        return self.applied(solution).matrix
 
     def freedom(self, solution: Solution) -> Array:
         """See `Covariance.freedom`; fewer where many lags count or the scores are sluggish."""
-        products = partial(score_products, _scores(solution), solution.neighbours)
-        found = self.long_run(products, len(solution.residuals)).freedom
-        return np.minimum(found, Covariance.freedom(self, solution))
+        return self.applied(solution).freedom
 
     def describe(self, solution: Solution) -> str:
         """See `Covariance.describe`."""
+        return self.applied(solution).description
+
+    def applied(self, solution: Solution) -> "Applied":
+        """See `Covariance.applied`: the long-run covariance is worked out once."""
         products = partial(score_products, _scores(solution), solution.neighbours)
         found = self.long_run(products, len(solution.residuals))
-        return f"{found.description}{_named_correction(corrected=self.corrected)}"
+        return Applied(
+            matrix=_correction(solution, corrected=self.corrected) * found.covariance,
+            freedom=np.minimum(found.freedom, Covariance.freedom(self, solution)),
+            description=f"{found.description}{_named_correction(corrected=self.corrected)}",
+        )
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> "LongRun":
         """The long-run covariance of scores, from their products up to so many lags.
@@ -247,8 +277,8 @@ class LongRun:
 
 def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
-    pairs = (neighbours.pairs(lag) for lag in range(lags + 1))
-    return np.array([scores[late].T @ scores[early] for late, early in pairs])
+    placed = neighbours.on_grid(scores, lags + 1)
+    return np.array([placed[lag:].T @ placed[: len(placed) - lag] for lag in range(lags + 1)])
 
 
 def _autoregression(products: Array) -> Array:

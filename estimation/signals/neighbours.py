@@ -89,11 +89,11 @@ class Neighbours:
         the time between them.
         """
         steps = np.diff(self.places)
-        steps = np.where(steps < _APART, steps, self.lengths.max(initial=0) + 1)
-        places = np.concatenate([[0], np.cumsum(steps)])
-        filled = np.zeros(int(places[-1]) + 1)
-        filled[places] = values
-        return filled
+        return _filled(values, np.where(steps < _APART, steps, self.lengths.max(initial=0) + 1))
+
+    def on_grid(self, values: Array, reach: int) -> Array:
+        """Values, (n, k), at their places, with zeros between; no two rows further than a reach."""
+        return values if self.whole else _filled(values, np.minimum(np.diff(self.places), reach))
 
     def pairs(self, lag: int, first: int = 0) -> tuple[Index, Index]:
         """Rows that are a lag after others, and those others.
@@ -112,3 +112,11 @@ class Neighbours:
         found = np.searchsorted(self.places, wanted)
         there = self.places[found] == wanted
         return np.flatnonzero(there) + first, found[there]
+
+
+def _filled(values: Array, steps: NDArray[np.int64]) -> Array:
+    """Values, (n,) or (n, k), so many places apart, and zeros between."""
+    places = np.concatenate([[0], np.cumsum(steps)])
+    filled = np.zeros((int(places[-1]) + 1, *values.shape[1:]))
+    filled[places] = values
+    return filled

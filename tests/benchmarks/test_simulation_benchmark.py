@@ -18,6 +18,7 @@ CONTRACT = {
     "scipy_over_single",
     "virtual_machine_over_single",
     "identify_over_floor",
+    "identify_with_intervals_over_floor",
     "generate_cold_s",
     "load_warm_ms",
 }

@@ -4,10 +4,12 @@ A constant force, a ripple, a term that is missing, a parameter that changes: ea
 to do about it, the element to declare or the cut-off to take.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
@@ -284,11 +286,21 @@ def _over_position(preferred: Estimate, signals: Signals, residuals: Array) -> L
     travel = float(np.ptp(position))
     most = min(2 * _MOST_CYCLES, int(travel / max(apart, travel / (2 * _MOST_CYCLES))))
     frequencies = np.arange(1, most) / (2 * travel)
-    waves = np.exp(-2j * np.pi * np.outer(frequencies, position))
     values = residuals[:: max(len(rows) // _MOST_ROWS, 1)]
-    return _line(
-        frequencies, np.abs(waves @ values) ** 2, values, MIN_RIPPLE_FREQUENCY.value / travel
-    )
+    power = np.abs(_transform(values, position / (2 * travel), most)[1:]) ** 2
+    return _line(frequencies, power, values, MIN_RIPPLE_FREQUENCY.value / travel)
+
+
+def _transform(values: Array, places: Array, count: int) -> NDArray[np.complex128]:
+    """``sum_n v_n exp(-2 pi i k x_n)`` for k = 0 to before a count, of places x in any order.
+
+    With ``k = a K + b`` the wave is one of a times one of b: about two roots of the count of
+    exponentials a place, in place of the count.
+    """
+    coarse = math.isqrt(max(count - 1, 0)) + 1
+    by_a = np.exp(-2j * np.pi * np.outer(np.arange(-(-count // coarse)) * coarse, places))
+    by_b = np.exp(-2j * np.pi * np.outer(np.arange(coarse), places))
+    return np.asarray(((by_a * values) @ by_b.T).ravel()[:count], dtype=np.complex128)
 
 
 def _line(frequencies: Array, power: Array, values: Array, lowest: float) -> Line | None:

@@ -1,7 +1,6 @@
 """Functions of the parameters: values, units, uncertainty, and what cannot be read."""
 
 import warnings
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -146,8 +145,8 @@ def test_deep_exponentials_end_at_once_in_a_sentence(estimate: Estimate) -> None
 
 
 def test_covariance_that_is_not_a_number_stays_so(estimate: Estimate) -> None:
-    lost = replace(
-        estimate, covariances={name: np.nan * c for name, c in estimate.covariances.items()}
+    lost = estimate.with_inference(
+        covariances={name: np.nan * c for name, c in estimate.covariances.items()}
     )
     value = lost.derive("3*M")
     assert np.isnan([value.sd, value.sd_robust, value.sd_hac, *value.interval]).all()
@@ -170,8 +169,8 @@ def test_any_text_gives_a_value_or_a_sentence(text: str) -> None:
 
 
 def test_function_that_bends_within_the_uncertainty_warns(estimate: Estimate) -> None:
-    loose = replace(
-        estimate, covariances={name: 1e6 * c for name, c in estimate.covariances.items()}
+    loose = estimate.with_inference(
+        covariances={name: 1e6 * c for name, c in estimate.covariances.items()}
     )
     with pytest.warns(RuntimeWarning, match="second-order part"):
         loose.derive("1/Fv")

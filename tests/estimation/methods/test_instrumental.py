@@ -89,7 +89,8 @@ def test_an_estimate_that_cannot_be_simulated_is_an_objection(fitted: Estimate) 
     check = following(lost, 0.0)
     assert check.status == "fail"
     assert check.meaning.endswith("recorded can: it is too stiff")
-    untried = replace(lost, simulated=NotSimulated("it has no law"), noise_free=None)
+    untried = replace(lost, simulated=NotSimulated("it has no law"))
+    untried = untried.with_inference(noise_free=None)
     assert following(untried, 0.0) == filter_bias(untried, has_reversals=True) == untried.simulated
 
 

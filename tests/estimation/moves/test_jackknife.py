@@ -1,7 +1,5 @@
 """The band is the jackknife's, exact for each group, and shown where noise is not what scatters."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -17,7 +15,7 @@ def result(emps: GeneratedAxis) -> Identification:
 
 
 def test_estimates_without_a_group_are_those_of_the_other_rows(result: Identification) -> None:
-    estimate = replace(result["idm-ls"], noise_free=None)
+    estimate = result["idm-ls"].with_inference(noise_free=None)
     for by, labels in groupings(result.data, estimate.rows.astype(np.intp)):
         names = np.unique(labels)
         others = [

@@ -17,7 +17,7 @@ def result(emps: GeneratedAxis) -> Identification:
 
 
 def split(result: Identification, residuals: Array) -> LackOfFit:
-    estimate = replace(result["idm-ls"], residuals=residuals, noise_free=None)
+    estimate = replace(result["idm-ls"], residuals=residuals).with_inference(noise_free=None)
     found = lack_of_fit(estimate, result.data)
     assert found is not None
     return found

@@ -173,7 +173,7 @@ def test_a_correction_that_the_corrected_loop_confirms_is_no_fault(valve: Identi
 def test_a_correction_that_was_not_found_again_is_one(valve: Identification) -> None:
     estimate, quiet = valve.preferred, valve.preferred.noise_free
     assert quiet is not None
-    found_once = replace(estimate, noise_free=replace(quiet, settled=False))
+    found_once = estimate.with_inference(noise_free=replace(quiet, settled=False))
     check = filter_bias(found_once, has_reversals=True)
     assert isinstance(check, Check)
     assert check.status == "fail"

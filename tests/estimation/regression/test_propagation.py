@@ -20,8 +20,7 @@ def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
 
 def widened(estimate: Estimate, factor: float) -> Estimate:
     """The same estimate with deviations that many times as large."""
-    return replace(
-        estimate,
+    return estimate.with_inference(
         ddm_covariances={n: factor**2 * c for n, c in estimate.ddm_covariances.items()},
         covariances={n: factor**2 * c for n, c in estimate.covariances.items()},
     )
@@ -139,8 +138,7 @@ def test_draws_are_in_the_table_and_in_json(result: Identification) -> None:
 
 
 def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification) -> None:
-    lost = replace(
-        result["ddm-iv"],
+    lost = result["ddm-iv"].with_inference(
         ddm_covariances={n: np.nan * c for n, c in result["ddm-iv"].ddm_covariances.items()},
     )
     drawn = lost.propagate("M", draws=20)

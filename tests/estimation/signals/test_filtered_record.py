@@ -65,7 +65,7 @@ def test_a_filter_that_cannot_serve_the_record_is_refused_when_it_is_bound(
 def test_one_identification_low_passes_each_motion_once(
     emps2015: GeneratedAxis, record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The record's, the loop's that says where it turns, and each of the four estimates'."""
+    """The record's and the loop's that says where it turns; of intervals, each estimate's loop."""
     filtered: list[Array] = []
     motion = SampledFilter.motion
 
@@ -78,6 +78,8 @@ def test_one_identification_low_passes_each_motion_once(
     monkeypatch.setattr(SampledFilter, "motion", counted)
     result = identify(emps2015, record, result_filter)
     assert len(result) == 4
+    assert len(filtered) == 2
+    assert all(result[method].parameters for method in result)
     assert len(filtered) == 6
     assert result.diagnosis.verdict
     assert len(filtered) == 8  # the judged loop once more for its delay, and for what it lacks

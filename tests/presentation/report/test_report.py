@@ -188,7 +188,9 @@ def test_a_small_deviation_keeps_its_digits(result: Identification) -> None:
     estimate = result["idm-iv"]
     sure = {name: 1e-10 * c for name, c in estimate.covariances.items()}
     text = Page(
-        report_html(replace(result, estimates={"idm-iv": replace(estimate, covariances=sure)}))
+        report_html(
+            replace(result, estimates={"idm-iv": estimate.with_inference(covariances=sure)})
+        )
     )
     relative = 1e-5 * estimate.parameters["M"].relative_deviation_percent
     assert relative < 0.005

@@ -1,0 +1,172 @@
+"""From a fit to how far it may be from the truth: what further simulated loops tell of it."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from axisid.estimation.estimates import COVARIANCES, Inference
+from axisid.estimation.problems import (
+    NoiseFree,
+    Problem,
+    confirmed,
+    encoder_error,
+    noise_free,
+    noise_free_at,
+    noise_free_following,
+    settled_noise_free,
+    slopes_by_gain,
+)
+from axisid.estimation.regression import (
+    Applied,
+    Covariance,
+    DirectForm,
+    Form,
+    StepsError,
+    delta_method,
+    encoder_step,
+)
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, EstimationError, ModelError
+
+from .method import Fit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedPoint:
+    """A fit at its point, with what its solution alone tells of its error.
+
+    Attributes
+    ----------
+    problem : Problem
+    fit : Fit
+    form : Form
+        At `physical`.
+    physical : (p,) array
+    jacobian : (p, k) array
+        Of these by the regression's own parameters.
+    applied : dict of str to Applied
+        The covariances of the regression's own parameters.
+    model : Covariance
+        The chosen one.
+    chosen : str
+    """
+
+    problem: Problem
+    fit: Fit
+    form: Form
+    physical: Array
+    jacobian: Array
+    applied: Mapping[str, Applied]
+    model: Covariance
+    chosen: str
+
+    def inference(self) -> Inference:
+        """What filter, encoder and gain do to the estimate, and its covariances with that."""
+        # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
+        with np.errstate(all="ignore"):
+            first = self._noise_free()
+            stepped = self._encoder_error(first)
+            covariances = {name: self._with_steps(name, stepped) for name in self.applied}
+            mapped = {n: delta_method(c, self.jacobian) for n, c in covariances.items()}
+            deviations = np.sqrt(np.maximum(np.diag(mapped[self.chosen]), 0.0))
+            by_gain, theta_by_gain = self._slopes()
+            return Inference(
+                covariances=mapped,
+                covariance_names={n: self._name(n, stepped) for n in self.applied},
+                ddm_covariances=covariances if isinstance(self.form, DirectForm) else {},
+                gain_slopes=by_gain,
+                theta_gain_slopes=theta_by_gain,
+                noise_free=self._settled(first, deviations),
+            )
+
+    def _noise_free(self) -> NoiseFree | None:
+        """What the filter makes of the estimate's own loop; None where it does not follow."""
+        fit = self.fit
+        if fit.follows:
+            with suppress(DataError, EstimationError):  # a simulated record may not be solved
+                return noise_free(
+                    self.form, self.problem, fit.loops, self.physical, fit.instruments
+                )
+        return None
+
+    def _settled(self, first: NoiseFree | None, deviations: Array) -> NoiseFree | None:
+        """The same where it leads, or by a loop that follows the record; None if there is none."""
+        if not self.fit.follows:
+            return self._following(deviations)
+        if first is None:
+            return None
+        with suppress(DataError, EstimationError):  # nor those of another loop
+            instruments, solution = self.fit.instruments, self.fit.solution
+            found_at = partial(noise_free_at, self.form, self.problem, instruments=instruments)
+            quiet = settled_noise_free(first, found_at, self.physical, deviations)
+            if quiet is first:
+                return quiet
+            plain = replace(solution, residuals=own(solution.residuals, self.problem.row_weights))
+            return confirmed(quiet, plain, self.model)
+        return None
+
+    def _following(self, deviations: Array) -> NoiseFree | None:
+        """The same of loops that follow records without a reference; None if there are none."""
+        problem = self.problem
+        alone = len(problem.data) == 1 and problem.layout is None
+        if alone and problem.data[0].record.reference is None:
+            with suppress(ModelError, DataError, EstimationError):
+                left = self.fit.measured.left
+                found_at = partial(noise_free_following, self.form, problem, left)
+                first = found_at(self.physical)
+                return first and settled_noise_free(first, found_at, self.physical, deviations)
+        return None
+
+    def _slopes(self) -> tuple[Array | None, Array | None]:
+        """What the gain moves the estimate by, and the regression's parameters."""
+        if gain_relative_sd(self.problem):
+            with suppress(DataError, EstimationError):  # nor those of another gain
+                fit = self.fit
+                return slopes_by_gain(self.form, self.problem, fit.solution, fit.instruments)
+        return None, None
+
+    def _encoder_error(self, quiet: NoiseFree | None) -> StepsError | None:
+        """What the encoder's steps do, against the HAC covariance of the fit."""
+        if quiet is None:
+            return None
+        deviations = np.sqrt(np.diag(self.applied["hac"].matrix))
+        with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
+            return encoder_error(
+                self.form, self.problem, quiet, self.physical, self.fit.instruments, deviations
+            )
+        return None
+
+    def _with_steps(self, name: str, stepped: StepsError | None) -> Array:
+        matrix = self.applied[name].matrix
+        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
+            return matrix
+        return np.asarray(matrix + stepped.covariance, dtype=float)
+
+    def _name(self, name: str, stepped: StepsError | None) -> str:
+        """A covariance with what it holds besides, for notes."""
+        said = self.applied[name].description
+        if stepped is None or not COVARIANCES[name].allows_autocorrelation:
+            return said
+        steps = [encoder_step(self.problem.axis, data.record) for data in self.problem.data]
+        unit = self.problem.axis.axis.coordinate.unit
+        return (
+            f"{said}, with what {stepped.loops} simulated loops have by an encoder's steps of "
+            f"{max(steps):.3g} {unit}"
+        )
+
+
+def gain_relative_sd(problem: Problem) -> float:
+    """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
+    measured = all(data.record.force is not None for data in problem.data)
+    estimated = problem.layout is not None and problem.layout.gain is not None
+    return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
+
+
+def own(values: Array, weights: Array | None) -> Array:
+    """Rows, (n,) or (n, k), as they were before each was weighted."""
+    if weights is None:
+        return values
+    return values / (weights if values.ndim == 1 else weights[:, None])
