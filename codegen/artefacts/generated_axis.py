@@ -11,12 +11,18 @@ import sympy
 from numpy.typing import ArrayLike
 
 from axisid.codegen.accuracy import evaluate
-from axisid.codegen.lowering import drive_force_by_gain
+from axisid.codegen.lowering import drive_force_by_gain, over_time
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import VECTORS, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
-from axisid.modeling.quantities import CONTROL, DIRECTION, MEASURED_POSITION, MEASURED_VELOCITY
+from axisid.modeling.quantities import (
+    CONTROL,
+    DIRECTION,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    TIME,
+)
 from axisid.modeling.wording import describe_direction, describe_loss
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
@@ -175,6 +181,14 @@ class GeneratedAxis:
         given |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
         (slopes,) = evaluate(drive_force_by_gain(self.axis), given).values()
         return slopes[:, 0]
+
+    def experiment_signals(self, time: Array) -> dict[str, Array]:
+        """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
+        experiment = self.axis.experiment
+        if experiment is None or not experiment.signals:
+            return {}
+        found = evaluate(over_time(experiment.signals), {str(TIME): time})
+        return {name: np.array(np.broadcast_to(v[:, 0], time.shape)) for name, v in found.items()}
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
         """Apply a parameter map: the mapped vector and its Jacobian.

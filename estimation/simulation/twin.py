@@ -74,7 +74,7 @@ def twin_record(
     injected_at : str, optional
         What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
     signals : mapping of str to (N,) array_like, optional
-        The recorded signals that the axis declares, likewise.
+        The recorded signals that the axis declares, likewise; those of the experiment by default.
 
     Raises
     ------
@@ -112,6 +112,15 @@ def twin_record(
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
     added = None if injected is None else checked_signal(injected, reference, "the injected signal")
+    of_time = generated.experiment_signals(law.period * np.arange(float(len(reference))))
+    recorded = {**of_time, **(signals or {})}
+    if untold := [s.name for s in declared.signals if s.name not in recorded]:
+        raise UsageError(
+            f"axis {declared.name!r} has the recorded signals {', '.join(untold)}, and nothing "
+            "says what they are in its twin; give a record, signals=..., or declare them in the "
+            "experiment.",
+            code="twin-signals",
+        )
     loop = simulate(
         generated,
         np.array(truth),
@@ -120,7 +129,7 @@ def twin_record(
         start=float(reference[0]),
         position_noise=noise,
         injected=added if place == "control" else None,
-        signals=signals,
+        signals=recorded,
     )
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),

@@ -44,6 +44,10 @@ _FACTORS: Mapping[str, tuple[float, str]] = {
     **{s: (f, "m/s") for s, f in (("mm/s", 1e-3), ("m/min", 1 / 60), ("mm/min", 1e-3 / 60))},
     **{s: (f * _DEGREE, "rad/s") for s, f in (("deg/s", 1.0), ("°/s", 1.0))},
     **{s: (f, "rad/s") for s, f in (("rpm", _TURN / 60), ("rev/s", _TURN), ("1/min", _TURN / 60))},
+    **{s: (f, "Pa") for s, f in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("MPa", 1e6))},
+    **{s: (f, "Pa") for s, f in (("mbar", 1e2), ("bar", 1e5), ("psi", 6894.757293168361))},
+    **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("mm/s2", 1e-3), ("m/s2", 1.0))},
+    **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("deg/s2", 1.0))},
     "%": (1e-2, "1"),
 }
 

@@ -304,6 +304,14 @@ class Axis:
                     f"{', '.join(names)}.",
                     code="truth-names",
                 )
+        signals = [signal.name for signal in self.signals]
+        for name in self.experiment.signals if self.experiment else ():
+            if name not in signals:
+                raise ModelError(
+                    f"axis {self.name!r}: the experiment has the signal {name!r}; the signals are "
+                    f"{', '.join(signals) or 'none'}.",
+                    code="experiment-signal-names",
+                )
 
     def _check_units(self) -> None:
         try:

@@ -43,6 +43,7 @@ from .symbols import MEASURED_POSITION as MEASURED_POSITION
 from .symbols import MEASURED_VELOCITY as MEASURED_VELOCITY
 from .symbols import PERIOD as PERIOD
 from .symbols import REFERENCE as REFERENCE
+from .symbols import TIME as TIME
 from .symbols import Coordinate as Coordinate
 from .symbols import Parameter as Parameter
 from .symbols import Symbolic as Symbolic

@@ -24,6 +24,7 @@ from axisid.modeling.declaration import (
     newton,
 )
 from axisid.modeling.quantities import (
+    TIME,
     Constant,
     Coordinate,
     G,
@@ -140,12 +141,13 @@ def _axis(root: Table) -> Axis | None:
         "signals": signals,
     }
     dynamics = _dynamics(root, {**known, **unknown, **recorded, **moving} if moving else None)
+    drive = _drive(root, {**known, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
-        "drive": _drive(root, {**known, **recorded, **moving}) or Drive(gain=1.0),
+        "drive": drive,
         "control": read_control(root, recorded),
         "columns": _columns(root, list(recorded)),
         "injected_at": _injected_at(root),
-        "experiment": _experiment(root, list(unknown)),
+        "experiment": _experiment(root, list(unknown), list(recorded)),
     }
     if coordinate is None or parameters is None or signals is None or dynamics is None:
         return None
@@ -154,8 +156,8 @@ def _axis(root: Table) -> Axis | None:
     if axis is None and parts["control"] is not None:
         # A name that the control law shares hides what is wrong with the equation of motion.
         mistake = root.mistakes.pop()
-        alone = {**fields, "signals": _standing_in(signals, energies, parts["drive"])}
-        root.attempt("", lambda: declare(**alone, **energies, drive=parts["drive"]))
+        alone = {**fields, "signals": _standing_in(signals, energies, drive)}
+        root.attempt("", lambda: declare(**alone, **energies, drive=drive))
         root.mistakes += [mistake] if mistake not in root.mistakes else []
     return axis
 
@@ -321,11 +323,13 @@ def _column(table: Table, role: str) -> str:
     return "" if made is None else str(made)
 
 
-def _experiment(root: Table, names: list[str]) -> Experiment | None:
+def _experiment(root: Table, names: list[str], recorded: list[str]) -> Experiment | None:
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    table.only("moves", "back_and_forth", "truth", "position_noise", "seed")
+    table.only("moves", "back_and_forth", "truth", "position_noise", "seed", "signals")
+    signals = table.table("signals")
+    signals.only(*recorded)
     truth = table.table("truth")
     truth.only(*names)
     fields: dict[str, Any] = {
@@ -333,6 +337,11 @@ def _experiment(root: Table, names: list[str]) -> Experiment | None:
         "truth": {name: truth.number(name) for name in truth.values if name in names},
         "position_noise": table.number("position_noise"),
         "seed": table.whole("seed", 1),
+        "signals": {
+            name: signals.expression(name, {str(TIME): TIME})
+            for name in signals.values
+            if name in recorded
+        },
     }
     neutral = {"moves": (Move(1.0, 1.0, 1.0),)}
     return table.made(Experiment, fields, neutral, apart=("position_noise", "seed"))
