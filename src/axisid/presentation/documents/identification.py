@@ -95,6 +95,7 @@ def record_document(record: Record) -> WrittenRecord:
         samples_sha256=record.digest,
         injected_at=cast(Any, record.injected_at or UNSET),
         windows=record.windows or UNSET,
+        signals=tuple(record.signals) or UNSET,
     )
 
 

@@ -51,6 +51,8 @@ class SavedRecord:
         What a recorded test signal was added to.
     windows : tuple of (float, float)
         As of a `Record`.
+    signals : tuple of str
+        Names of the recorded signals.
     """
 
     provenance: Provenance
@@ -61,6 +63,7 @@ class SavedRecord:
     digest: str
     injected_at: str | None = None
     windows: tuple[tuple[float, float], ...] = ()
+    signals: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return self.samples
@@ -320,6 +323,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
         windows=written.windows or (),
+        signals=written.signals or (),
     )
 
 

@@ -68,7 +68,7 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         str,
         about(
             "Of the samples: of time, position, reference, control and force, as far as there are, "
-            "the role, then the values as 64-bit floats."
+            "the role, then the values as 64-bit floats; and of recorded signals the name."
         ),
     ]
     injected_at: Annotated[
@@ -78,6 +78,10 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     windows: Annotated[
         tuple[tuple[float, float], ...] | UnsetType,
         about("First and last time of each part of the log that was taken, s; not of a whole one."),
+    ] = UNSET
+    signals: Annotated[
+        tuple[str, ...] | UnsetType,
+        about("Names of the recorded signals that the axis declares, if there are any."),
     ] = UNSET
 
 
