@@ -88,10 +88,15 @@ def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> 
     """Signals of a log, (N,) each, where its law is evaluated, (M,) each.
 
     What is held from sample to sample of a log that is faster than the law enters by its mean until
-    the next evaluation.
+    the next evaluation, unless law or drive read it at the evaluation.
     """
+    read = axis.axis.sampled_signals
     return tuple(
-        clocks.mean_held(values) if declared.is_held else clocks.linear(values)
+        clocks.linear(values)
+        if not declared.is_held
+        else clocks.held(values)
+        if declared.name in read
+        else clocks.mean_held(values)
         for declared, values in zip(axis.axis.signals, signals, strict=True)
     )
 

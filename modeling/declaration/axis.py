@@ -261,6 +261,13 @@ class Axis:
             "the control law": frozenset() if self.control is None else self.control.signals,
         }
 
+    @property
+    def sampled_signals(self) -> frozenset[str]:
+        """Names of the signals that the law or the drive reads, once a sample of a sampled law."""
+        used = self._used_signals
+        law_and_drive = used["the control law"] | signals_in(self.drive.force, self.drive.inverse)
+        return frozenset(map(str, law_and_drive))
+
     def check_signals_used(self) -> None:
         """Refuse a signal that stands nowhere.
 
