@@ -293,8 +293,8 @@ def _changed_columns(record: Record, law: ControlLaw) -> Iterator[tuple[str, Rec
             yield f"the {role} times {scale:g}: check {what}", changed
     for name in _signals_of(law):
         for scale, what in _COLUMN_FAULTS.items():
-            scaled = {**record.signals, name: scale * record.signals[name]}
-            yield f"the {name} times {scale:g}: check {what}", replace(record, signals=scaled)
+            signals = {**record.signals, name: scale * record.signals[name]}
+            yield f"the {name} times {scale:g}: check {what}", replace(record, signals=signals)
     swapped = replace(record, position=reference, reference=position)
     yield "position and reference exchanged: check which column is which", swapped
 
