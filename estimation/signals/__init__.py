@@ -30,3 +30,4 @@ from .signals import force_of as force_of
 from .signals import paired_with_force as paired_with_force
 from .without_turns import Information as Information
 from .without_turns import dependence as dependence
+from .without_turns import of_signals as of_signals

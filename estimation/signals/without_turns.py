@@ -79,6 +79,17 @@ def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     return found
 
 
+def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on a recorded signal."""
+    regressor = axis.functions["idm_regressor"]
+    columns = np.arange(len(axis.parameters))
+    found = np.zeros(len(columns), dtype=bool)
+    for place in range(len(axis.axis.signals)):
+        rows, _ = regressor.jac_sparsity(0, len(_SIGNALS) + place).get_triplet()
+        found |= np.isin(columns, rows)
+    return found
+
+
 def _information(gram: Array) -> Array:
     """Of each parameter beside the others, (p,), from products of columns of size 1 or less."""
     inverse = np.linalg.inv(gram + _ALIKE * np.eye(len(gram)))
