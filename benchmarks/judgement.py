@@ -68,6 +68,10 @@ class Case:
         is far off.
     kept : bool
         Whether reversals are kept, which are else left out.
+    methods : tuple of str, optional
+        That are asked for; all by default.
+    has_reference : bool
+        Whether the reference is recorded.
     """
 
     machine: Machine
@@ -76,6 +80,8 @@ class Case:
     named: str = ""
     rightly: tuple[str, ...] = ()
     kept: bool = False
+    methods: tuple[str, ...] | None = None
+    has_reference: bool = True
 
 
 @dataclass(kw_only=True)
@@ -154,6 +160,17 @@ KEPT: dict[str, Case] = {
     ),
 }
 
+_QUIET_LOOPS = ("fine encoder", "white control noise", "force of 50 ms", "2 s of it", "sines")
+
+#: Of which least squares is asked for alone, and those without a reference.
+ALONE: dict[str, Case] = {
+    f"{name}, least squares": replace(RIGHT[name], methods=("idm-ls",)) for name in _QUIET_LOOPS
+}
+FREE: dict[str, Case] = {
+    f"{name}, no reference": replace(RIGHT[name], has_reference=False)
+    for name in (*_QUIET_LOOPS, "white position noise", "encoder of 5 um")
+}
+
 _STAGE = _with(force_noise=white(1.0))
 
 WRONG: dict[str, Case] = {
@@ -192,9 +209,13 @@ WRONG: dict[str, Case] = {
         named=r"position",
     ),
     "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp is 1\."),
+    "kv declared 10 % low": Case(machine=replace(_STAGE, kv=1.1 * 243.45), named=r"\bkv is 1\."),
+    "position noise, least squares": Case(
+        machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
+    ),
 }
 
-CASES = RIGHT | KEPT | WRONG
+CASES = RIGHT | KEPT | ALONE | FREE | WRONG
 
 
 def _moves() -> Array:
@@ -268,6 +289,10 @@ def _count(figures: Figures, result: Identification, truth: dict[str, float], na
         figures.unflagged[name] += missed and not bias.misses
 
 
+def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
+    return {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
+
+
 def _prefilter(record: Record, case: Case) -> Prefilter | None:
     suited = Prefilter.suited(record.period)
     return replace(suited, reversals="keep") if case.kept else None
@@ -285,8 +310,8 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
         for first in range(0, batch, together):
             columns = made[first : first + together]
             try:
-                given = [read_record(each, axis) for each in columns]
-                result = identify(axis, given, _prefilter(given[0], case))
+                given = [read_record(_recorded(each, case), axis) for each in columns]
+                result = identify(axis, given, _prefilter(given[0], case), case.methods)
             except AxisidError as error:
                 figures.runs += 1
                 figures.failed[f"refused: {type(error).__name__}"] += 1
@@ -339,7 +364,7 @@ def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
     if isinstance(held, dict):
         head = "held " + "  ".join(f"{n} {100 * v:.0f}" for n, v in held.items())
         head += f"  endogeneity rejected {100 * float(str(shares['rejected'])):.0f} %"
-    yield f"{kind:<6}{name:<28}{head}"
+    yield f"{kind:<6}{name:<36}{head}"
     yield from _of_least_squares(shares.get("least_squares"))
     failed = shares["failed"]
     assert isinstance(failed, dict)
@@ -367,7 +392,14 @@ def main() -> None:
     parser.add_argument("--together", type=int, default=1, help="records of each run (default 1)")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args()
-    tables = {"right": RIGHT, "kept": KEPT, "wrong": WRONG, "twin": LIBRARY}
+    tables = {
+        "right": RIGHT,
+        "kept": KEPT,
+        "alone": ALONE,
+        "free": FREE,
+        "wrong": WRONG,
+        "twin": LIBRARY,
+    }
     kinds = {kind: list(table) for kind, table in tables.items()}
     chosen = [
         (kind, name)

@@ -95,7 +95,7 @@ from axisid.estimation.regression import InverseForm, factor, least_squares
 
 form = InverseForm(generated)
 rows = form.equations(data.signals).reduced(data)
-solution = least_squares(rows.left - rows.known, factor(rows.regressor, generated.names))
+solution = least_squares(rows.left - rows.intercept, factor(rows.regressor, generated.names))
 print(
     type(rows).__name__,
     rows.regressor.shape,

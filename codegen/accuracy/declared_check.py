@@ -111,9 +111,9 @@ class _Check:
         )
         results = {"direct_dynamics": self._run("direct_dynamics")[0]}
         if "ddm_regressor" in self.programs:
-            row, known = self._run("ddm_regressor")
+            row, intercept = self._run("ddm_regressor")
             results["ddm_regressor"] = np.column_stack(
-                [row * self._run("ddm_from_physical")[0], known]
+                [row * self._run("ddm_from_physical")[0], intercept]
             )
         with np.errstate(invalid="ignore"):
             for name, parts in results.items():
@@ -125,8 +125,8 @@ class _Check:
 
     def _columns(self) -> Array:
         """What the inverse regressor adds up: its columns times their parameters, and the rest."""
-        row, known = self._run("idm_regressor")
-        return np.column_stack([row * self.declared.parameters, known])
+        row, intercept = self._run("idm_regressor")
+        return np.column_stack([row * self.declared.parameters, intercept])
 
     def _run(self, name: str) -> list[Array]:
         return list(evaluate(self.programs[name], self.declared.elements).values())

@@ -38,10 +38,10 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     controls = most * _SHARES
     motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
     motion |= {signal.name: _RECORDED for signal in axis.signals}
-    given = {**motion, str(CONTROL): controls}
-    force = _result(of_name["drive_force"], given)
+    arguments = {**motion, str(CONTROL): controls}
+    force = _result(of_name["drive_force"], arguments)
     if axis.drive.relative_sd:
-        _check_slope(model, given, force)
+        _check_slope(model, arguments, force)
     again = _result(of_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
     held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
@@ -57,16 +57,16 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     )
 
 
-def _check_slope(model: AxisModel, given: Mapping[str, Array], force: Array) -> None:
+def _check_slope(model: AxisModel, arguments: Mapping[str, Array], force: Array) -> None:
     """Compare the slope by the gain with what other gains make of the same controls."""
     axis, drive = model.axis, model.axis.drive
     more, less = (
-        _result(drive_force(_with_gain(model, scale * drive.gain)), given)
+        _result(drive_force(_with_gain(model, scale * drive.gain)), arguments)
         for scale in (1 + _STEP, 1 - _STEP)
     )
     with np.errstate(invalid="ignore"):  # forces beyond the largest number are left out below
         found = (more - less) / (2 * _STEP)
-    said = _result(drive_force_by_gain(axis), given)
+    said = _result(drive_force_by_gain(axis), arguments)
     size = np.fmax.reduce(np.abs([force, found, said]))
     held = (size > _LEAST) & np.isfinite(size)
     wrong = held & ~(np.abs(said - found) <= MAX_GAIN_SLOPE_DIFFERENCE.value * size)
@@ -74,9 +74,10 @@ def _check_slope(model: AxisModel, given: Mapping[str, Array], force: Array) -> 
         return
     i = int(np.argmax(wrong))
     raise ModelError(
-        f"axis {axis.name!r}: of a control of {given[str(CONTROL)][i]:.6g} {drive.unit} and per "
-        f"share of its gain the drive {type(drive).__name__} changes its force by {found[i]:.6g}, "
-        f"its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out relative_sd.",
+        f"axis {axis.name!r}: of a control of {arguments[str(CONTROL)][i]:.6g} {drive.unit} and "
+        f"per share of its gain the drive {type(drive).__name__} changes its force by "
+        f"{found[i]:.6g}, its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out "
+        "relative_sd.",
         code="force-by-gain-differs",
     )
 

@@ -69,7 +69,7 @@ class Oracle:
     """Evaluates expressions at one point; what they share is evaluated once."""
 
     def __init__(self, point: Mapping[sympy.Symbol, float]) -> None:
-        self._known: dict[sympy.Basic, Value] = {
+        self._values: dict[sympy.Basic, Value] = {
             symbol: Value(mpf(value), mpf(0)) for symbol, value in point.items()
         }
 
@@ -81,12 +81,12 @@ class Oracle:
         UndecidedError
             The point is at a jump, or a value in between is too large for a double.
         """
-        if node not in self._known:
+        if node not in self._values:
             found = self._value(node)
             if abs(found.exact) + found.error > _OVERFLOW:
                 raise UndecidedError
-            self._known[node] = found
-        return self._known[node]
+            self._values[node] = found
+        return self._values[node]
 
     def _value(self, node: sympy.Basic) -> Value:
         if node.is_Integer:
@@ -96,38 +96,38 @@ class Oracle:
         if isinstance(node, sympy.Piecewise):
             return self(next(pair.expr for pair in node.args if self._holds(pair.cond)))
         joined = joined_exponential(node) if node.is_Mul else None
-        given = [self(argument) for argument in joined or node.args]
+        operands = [self(argument) for argument in joined or node.args]
         if joined is not None:
-            return _product([given[0], _between(mp.exp, given[1])])
+            return _product([operands[0], _between(mp.exp, operands[1])])
         if node.is_Add:
-            exact, error = sum(v.exact for v in given), sum(v.error for v in given)
-            if len(given) > 2:  # sums in between may be as large as all terms
-                sizes = sum(abs(v.exact) + v.error for v in given)
-                return Value(exact, error + len(given) * _ROUNDING * sizes)
+            exact, error = sum(v.exact for v in operands), sum(v.error for v in operands)
+            if len(operands) > 2:  # sums in between may be as large as all terms
+                sizes = sum(abs(v.exact) + v.error for v in operands)
+                return Value(exact, error + len(operands) * _ROUNDING * sizes)
             return Value(exact, error + _ROUNDING * (abs(exact) + error))
         if node.is_Mul:
-            return _product(given)
-        return self._applied(node, *given)
+            return _product(operands)
+        return self._applied(node, *operands)
 
-    def _applied(self, node: sympy.Basic, *given: Value) -> Value:
-        first = given[0]
+    def _applied(self, node: sympy.Basic, *operands: Value) -> Value:
+        first = operands[0]
         if node.func in _MONOTONE:
-            return _between(_MONOTONE[node.func], *given)
+            return _between(_MONOTONE[node.func], *operands)
         if node.func in _WAVES:
             return _rounded(_WAVES[node.func](first.exact), min(first.error, mpf(2)))
         if isinstance(node, sympy.Abs):
             return Value(abs(first.exact), first.error)
         if isinstance(node, Max | Min):
             choose = max if isinstance(node, Max) else min
-            return Value(choose(v.exact for v in given), max(v.error for v in given))
+            return Value(choose(v.exact for v in operands), max(v.error for v in operands))
         if isinstance(node, sympy.sign):
             return Value(mpf(first.sign), mpf(0))
         if isinstance(node, sympy.Heaviside):
             return Value(mpf(1 + first.sign) / 2, mpf(0))
         if isinstance(node, sympy.atan2):
-            return self._angle(*given)
+            return self._angle(*operands)
         if node.is_Pow:
-            return _power(*given)
+            return _power(*operands)
         raise NotImplementedError(type(node))
 
     def _angle(self, y: Value, x: Value) -> Value:
@@ -149,18 +149,18 @@ class Oracle:
         return bool(condition.func(*held))
 
 
-def _product(given: Sequence[Value]) -> Value:
-    exact = mp.fprod(v.exact for v in given)
-    largest = mp.fprod(abs(v.exact) + v.error for v in given)
-    error = largest - abs(exact) + len(given) * (_ROUNDING * largest + _UNDERFLOW)
+def _product(operands: Sequence[Value]) -> Value:
+    exact = mp.fprod(v.exact for v in operands)
+    largest = mp.fprod(abs(v.exact) + v.error for v in operands)
+    error = largest - abs(exact) + len(operands) * (_ROUNDING * largest + _UNDERFLOW)
     return Value(exact, error)
 
 
-def _between(function: Callable[..., Real], *given: Value) -> Value:
+def _between(function: Callable[..., Real], *operands: Value) -> Value:
     """A function that changes most towards an end of each argument's interval."""
     try:
-        exact = function(*(v.exact for v in given))
-        reached = [function(*ends) for ends in product(*(v.ends for v in given))]
+        exact = function(*(v.exact for v in operands))
+        reached = [function(*ends) for ends in product(*(v.ends for v in operands))]
         return _rounded(exact, max(abs(r - exact) for r in reached))
     except (ValueError, TypeError, ZeroDivisionError) as error:  # beyond where it is defined
         raise UndecidedError from error

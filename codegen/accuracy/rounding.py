@@ -88,9 +88,9 @@ def _tried(operation: int, values: Array, bounds: Array) -> tuple[Array, Array]:
 
 def _evaluated(operation: int, operands: Array) -> Array:
     """An operation on (operands, tried, n) values: (tried, n)."""
-    given = [casadi.DM(each) for each in operands]
-    apply = casadi.DM.unary if len(given) == 1 else casadi.DM.binary
-    return np.asarray(apply(operation, *given).full())
+    matrices = [casadi.DM(each) for each in operands]
+    apply = casadi.DM.unary if len(matrices) == 1 else casadi.DM.binary
+    return np.asarray(apply(operation, *matrices).full())
 
 
 def _row_by_row(sparsity: Any) -> list[int]:

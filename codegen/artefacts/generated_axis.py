@@ -137,7 +137,7 @@ class GeneratedAxis:
         pairs = zip(self.parameters, parameters, strict=True)
         return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
 
-    def rows(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
+    def evaluate(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
         """Evaluate a function of scalars at N samples.
 
         Parameters
@@ -153,17 +153,17 @@ class GeneratedAxis:
         tuple of (N, columns) arrays
             One per output.
         """
-        library = self.native.rows(function)
+        library = self.native.evaluator(function)
         if library is not None:
-            return library.rows(function, arguments)
+            return library.evaluate(function, arguments)
         compiled = self._function(function)
-        given, samples = checked_arguments(function, compiled, arguments)
+        checked, samples = checked_arguments(function, compiled, arguments)
         names = compiled.name_in()
         outputs = tuple(np.empty((samples, compiled.numel_out(i))) for i in range(compiled.n_out()))
         for part in slices(samples):
             columns = [
                 a[:, None] if name in VECTORS else a[None, part]
-                for name, a in zip(names, given, strict=True)
+                for name, a in zip(names, checked, strict=True)
             ]
             for output, out in zip(outputs, compiled.call(columns), strict=True):
                 output[part] = by_sample(out.full(), part.stop - part.start)
@@ -177,9 +177,9 @@ class GeneratedAxis:
         By control, motion, and the recorded signals in the axis's order.
         """
         q = self.axis.coordinate
-        given = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
-        given |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
-        (slopes,) = evaluate(drive_force_by_gain(self.axis), given).values()
+        signals = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
+        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
+        (slopes,) = evaluate(drive_force_by_gain(self.axis), signals).values()
         return slopes[:, 0]
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
@@ -245,7 +245,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.known)),
+        has_direction=any(c.has(DIRECTION) for c in (*model.idm.columns, model.idm.intercept)),
         nonlinear=tuple(p.symbol in model.idm.nonlinear for p in axis.parameters),
         unidentifiable=tuple(map(describe_loss, model.unidentifiable)),
         functions=functions,

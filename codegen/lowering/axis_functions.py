@@ -73,7 +73,7 @@ def _idm_regressor(model: AxisModel) -> Program:
     if model.idm.nonlinear:
         arguments = arguments.vector("parameters", _parameters(model))
         about = "tau = row . parameters + known, linearised about the parameters."
-    builder = arguments.lower(row=[model.idm.columns], known=[[model.idm.known]])
+    builder = arguments.lower(row=[model.idm.columns], known=[[model.idm.intercept]])
     return builder.program("idm_regressor", about)
 
 
@@ -89,7 +89,7 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         return []
     row, mapping = model.ddm.regressor, model.parameter_map
-    builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.known]])
+    builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.intercept]])
     forward = Arguments().vector("parameters", mapping.parameters)
     programs = [
         builder.program("ddm_regressor", "ddq = row . ddm_parameters + known."),
@@ -150,8 +150,8 @@ def within(limit: float, builder: Builder, value: int) -> int:
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    known = {gain(name): builder.constant(value) for name, value in law.gains.items()}
-    return Lowering(builder, {**values, **known, PERIOD: builder.constant(law.period)})
+    gains = {gain(name): builder.constant(value) for name, value in law.gains.items()}
+    return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
 
 
 def _control_law(model: AxisModel, law: ControlLaw, *, injected: bool = False) -> Program:

@@ -120,9 +120,9 @@ class Lowering:
 
     def map_Symbol(self, node: sympy.Symbol) -> int:
         if node not in self._values:
-            known = ", ".join(sorted(map(str, self._values)))
+            there = ", ".join(sorted(map(str, self._values)))
             raise ModelError(
-                f"the symbol {node} has no value here; known are {known}.",
+                f"the symbol {node} has no value here; known are {there}.",
                 code="symbol-without-value",
             )
         return self._values[node]

@@ -65,17 +65,17 @@ class NativeLibrary:
         self._functions = functions
         self._runs = StoppableRuns()
 
-    def rows(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
+    def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output."""
         shapes = self._functions[function]
-        given, samples = checked_arguments(function, shapes, arguments)
+        checked, samples = checked_arguments(function, shapes, arguments)
         outputs = tuple(np.empty((samples, shapes.numel_out(i))) for i in range(shapes.n_out()))
         call = partial(self._call, f"{function}_rows")
         for part in slices(samples):
             if part == slice(0, samples):
-                call(samples, *given, *outputs)
+                call(samples, *checked, *outputs)
                 break
-            cut = [a[part] if is_scalar(shapes, i) else a for i, a in enumerate(given)]
+            cut = [a[part] if is_scalar(shapes, i) else a for i, a in enumerate(checked)]
             call(part.stop - part.start, *cut, *(out[part] for out in outputs))
         return outputs
 

@@ -82,7 +82,7 @@ class Native:
                 stacklevel=3,
             )
 
-    def rows(self, function: str) -> NativeLibrary | None:
+    def evaluator(self, function: str) -> NativeLibrary | None:
         """Return the library if it is loaded or cached and has the function; never compile."""
         if self._library is None and not self.refusal and not self._looked:
             self._looked = True

@@ -68,7 +68,7 @@ def _check_function(library: "NativeLibrary", name: str, function: Any) -> None:
     expected = [
         by_sample(out.full(), _TEST_SAMPLES) for i, out in enumerate(function.call(arguments))
     ]
-    results = library.rows(name, arguments)
+    results = library.evaluate(name, arguments)
     for got, wanted, bound in zip(results, expected, bounds, strict=True):
         with np.errstate(invalid="ignore"):
             allowed = bound + MAX_FUNCTION_DIFFERENCE.value * (1 + np.abs(wanted))
@@ -144,8 +144,8 @@ class _Lanes:
     def one(self, lane: int) -> tuple[tuple[Array, Array, Array], LoopSettings]:
         """Reference, noise and what is added to the control of a lane, and its settings."""
         reference, noise, injected = self.reference[:, lane], self.noise[:, lane], self.injected
-        given = (reference.copy(), noise.copy(), injected[:, lane].copy())
-        return given, replace(self.settings, allowed=float(self.settings.allowed[lane]))
+        inputs = (reference.copy(), noise.copy(), injected[:, lane].copy())
+        return inputs, replace(self.settings, allowed=float(self.settings.allowed[lane]))
 
     def start_of(self, lane: int, scale: float = 1.0) -> LoopStart:
         """Where a lane starts, or a little off."""
@@ -174,9 +174,9 @@ def _check_loop(library: "NativeLibrary", functions: Mapping[str, Any], substeps
         *(settings, SIGNALS, 1, lanes.recorded),
     )
     for lane, pair in zip(_TRIED, pairs, strict=True):
-        given, own = lanes.one(lane)
+        inputs, own = lanes.one(lane)
         one = library.simulate(
-            *given, lanes.parameters[lane], lanes.start_of(lane), own, lanes.recorded_of(lane)
+            *inputs, lanes.parameters[lane], lanes.start_of(lane), own, lanes.recorded_of(lane)
         )
         beside = {name: values[:, lane] for name, values in batch.items()}
         for got in (one, (int(statuses[lane]), int(ends[lane]), beside)):
@@ -250,14 +250,14 @@ def _expected(
     """What comes of each lane that is tried, and what of one that is a little off."""
     rng = np.random.default_rng(seed)
     for lane in _TRIED:
-        given, own = lanes.one(lane)
+        inputs, own = lanes.one(lane)
         parameters = lanes.parameters[lane]
         off = parameters * (1 + _LITTLE * rng.choice([-1, 1], len(parameters)))
         start, shaken = lanes.start_of(lane), lanes.start_of(lane, 1 + _LITTLE)
         recorded = lanes.recorded_of(lane)
         yield (
-            VirtualLoop(functions, parameters, own).run(*given, start, recorded),
-            VirtualLoop(functions, off, own).run(*given, shaken, recorded),
+            VirtualLoop(functions, parameters, own).run(*inputs, start, recorded),
+            VirtualLoop(functions, off, own).run(*inputs, shaken, recorded),
         )
 
 

@@ -117,9 +117,9 @@ class Workshop:
         OSError
             The library has no such function.
         """
-        given = [a.tobytes() if isinstance(a, np.ndarray) else a for a in arguments]
+        sent = [a.tobytes() if isinstance(a, np.ndarray) else a for a in arguments]
         with self._blamed(WrongLibraryError, "does not run"):
-            reply = self._ask("call", function, given)
+            reply = self._ask("call", function, sent)
         at = _NUMBER.size
         for array in arguments:
             if isinstance(array, np.ndarray):

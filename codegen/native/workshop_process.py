@@ -63,9 +63,9 @@ class _Bench:
 
     def call(self, function: str, arguments: Sequence[Any]) -> bytes:
         """Call a function; what it returns, and the content of the arrays after the call."""
-        given = [_as_c(argument) for argument in arguments]
-        status = getattr(self._library, function)(*given)
-        arrays = [each.raw for each in given if isinstance(each, ctypes.Array)]
+        converted = [_as_c(argument) for argument in arguments]
+        status = getattr(self._library, function)(*converted)
+        arrays = [each.raw for each in converted if isinstance(each, ctypes.Array)]
         return b"".join([_NUMBER.pack(status), *arrays])
 
 

@@ -78,9 +78,9 @@ def _body(program: Program, result: str, language: Language, first: list[str]) -
     """Declarations of the names that the lines give, the lines, and the result."""
     texts, lines = print_operations(program, language)
     lines = [*first, *lines, f"{result} := {texts[program.outputs[0].rows[0][0]]};"]
-    given = [line.split(" := ")[0] for line in lines[:-1]]
+    temporaries = [line.split(" := ")[0] for line in lines[:-1]]
     return [
-        *_block("VAR", [f"{name} : LREAL;" for name in given]),
+        *_block("VAR", [f"{name} : LREAL;" for name in temporaries]),
         *(f"    {line}" for line in lines),
     ]
 

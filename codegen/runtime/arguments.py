@@ -54,19 +54,19 @@ def checked_arguments(
             f"{name} takes {function.n_in()} arguments, not {len(arguments)}.",
             code="argument-count",
         )
-    given = [_floats(a, name, function, i) for i, a in enumerate(arguments)]
-    by_sample = [is_scalar(function, i) for i in range(len(given))]
-    samples = max((len(a) for a, each in zip(given, by_sample, strict=True) if each), default=1)
-    for i, array in enumerate(given):
+    arrays = [_floats(a, name, function, i) for i, a in enumerate(arguments)]
+    by_sample = [is_scalar(function, i) for i in range(len(arrays))]
+    samples = max((len(a) for a, each in zip(arrays, by_sample, strict=True) if each), default=1)
+    for i, array in enumerate(arrays):
         wanted = samples if by_sample[i] else function.size1_in(i)
         if by_sample[i] and len(array) == 1 != wanted:
-            given[i] = np.full(wanted, array[0])
+            arrays[i] = np.full(wanted, array[0])
         elif len(array) != wanted:
             raise UsageError(
                 f"{name}: {function.name_in(i)} has {len(array)} values, not {wanted}.",
                 code="argument-length",
             )
-    return given, samples
+    return arrays, samples
 
 
 def _floats(values: ArrayLike, name: str, function: Any, index: int) -> Array:

@@ -54,7 +54,7 @@ axis = newton(
     ),
 )
 result = identify(axis, twin_record(axis))
-result["idm-iv"].parameters
+print(result.summary())
 
 # %% [markdown]
 # `Experiment(signals=...)` says what they are in the twin, by the time; `simulate`, `simulate_batch` and

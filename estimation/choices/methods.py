@@ -42,10 +42,19 @@ METHOD_ROWS = (
     MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
 )
 
+LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
+#: Where instruments may start, first the one by default.
+STARTS = (LEAST_SQUARES_START, NOMINAL_START)
+
 
 def method_names() -> tuple[str, ...]:
     """Return the names, in the order of help."""
     return tuple(row.name for row in METHOD_ROWS)
+
+
+def is_iteration(name: str) -> bool:
+    """Return whether a method iterates, so that it starts somewhere."""
+    return any(row.method == _INSTRUMENTS for row in METHOD_ROWS if row.name == name)
 
 
 def comparing() -> tuple[str, ...]:

@@ -7,10 +7,13 @@ where its threshold comes from.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import (
     conditioning,
     delta_method_check,
+    endogeneity_of,
     filter_bias,
     forms_check,
     gain_check,
@@ -25,8 +28,10 @@ from axisid.estimation.diagnostics.loop import (
     force_check,
     law_check,
     limit_check,
+    motion_check,
     rest_check,
     timing_remedy,
+    uneven_check,
 )
 from axisid.estimation.diagnostics.remainder import (
     changes_check,
@@ -91,9 +96,14 @@ def _strength(case: Case) -> Check | Missing:
 
 
 def _against_instruments(case: Case) -> Check | Missing:
-    ls, iv = case.estimates.get("idm-ls"), case.estimates.get("idm-iv")
-    biases = case.noise_biases.get("idm-ls", {})
-    return ls_against_iv(ls, iv, case.endogeneity, biases, weak=case.weak)
+    if isinstance(case.beside, Missing):
+        return case.beside
+    alone = case.beside is not None
+    ls, iv = case.estimates.get("idm-ls"), case.beside or case.estimates.get("idm-iv")
+    ls = case.preferred if alone else ls
+    biases = case.noise_biases.get(ls.method, {}) if ls else {}
+    endogeneity = endogeneity_of(iv) if alone else case.endogeneity
+    return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
 
 
 def _forms(case: Case) -> Check | Missing:
@@ -138,11 +148,12 @@ def _sign_runs(case: Case) -> Check | Missing:
 
 
 def _residuals_against_motion(case: Case) -> Check:
-    return residuals_against_motion(case.residuals, case.preferred)
+    return residuals_against_motion(case.residuals, case.preferred, explained=case.is_explained)
 
 
 def _normality(case: Case) -> Check:
-    return normality(case.residuals, case.preferred)
+    away = np.concatenate([~data.rows_near_turns for data in case.problem.data])
+    return normality(case.residuals, case.preferred, away)
 
 
 def _filter_bias(case: Case) -> Check | Missing:
@@ -156,11 +167,16 @@ def _alignment(case: Case) -> Check | Missing:
     return alignment_check(case.preferred, case.alignment, case.data, weak=case.weak, remedy=remedy)
 
 
+def _uneven_times(case: Case) -> Check | Missing | None:
+    return uneven_check(case.problem, case.preferred)
+
+
 def _near_reversals(case: Case) -> Check | Missing | None:
     if case.data.prefilter.reversals != "leave-out":
         return None
     unit = case.data.axis.axis.coordinate.force_unit
-    return near_reversals_check(near_reversals(case.data, case.quiet), str(unit))
+    found = near_reversals(case.data, case.quiet)
+    return near_reversals_check(found, str(unit), explained=case.is_explained)
 
 
 def _fixed_values(case: Case) -> Check | Missing | None:
@@ -173,6 +189,14 @@ def _physical(case: Case) -> Check | Missing | None:
 
 def _force(case: Case) -> Check | None:
     return force_check(case.data.axis, case.data.record)
+
+
+def _measured_velocity(case: Case) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, "velocity")
+
+
+def _measured_acceleration(case: Case) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, "acceleration")
 
 
 def _limit(case: Case) -> Check | None:
@@ -234,9 +258,20 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="normal residuals", check=_normality),
         Diagnostic(name="filter bias", check=_filter_bias, rank=15),
         Diagnostic(name="alignment", check=_alignment, rank=8, by_record=True),
+        Diagnostic(name="uneven times", check=_uneven_times, rank=7),
         Diagnostic(name="fixed values", check=_fixed_values, rank=4, grave=True),
         Diagnostic(name="physical parameters", check=_physical, rank=10),
         Diagnostic(name="force against control", check=_force, rank=5, grave=True, by_record=True),
+        Diagnostic(
+            name="measured velocity", check=_measured_velocity, rank=1, grave=True, by_record=True
+        ),
+        Diagnostic(
+            name="measured acceleration",
+            check=_measured_acceleration,
+            rank=1,
+            grave=True,
+            by_record=True,
+        ),
         Diagnostic(name="control against limit", check=_limit, rank=6, grave=True, by_record=True),
         Diagnostic(name="constant force", check=_constant, by_record=True),
         Diagnostic(name="ripple", check=_ripple, by_record=True),

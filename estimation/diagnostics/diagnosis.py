@@ -26,7 +26,7 @@ from axisid.estimation.diagnostics.loop import (
     law_in_time,
 )
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.lacking import Lack, lacking
+from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.noise import (
     NO_ATTENUATION,
@@ -43,6 +43,7 @@ from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
+from .beside import instruments_beside, is_alone
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -238,6 +239,17 @@ class Case:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
 
+    @property
+    def is_explained(self) -> bool:
+        """Whether something is named that residuals are made of: checks of these count it once."""
+        law = self.law
+        return (not isinstance(law, Missing) and not law.passed) or any(
+            is_named(lack) or lack.parameter
+            for part in self.parts
+            if not isinstance(part.lacking, Missing)
+            for lack in part.lacking
+        )
+
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
         """The residuals of the judged estimate split by repeats; None where nothing repeats."""
@@ -251,9 +263,19 @@ class Case:
         return model_bands(self.estimates, self.data, noisy=noisy)
 
     @cached_property
+    def beside(self) -> Estimate | Missing | None:
+        """Instruments beside least squares that was asked for alone; None where there are some."""
+        if not is_alone(self.estimates):
+            return None
+        return instruments_beside(self.problem, self.preferred)
+
+    @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
         """Least squares less instruments; nothing where these are too weak to tell."""
-        return {} if self.weak else noise_biases(self.estimates)
+        if self.weak or isinstance(self.beside, Missing):
+            return {}
+        found = {} if self.beside is None else {self.beside.method: self.beside}
+        return noise_biases({**self.estimates, **found})
 
     @cached_property
     def attenuation(self) -> Attenuation | Missing:

@@ -1,6 +1,7 @@
 """One check of each of several records as one check of all, which names the record that fails."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from axisid.estimation.checks import Check, Status
 from axisid.support.missing import Missing
@@ -51,16 +52,7 @@ def _worded(check: Check, before: str, after: str) -> Check:
     if after:
         remedy = None if remedy is None else Remedy.of(remedy, after)
     said = Note(before + note.text + ("" if remedy else after), remedy)
-    return Check(
-        name=check.name,
-        status=check.status,
-        meaning=said.text,
-        remedy=said.remedy,
-        figure=check.figure,
-        threshold=check.threshold,
-        p_value=check.p_value,
-        source=check.source,
-    )
+    return replace(check, meaning=said.text, remedy=said.remedy)
 
 
 def _listed(names: Sequence[str]) -> str:

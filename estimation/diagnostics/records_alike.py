@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import fdtrc
 
 from axisid.estimation.checks import Check
 from axisid.estimation.estimates import Estimate, part_of
@@ -24,6 +23,7 @@ from axisid.estimation.regression import (
     checked_columns,
     factor,
     instrumental_variables,
+    joint_p,
 )
 from axisid.estimation.thresholds.diagnostics import (
     MAX_RECORD_CHANCE,
@@ -243,7 +243,7 @@ class _Rows:
         difference = influence.T @ moved
         covariance = Hac().matrix(solution)
         statistic, k = _wald(difference, covariance, Hac().matrix(own))
-        freedom = max(float(np.min(Hac().freedom(solution))) - k + 1, 1.0)
+        freedom = float(np.min(Hac().freedom(solution)))
         base = part.corrected + to_own @ (common.influence.T @ (self._weights * moved))
         force = part.X @ difference
         return Apart(
@@ -253,8 +253,8 @@ class _Rows:
             common=base,
             deviations=np.sqrt(np.maximum(np.diag(covariance), 0.0)),
             statistic=statistic / k,
-            freedom=(float(k), freedom),
-            p_value=float(fdtrc(k, freedom, statistic / k * freedom / (freedom + k - 1))),
+            freedom=(float(k), max(freedom - k + 1, 1.0)),
+            p_value=joint_p(statistic, k, freedom),
             share_percent=relative_error_percent(force, part.y),
         )
 

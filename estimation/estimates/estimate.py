@@ -26,10 +26,10 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.deferred import Deferred
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Note
+from axisid.support.user_values import is_among, quoted
 
 from .inference import Inference
 from .iterate import Iterate, NotSimulated
@@ -89,6 +89,8 @@ class Estimate(Presentable, Exact):
         Of X as it is, not scaled.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
+    started : str
+        Where they start, ``least-squares`` or ``nominal``; empty for least squares.
     remarks : tuple of Note
         What the user should know about this estimate.
     chosen : str
@@ -128,6 +130,7 @@ class Estimate(Presentable, Exact):
     remarks: tuple[Note, ...]
     covariance_model: Covariance
     deferred: Deferred[Inference]
+    started: str = ""
     times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
@@ -207,18 +210,18 @@ class Estimate(Presentable, Exact):
 
     @property
     def covariance(self) -> Array:
-        """Of the physical parameters for independent residuals; see `covariances` for others."""
-        return self.covariances["iid"]
+        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
+        return self.covariances[self.chosen]
 
     @property
     def ddm_covariance(self) -> Array:
-        """Of the direct model's parameters for independent residuals."""
-        return self.ddm_covariances["iid"]
+        """Of the direct model's parameters, (m, m): the chosen one; none for an inverse model."""
+        return self.ddm_covariances[self.chosen] if self.is_direct else np.zeros((0, 0))
 
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
-        return correlation(self.covariances[self.chosen])
+        return correlation(self.covariance)
 
     @property
     def parameters(self) -> NamedValues:
@@ -322,13 +325,13 @@ class Estimate(Presentable, Exact):
         covariance = self.chosen if covariance is None else covariance
         if not is_among(covariance, self.covariances):
             raise UsageError(
-                f"there is no covariance {given(covariance)}; choose from "
+                f"there is no covariance {quoted(covariance)}; choose from "
                 f"{', '.join(self.covariances)}.",
                 code="covariance-not-there",
             )
         if not (is_whole(seed) and seed >= 0):
             raise UsageError(
-                f"the seed is {given(seed)}; give a whole number of 0 or more.", code="draws-seed"
+                f"the seed is {quoted(seed)}; give a whole number of 0 or more.", code="draws-seed"
             )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.ddm_freedom or self.freedom)[covariance]

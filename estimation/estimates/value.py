@@ -19,7 +19,10 @@ from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given, is_among
+from axisid.support.user_values import is_among, quoted
+
+#: What `Value.corrected` is called beside a value.
+CORRECTED = "without filter bias"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +62,7 @@ class Value:
     def __str__(self) -> str:
         low, high = self.interval
         # The interval is about another number then, which it would else seem to leave to one side.
-        moved = self.shift > MIN_PRINTED_FILTER_BIAS.value
-        corrected = f" ({self.corrected:.6g} without filter bias)" * moved
+        corrected = f" ({self.corrected:.6g} {CORRECTED})" * self.is_shifted
         return (
             f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}{corrected}, "
             f"95 %: {low:.6g} to {high:.6g} {self.unit}"
@@ -99,6 +101,11 @@ class Value:
         return abs(self.filter_bias) / self.deviation if self.deviation > 0 else math.inf
 
     @property
+    def is_shifted(self) -> bool:
+        """Whether the interval's centre is noticeably not the value, which is then said with it."""
+        return self.shift > MIN_PRINTED_FILTER_BIAS.value
+
+    @property
     def relative_sd_percent(self) -> float:
         """``100 sd / |value|``; infinite for a value of 0."""
         return 100.0 * self.sd / abs(self.value) if self.value else float("inf")
@@ -115,7 +122,7 @@ class NamedValues(dict[str, Value]):
     def __getitem__(self, name: str) -> Value:
         if not is_among(name, self):
             raise UsageError(
-                f"there is no {given(name)}; choose from {', '.join(self)}.", code="no-such-value"
+                f"there is no {quoted(name)}; choose from {', '.join(self)}.", code="no-such-value"
             )
         return super().__getitem__(name)
 

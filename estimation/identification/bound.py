@@ -33,8 +33,8 @@ def layout_for(
     if not local and not known:
         return None
     commanded = gain and all(record.force is None for record in records)
-    given = known_of(known, len(records))
-    return layout_of(axis, len(records), given, local, commanded=commanded)
+    told = known_of(known, len(records))
+    return layout_of(axis, len(records), told, local, commanded=commanded)
 
 
 def bound_records(

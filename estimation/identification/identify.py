@@ -1,11 +1,13 @@
 """The pipeline: from an axis and its records to estimates, method by method."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.joint import Told, prefilters_of
 from axisid.estimation.methods import METHODS, estimate_by
@@ -15,8 +17,8 @@ from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .bound import bound_records, layout_for, weighted
 from .result import Identification
@@ -34,6 +36,7 @@ def identify(
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
+    start: str = STARTS[0],
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -71,6 +74,10 @@ def identify(
         others, whose deviations contain its own; or the declared gain is believed.
     skip_bad : bool
         Go on without records that cannot be used; they are in `Identification.set_aside`.
+    start : {"least-squares", "nominal"}
+        Where instruments start to iterate, which end at the same estimate: at least squares where
+        its simulated loop follows the records, or at the nominal values, as published; see
+        `Estimate.started`. A model that is not linear starts at least squares.
 
     Raises
     ------
@@ -82,26 +89,26 @@ def identify(
     _check_covariance(covariance)
     requested = _requested(methods)
     own = _names("local", local)
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {given(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
-    as_given = Prefilter() if prefilter is None else prefilter
-    if isinstance(as_given, Prefilter):
-        as_given = as_given.at_rate_of(records[0].period)
-    layout = layout_for(generated, records, own, known, gain=gain == "identified")
-    aside: dict[str, Note] = {}
-    if len(records) > 1:
-        usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
-        if aside:
-            records = [records[i] for i in usable]
-            known = known and {n: [values[i] for i in usable] for n, values in known.items()}
-            layout = layout_for(generated, records, own, known, gain=gain == "identified")
+    identifies_gain = _identifies_gain(gain)
+    _check_start(start)
+    as_given = _at_rate(prefilter, records[0].period)
+    layout = layout_for(generated, records, own, known, gain=identifies_gain)
+    usable, aside = _usable(generated, records, as_given, skip_bad=skip_bad)
+    if aside:
+        records = [records[i] for i in usable]
+        known = known and {n: [values[i] for i in usable] for n, values in known.items()}
+        layout = layout_for(generated, records, own, known, gain=identifies_gain)
     axes = [generated] * len(records) if layout is None else [m.axis for m in layout.members]
     data = bound_records(axes, records, as_given)
     problem = weighted(Problem(axis=generated, data=data, layout=layout))
     return identify_problem(
-        problem, as_given, requested, lags=lags, covariance=covariance, set_aside=aside
+        problem,
+        as_given,
+        requested,
+        lags=lags,
+        covariance=covariance,
+        set_aside=aside,
+        start=start,
     )
 
 
@@ -128,13 +135,15 @@ def records_of(record: object) -> list[Record]:
 def _usable(
     axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter, *, skip_bad: bool
 ) -> tuple[list[int], dict[str, Note]]:
-    """Which of several records the filter serves, and why not the others.
+    """Which of several records the filter serves, and why not the others; one is refused later.
 
     Raises
     ------
     UsageError
         Some cannot be used, and are not to be skipped; or none is left.
     """
+    if len(records) == 1:
+        return [0], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
     usable, bad = [], dict[str, Note]()
     pairs = zip(record_labels(records), records, filters, strict=True)
@@ -175,13 +184,28 @@ def _unnamed(name: str, note: Note) -> Note:
     return Note(text, note.remedy)
 
 
+def _identifies_gain(gain: object) -> bool:
+    """Whether the drive gain is a parameter where a known force tells it."""
+    if not is_among(gain, ("identified", "declared")):
+        raise UsageError(
+            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
+        )
+    return gain == "identified"
+
+
+def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
+    """The prefilter as given, what follows the rate chosen; what is none is refused later."""
+    as_given = Prefilter() if prefilter is None else prefilter
+    return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
+
+
 def _names(what: str, names: object) -> tuple[str, ...]:
     """Names that were given as one text or several."""
     if isinstance(names, str):
         return (names,) if names else ()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"{what} is {given(names)}; give the names of parameters.", code="names-type"
+            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
         )
     return tuple(names)
 
@@ -207,16 +231,18 @@ def identify_problem(
     lags: int | None = None,
     covariance: str = "hac",
     set_aside: Mapping[str, Note] | None = None,
+    start: str = STARTS[0],
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
     skipped: dict[str, Note] = {}
     failed: dict[str, Note] = {}
     for method in METHODS if requested is None else dict.fromkeys(requested):
+        started = replace(METHODS[method], start=start)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = estimate_by(problem, METHODS[method], lags, covariance)
+                estimates[method] = estimate_by(problem, started, lags, covariance)
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
@@ -240,12 +266,12 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     if methods is None:
         return None
     if not isinstance(methods, Iterable):
-        raise UsageError(f"the methods are {given(methods)}; give a list of names.")
+        raise UsageError(f"the methods are {quoted(methods)}; give a list of names.")
     listed = (methods,) if isinstance(methods, str) else tuple(methods)
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
-                f"there is no method {given(method)}; choose from {', '.join(METHODS)}.",
+                f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
                 code="unknown-method",
             )
     if not listed:
@@ -253,9 +279,17 @@ def _requested(methods: object) -> tuple[str, ...] | None:
     return listed
 
 
+def _check_start(start: object) -> None:
+    if not is_among(start, STARTS):
+        raise UsageError(
+            f"there is no start {quoted(start)}; choose from {', '.join(STARTS)}.",
+            code="unknown-start",
+        )
+
+
 def _check_covariance(covariance: object) -> None:
     if not is_among(covariance, COVARIANCES):
         raise UsageError(
-            f"there is no covariance {given(covariance)}; choose from {', '.join(COVARIANCES)}.",
+            f"there is no covariance {quoted(covariance)}; choose from {', '.join(COVARIANCES)}.",
             code="unknown-covariance",
         )

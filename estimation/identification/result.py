@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
+from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.diagnostics import Diagnosis, diagnose, preferred_method
 from axisid.estimation.estimates import Estimate, Physical, Value, part_of, physical_parameters
 from axisid.estimation.problems import Problem
@@ -14,9 +15,9 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
 from .several import OfRecord, of_records
 
@@ -129,6 +130,12 @@ class Identification(Presentable, Exact):
         return {"local": tuple(layout.local), "known": known, "gain": gain}
 
     @property
+    def start(self) -> str:
+        """Where instruments started, as `identify` takes it."""
+        started = (estimate.started for estimate in self.estimates.values())
+        return next((each for each in started if each), STARTS[0])
+
+    @property
     def declared_gain(self) -> float | None:
         """The declared drive gain where it is identified; None where it is believed."""
         return None if self.problem.layout is None else self.problem.layout.gain
@@ -239,7 +246,7 @@ class Identification(Presentable, Exact):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}.",
+                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
                 code="no-such-estimate",
             )
         return self.estimates[name]

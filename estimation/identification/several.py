@@ -27,6 +27,10 @@ class RecordInfo(Protocol):
         """Sampling period, s."""
 
     @property
+    def motion(self) -> tuple[str, ...]:
+        """What of the motion was measured: roles."""
+
+    @property
     def digest(self) -> str:
         """Of the samples."""
 

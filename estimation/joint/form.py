@@ -103,6 +103,6 @@ class JointForm(InverseForm):
         """See `Form.slopes`."""
         return self.layout.slopes(record)
 
-    def placed(self, record: int, known: Array, regressor: Array) -> tuple[Array, Array]:
+    def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
         """See `Form.placed`."""
-        return self.layout.placed(record, known, regressor)
+        return self.layout.placed(record, intercept, regressor)

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LIST = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
@@ -101,7 +101,7 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
 def _known(name: str, told: object, records: int) -> Known:
     if isinstance(told, str) or not isinstance(told, Iterable):
         raise UsageError(
-            f"what is known of {name!r} is {given(told)}; give a list with a number, or a number "
+            f"what is known of {name!r} is {quoted(told)}; give a list with a number, or a number "
             "and its deviation, for each record.",
             code="known-type",
         )
@@ -122,7 +122,7 @@ def _pair(name: str, entry: object) -> tuple[float, float]:
     sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
     if not sound or pair[1] < 0:
         raise UsageError(
-            f"a known value of {name!r} is {given(entry)}; give a finite number, or one and its "
+            f"a known value of {name!r} is {quoted(entry)}; give a finite number, or one and its "
             "standard deviation, 0 or more.",
             code="known-value",
         )

@@ -110,12 +110,12 @@ class Layout(Exact):
         equations = InverseForm(axis).equations(data.signals).reduced(data)
         found = equations.regressor @ self.own(theta, record)
         kappa = 1.0 if self.gain is None else theta[-1]
-        return np.asarray(found + kappa * equations.known, dtype=float)
+        return np.asarray(found + kappa * equations.intercept, dtype=float)
 
-    def placed(self, record: int, known: Array, regressor: Array) -> tuple[Array, Array]:
-        """A record's known part, (n,), and regressor, (n, b), among those of all."""
+    def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
+        """A record's intercept, (n,), and regressor, (n, b), among those of all."""
         member = self.members[record]
-        columns, force = regressor @ member.into, known + regressor @ member.offset
+        columns, force = regressor @ member.into, intercept + regressor @ member.offset
         if self.gain is None:
             return force, columns
         return np.zeros(len(force)), np.column_stack([columns, force])

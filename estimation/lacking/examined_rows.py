@@ -18,8 +18,9 @@ from axisid.estimation.problems import noise_free_record
 from axisid.estimation.regression import (
     STEP_SHARES,
     Equations,
-    encoder_step,
+    SensorSteps,
     quiet_loops,
+    sensor_steps,
     stepped_loops,
 )
 from axisid.estimation.signals import FilteredRecord, Neighbours, Sampling, Signals, Span
@@ -143,14 +144,14 @@ def _of_steps(x: ExaminedRows, data: FilteredRecord, preferred: Estimate, own: A
     A loop that follows a record has no encoder of its own.
     """
     axis, record = data.axis, data.record
-    step = 0.0 if record.reference is None else encoder_step(axis, record)
+    steps = SensorSteps() if record.reference is None else sensor_steps(axis, record)
     nothing = np.empty((0, len(x.residuals)))
-    if not step:
+    if not steps:
         return nothing
     least = MIN_EXPLAINED_SHARE.value * float(x.residuals @ x.residuals)
     found: list[Array] = []
     for share in STEP_SHARES:
-        loops = stepped_loops(axis, record, preferred.physical, step, share)
+        loops = stepped_loops(axis, record, preferred.physical, steps, share)
         every = preferred.form.equations(noise_free_record(data, loops).signals)
         left = x.sampling.reduce(_left_by(every, preferred) - own)
         found.append(left)
@@ -186,7 +187,7 @@ def _rows(
 
 
 def _left_by(every: Equations, preferred: Estimate) -> Array:
-    return every.left - every.known - every.regressor @ preferred.theta
+    return every.left - every.intercept - every.regressor @ preferred.theta
 
 
 def _rests(stuck: NDArray[np.bool_], data: FilteredRecord) -> tuple[Span, ...]:

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import fdtrc
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Hac, score_products
+from axisid.estimation.regression import Hac, joint_p, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds.lacking import (
     FALSE_DISCOVERY_RATE,
@@ -215,9 +214,8 @@ def _chance(
     """P-value of factors under the HAC covariance of residuals, and that."""
     scores = influence * residuals[:, None]
     run = Hac().long_run(partial(score_products, scores, neighbours), len(residuals))
-    size = len(values)
-    statistic = float(values @ np.linalg.solve(run.covariance, values)) / size
-    return float(fdtrc(size, float(np.min(run.freedom)), statistic)), run.covariance
+    square = float(values @ np.linalg.solve(run.covariance, values))
+    return joint_p(square, len(values), float(np.min(run.freedom))), run.covariance
 
 
 def _discovered(p_values: Sequence[float], tests: int) -> float:

@@ -40,7 +40,7 @@ def _direction(lack: Lack, q: Coordinate) -> str:
     difference = _amount(lack, f"{q.force_unit}/({q.unit}/s)", factor=2.0)
     return (
         "viscous friction differs with the direction, forward less backward by "
-        f"{difference}: declare asymmetric_viscous(Fvp, Fvm, {q.name})"
+        f"{difference}: declare asymmetric_viscous(Fvp, Fvm, {q.name}) in place of viscous"
     )
 
 
@@ -48,7 +48,7 @@ def _quadratic(lack: Lack, q: Coordinate) -> str:
     drag = _amount(lack, f"{q.force_unit}/({q.unit}/s)^2")
     return (
         f"friction bends over the speed, by {drag} times its square: declare quadratic(Fq, "
-        f"{q.name}), or stribeck beside coulomb where it is slow motion that differs"
+        f"{q.name}), or a peak of friction (stribeck) where it is slow motion that differs"
     )
 
 
@@ -71,7 +71,7 @@ def _bend(lack: Lack, q: Coordinate) -> str:
     bend = _amount(lack, f"{q.force_unit}/{q.unit}^2")
     return (
         f"a force that bends over the position, by {bend} times its square, is missing: declare "
-        f"it as an expression of {q.name}"
+        f"offset(kq*{q.name}**2)"
     )
 
 
@@ -91,12 +91,18 @@ def _place(lack: Lack, q: Coordinate) -> str:
 
 def _friction_slope(lack: Lack, q: Coordinate) -> str:
     slope = _amount(lack, f"{q.force_unit}/{q.unit}")
-    return f"friction depends on the position, rising by {slope}: {_over_position(q)}"
+    return (
+        f"friction depends on the position, rising by {slope}: declare coulomb(Fq*{q.name}, "
+        f"{q.name}) beside what there is"
+    )
 
 
 def _friction_bend(lack: Lack, q: Coordinate) -> str:
     bend = _amount(lack, f"{q.force_unit}/{q.unit}^2")
-    return f"friction depends on the position, by {bend} times its square: {_over_position(q)}"
+    return (
+        f"friction depends on the position, by {bend} times its square: declare "
+        f"coulomb(Fq*{q.name}**2, {q.name}) beside what there is"
+    )
 
 
 def _friction_place(lack: Lack, q: Coordinate) -> str:
@@ -104,10 +110,6 @@ def _friction_place(lack: Lack, q: Coordinate) -> str:
         f"friction depends on the position, by {_amplitude(lack)} {q.force_unit} every "
         f"{lack.at:.3g} {q.unit}: declare periodic_coulomb(a, b, {q.name}, period={lack.at:.3g})"
     )
-
-
-def _over_position(q: Coordinate) -> str:
-    return f"declare an expression of {q.name} times its direction of motion, or periodic_coulomb"
 
 
 def _amount(lack: Lack, unit: str, factor: float = 1.0) -> str:

@@ -85,9 +85,9 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
     """What a file is and what to do, where that is surely not what its ending says."""
     found = format_by_content(head)
     if found is not None:
-        known, signature = found
-        advice = f"{_ASK}{known.endings[0]}{signature.provided}"
-        return None if ending in known.endings else (signature.kind, advice)
+        log_format, signature = found
+        advice = f"{_ASK}{log_format.endings[0]}{signature.provided}"
+        return None if ending in log_format.endings else (signature.kind, advice)
     for start, kind, advice in _NO_LOGS:
         if head.startswith(start):
             return kind, advice

@@ -148,34 +148,34 @@ _TEXT = FORMATS[0]
 def format_of(file: Path) -> Format:
     """Return the format that a file has by its ending; any that no other has is text's."""
     ending = file.suffix.lower()
-    return next((known for known in FORMATS if ending in known.endings), _TEXT)
+    return next((each for each in FORMATS if ending in each.endings), _TEXT)
 
 
 def format_by_content(head: bytes) -> tuple[Format, Signature] | None:
     """Return the format that first bytes are those of, and the signature that says so."""
-    for known in FORMATS:
-        for signature in known.signatures:
+    for each in FORMATS:
+        for signature in each.signatures:
             if head.startswith(signature.start):
-                return known, signature
+                return each, signature
     return None
 
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
     packed = (packing.ending for packing in PACKINGS)
-    return (*(ending for known in FORMATS for ending in known.endings), *packed)
+    return (*(ending for each in FORMATS for ending in each.endings), *packed)
 
 
 def format_endings() -> str:
     """Return the endings of what is no text, one of each format, for a sentence."""
-    return ", ".join(known.endings[0] for known in FORMATS if not known.is_text)
+    return ", ".join(each.endings[0] for each in FORMATS if not each.is_text)
 
 
 def streamed_formats() -> str:
     """Return what can be read in blocks, for a sentence."""
     *first, last = (
-        f"{known.name} ({', '.join(known.endings)})" if known.is_text else known.name
-        for known in FORMATS
-        if known.blocks is not None
+        f"{each.name} ({', '.join(each.endings)})" if each.is_text else each.name
+        for each in FORMATS
+        if each.blocks is not None
     )
     return f"{', '.join(first)} or {last}"

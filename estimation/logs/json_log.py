@@ -75,16 +75,16 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
 def _columns(found: Any) -> dict[str, tuple[Sequence[Any], str]]:
     """Cells and unit by name; empty where there are none."""
     if isinstance(found, Mapping):
-        names, rows = found.get("columns"), found.get("data")
-        if isinstance(names, list) and isinstance(rows, list):
-            return _of_rows([names, *rows])
+        names, lists = found.get("columns"), found.get("data")
+        if isinstance(names, list) and isinstance(lists, list):
+            return _of_lists([names, *lists])
         return dict(_of_arrays(found))
     if not isinstance(found, list) or not found:
         return {}
     if all(isinstance(each, Mapping) for each in found):
         return _of_records(found)
     if all(isinstance(each, list) for each in found):
-        return _of_rows(found)
+        return _of_lists(found)
     return {}
 
 
@@ -123,12 +123,12 @@ def _flat(record: Mapping[str, Any], above: str = "", depth: int = 0) -> dict[st
     return found
 
 
-def _of_rows(rows: Sequence[Any]) -> dict[str, tuple[Sequence[Any], str]]:
+def _of_lists(lists: Sequence[Any]) -> dict[str, tuple[Sequence[Any], str]]:
     """Columns of rows of cells, whose first may be their names."""
-    first = rows[0] if isinstance(rows[0], list) else []
+    first = lists[0] if isinstance(lists[0], list) else []
     named = bool(first) and all(isinstance(cell, str) and not is_stamp(cell) for cell in first)
     names = first if named else [f"#{k}" for k in range(1, len(first) + 1)]
-    body = rows[1:] if named else rows
+    body = lists[1:] if named else lists
     if not all(isinstance(row, list) and len(row) == len(names) for row in body):
         return {}
     return {name: ([row[k] for row in body], "") for k, name in enumerate(names)}

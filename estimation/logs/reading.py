@@ -78,17 +78,17 @@ def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) ->
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
     packing = packing_of(file)
-    known = format_of(Path(file.stem) if packing else file)
+    log_format = format_of(Path(file.stem) if packing else file)
     if packing is not None:
-        if known.read_file is not None:
+        if log_format.read_file is not None:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
-        content = unpacked(packing, file, content, room, text=known.is_text)
-    elif known.is_text:
+        content = unpacked(packing, file, content, room, text=log_format.is_text)
+    elif log_format.is_text:
         room.take_text(content)
-    if known.read is None:
+    if log_format.read is None:
         table = _as_text(file, content, drop_tail=drop_tail)
     else:
-        table = known.read(file, content, room)
+        table = log_format.read(file, content, room)
     notes = (f"unpacked by {packing.name}",) if packing else ()
     return replace(table, notes=(*notes, *table.notes))
 

@@ -50,8 +50,8 @@ def read_bag(path: Path, room: Room) -> Table:
         installed.
     """
     topics, others = _read(path, room)
-    known = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
-    origin = min(known, default=0)
+    times = [m.time for messages, _ in topics.values() for m in messages if m.time is not None]
+    origin = min(times, default=0)
     found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
@@ -143,10 +143,12 @@ def _add_joints(
     """Take the joints of a topic, and name them."""
     joints = dict.fromkeys(name for m in messages for name in m.content.name)
     for joint in joints:
-        rows = [(m, list(m.content.name).index(joint)) for m in messages if joint in m.content.name]
-        clock = np.array([_since(origin, m.time) for m, _ in rows])
+        places = [
+            (m, list(m.content.name).index(joint)) for m in messages if joint in m.content.name
+        ]
+        clock = np.array([_since(origin, m.time) for m, _ in places])
         for kind in _KINDS:
-            entries = [_entry(getattr(m.content, kind), k) for m, k in rows]
+            entries = [_entry(getattr(m.content, kind), k) for m, k in places]
             if any(entry is not None for entry in entries):
                 values = np.array(entries, dtype=float)  # none is nan
                 name = f"{before}{joint}.{kind}"

@@ -35,8 +35,8 @@ def mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
     if law is None or record.reference is None or record.control is None:
         return None
     pieces = [_of_segment(axis, record, span) for span in record.spans]
-    known = [piece for piece in pieces if piece is not None]
-    return np.concatenate(known) if len(known) == len(pieces) else None
+    controls = [piece for piece in pieces if piece is not None]
+    return np.concatenate(controls) if len(controls) == len(pieces) else None
 
 
 def _of_segment(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Array | None:

@@ -12,7 +12,8 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import recorded_signals
 
 from .start_memory import first_memory
-from .start_velocity import first_velocity
+from .start_position import placed
+from .start_velocity import first_value, first_velocity
 
 _Starts = dict[GeneratedAxis, tuple[LoopStart, ...]]
 
@@ -67,9 +68,14 @@ def _forget(record: int, _: object) -> None:
 
 
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
-    position = record.position[slice(*span)]
+    record, rows = placed(axis, record, span), slice(*span)
+    position = record.position[rows]
+    if record.integrated:
+        velocity = first_value(np.asarray(record.velocity)[rows])
+    else:
+        velocity = first_velocity(position, record.period)
     return LoopStart(
         position=float(position[0]),
-        velocity=first_velocity(position, record.period),
+        velocity=velocity,
         memory=first_memory(axis, record, span),
     )

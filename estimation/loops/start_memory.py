@@ -67,7 +67,7 @@ def first_memory(
     control = record.control[slice(*span)]
     ticks = (ticks or law_ticks(axis, record, span)).first(_SAMPLES)
     wanted = control[: len(ticks.held)] - ticks.added_at_samples(law.delay)
-    seen = _unlimited(axis, record, span)[: len(wanted)]
+    seen = unlimited(axis, record, span)[: len(wanted)]
     at_rest = state_at_rest(axis, ticks)
     off = (wanted - control_along(axis, ticks, at_rest))[seen]
     allowed = MIN_START_ERROR.value * float(np.sqrt(np.mean(control**2) * len(off)))
@@ -82,7 +82,7 @@ def first_memory(
     return found.state if law.balanced or clear else None
 
 
-def _unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
+def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
     """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
     rows, limit = slice(*span), axis.axis.drive.limit * (1 - LIMIT_TOLERANCE.value)
     masked = covered(record.masked, len(record))[rows]

@@ -39,21 +39,32 @@ def first_velocity(position: Array, period: float) -> float:
     On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
-    noise = position_noise(position)
-    low, high, velocity, used = -math.inf, math.inf, 0.0, 0
+    return _begun(position - position[0], degree=_DEGREE, power=1) / period
+
+
+def first_value(velocity: Array) -> float:
+    """The same of velocities that were measured, (N,), to which straight lines are fitted."""
+    return _begun(velocity, degree=1, power=0)
+
+
+def _begun(values: Array, *, degree: int, power: int) -> float:
+    """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
+    noise = position_noise(values)
+    low, high, found, used = -math.inf, math.inf, 0.0, 0
     for count in _COUNTS:
-        if count > len(position):
+        if count > len(values):
             break
-        slope, deviation = _slope(position[:count], noise)
-        low = max(low, slope - START_AGREEMENT.value * deviation)
-        high = min(high, slope + START_AGREEMENT.value * deviation)
+        fitted, deviation = _coefficient(values[:count], noise, degree, power)
+        low = max(low, fitted - START_AGREEMENT.value * deviation)
+        high = min(high, fitted + START_AGREEMENT.value * deviation)
         if low > high:
             break
-        velocity, used = slope, count
+        found, used = fitted, count
     if not used:
         return 0.0
-    slope, deviation = _slope(position[: max(used // 2, _DEGREE + 2)], noise)
-    return velocity / period if abs(slope) > MIN_START_DISTANCE.value * deviation else 0.0
+    some = values[: max(used // 2, degree + 2)]
+    fitted, deviation = _coefficient(some, noise, degree, power)
+    return found if abs(fitted) > MIN_START_DISTANCE.value * deviation else 0.0
 
 
 def position_noise(position: Array) -> float:
@@ -63,9 +74,9 @@ def position_noise(position: Array) -> float:
     return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
 
 
-def _slope(position: Array, noise: float) -> tuple[float, float]:
-    """Slope of a parabola at its first sample, and its deviation, a sample."""
-    count = len(position)
-    powers = (np.arange(count) / count)[:, None] ** np.arange(_DEGREE + 1)
-    weights = np.linalg.pinv(powers)[1] / count
-    return float(weights @ (position - position[0])), noise * float(np.linalg.norm(weights))
+def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
+    """Coefficient of a polynomial at its first sample, and its deviation."""
+    count = len(values)
+    powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
+    weights = np.linalg.pinv(powers)[power] / count**power
+    return float(weights @ values), noise * float(np.linalg.norm(weights))

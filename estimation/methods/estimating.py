@@ -100,6 +100,7 @@ def estimate_by(
         else relative_error_percent(left - simulated, left),
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
+        started=fit.started,
         remarks=tuple(map(Note.of, remarks)),
         covariance_model=models[covariance],
         chosen=covariance,

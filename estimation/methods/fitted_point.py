@@ -24,9 +24,10 @@ from axisid.estimation.regression import (
     Covariance,
     DirectForm,
     Form,
+    SensorSteps,
     StepsError,
     delta_method,
-    encoder_step,
+    sensor_steps,
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -150,12 +151,13 @@ class FittedPoint:
         said = self.applied[name].description
         if stepped is None or not COVARIANCES[name].allows_autocorrelation:
             return said
-        steps = [encoder_step(self.problem.axis, data.record) for data in self.problem.data]
-        unit = self.problem.axis.axis.coordinate.unit
-        return (
-            f"{said}, with what {stepped.loops} simulated loops have by an encoder's steps of "
-            f"{max(steps):.3g} {unit}"
+        every = [sensor_steps(self.problem.axis, data.record) for data in self.problem.data]
+        steps = SensorSteps(
+            position=max(each.position for each in every),
+            velocity=max(each.velocity for each in every),
         )
+        unit = self.problem.axis.axis.coordinate.unit
+        return f"{said}, with what {stepped.loops} simulated loops have by {steps.told(unit)}"
 
 
 def gain_relative_sd(problem: Problem) -> float:

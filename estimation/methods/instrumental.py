@@ -1,11 +1,12 @@
 """Instrumental variables: instruments from the simulated loop, until the estimate stands still."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
 from axisid.estimation.problems import Problem, adding
 from axisid.estimation.regression import (
@@ -30,11 +31,11 @@ from axisid.estimation.thresholds.estimates import (
 )
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
-from axisid.support.remedy import Note
+from axisid.support.remedy import Note, Remedy, Setting
 
-from .least_squares import least_squares_point
 from .method import Fit, Method, at_point
 from .pace import Pace
+from .starting import Start, nominal_start, start_of
 
 _MOST = 20
 
@@ -64,11 +65,32 @@ class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
     def fit(self, problem: Problem) -> Fit:
-        """See `Method.fit`; from where least squares ends, which searches more widely."""
+        """See `Method.fit`."""
         form = problem.form(self.form)
         with adding(lambda: "Instruments need it; idm-ls and ddm-ls do without."):
             problem.check_loop()
-        return Iteration(self.name, least_squares_point(form, problem.rows), problem).fit()
+        form, start = start_of(problem, form, self.start)
+        if start.named == NOMINAL_START or not form.is_linear:
+            return Iteration(self.name, form, start, problem).fit()
+        return self._from_least_squares(problem, form, start)
+
+    def _from_least_squares(self, problem: Problem, form: Form, start: Start) -> Fit:
+        """From least squares; from the nominal values where that comes to no end."""
+        first = Iteration(self.name, form, start, problem)
+        near: Fit | None = None
+        with suppress(EstimationError):
+            near = first.fit()
+            if not first.jumps:
+                return near
+        why = Note("from least squares it comes to no end")
+        second = Iteration(self.name, form, nominal_start(form, why), problem)
+        try:
+            found = second.fit()
+        except EstimationError:
+            if near is None:
+                raise
+            return near
+        return near if near is not None and second.jumps else found
 
 
 class Iteration:
@@ -79,14 +101,16 @@ class Iteration:
     method : str
         For messages.
     form : Form
-        Where it starts.
+        Linearised where it starts, if it is not linear.
+    start : Start
     problem : Problem
     """
 
-    def __init__(self, method: str, form: Form, problem: Problem) -> None:
-        self._method, self._form, self._on = method, form, problem
+    def __init__(self, method: str, form: Form, start: Start, problem: Problem) -> None:
+        self._method, self._form, self._start, self._on = method, form, start, problem
         self._iterates: list[Iterate] = []
         self._pace = Pace()
+        self.jumps = False  # whether the fit is near an estimate, and none
 
     def fit(self) -> Fit:
         """Iterate.
@@ -96,7 +120,7 @@ class Iteration:
         EstimationError
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
-        form, physical = self._form, self._form.start
+        form, physical = self._form, self._start.physical
         last: _Step | None = None
         nearest: _Step | None = None
         while len(self._iterates) <= _MOST:
@@ -114,15 +138,12 @@ class Iteration:
         with self._naming():
             end = self._next(nearest, nearest.start, 1.0)
             reached, _ = self._reached(self._on.rows(form.at(end)), end)
+            self.jumps = True
             return self._ended(nearest, reached, (_jumping(nearest.size),))
 
     def _moving(self, physical: Array) -> EstimationError:
         rests = rests_first(self._on.rest)
-        cause = (
-            Note.of("It may be that ", rests, ".")
-            if rests
-            else "Check the control law against the record, and start from better nominal values."
-        )
+        cause = Note.of("It may be that ", rests, ".") if rests else self._elsewhere()
         said = Note.of(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
             f"{self._form.describe(physical)}. ",
@@ -130,13 +151,22 @@ class Iteration:
         )
         return EstimationError(said.text, said.remedy, code="no-convergence")
 
+    def _elsewhere(self) -> Remedy:
+        """What to try where nothing is known of the record."""
+        law = "Check the control law against the record, and start from "
+        if self._start.named == NOMINAL_START:
+            return Remedy.of(law, "better nominal values.")
+        return Remedy.of(law, "the nominal values: ", Setting("start", NOMINAL_START), ".")
+
     def _reached(self, measured: Equations, physical: Array) -> tuple[_IterationState, Array]:
         """The loop simulated with the next iterate, parameters (p,), and its regressor."""
-        loops, known, Z = self._on.simulated(self._form, physical)
+        loops = self._start.loops if not self._iterates else ()
+        loops = loops or self._on.loops(self._form, physical)
+        intercept, Z = self._on.right_of(self._form, physical, loops)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
-        simulated = Z @ theta + known
+        simulated = Z @ theta + intercept
         error = relative_error_percent(measured.left - simulated, measured.left)
         self._iterates.append(
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)
@@ -147,7 +177,9 @@ class Iteration:
         """From parameters (p,) to the estimate by the instruments that they give."""
         regressor = self._on.factored(self._form, measured)
         instruments = factor(Z, regressor.names, "the simulated loop")
-        solution = instrumental_variables(measured.left - measured.known, regressor, instruments)
+        solution = instrumental_variables(
+            measured.left - measured.intercept, regressor, instruments
+        )
         goal, jacobian = self._form.physical(solution.theta)
         deviation = np.sqrt(np.diag(delta_method(PublishedCovariance().matrix(solution), jacobian)))
         # Of the whole step: part of one may be small far from the solution.
@@ -175,10 +207,15 @@ class Iteration:
             solution=solution,
             instruments=step.instruments,
             iterates=tuple(self._iterates),
+            started=self._start.named,
             loops=reached.loops,
             simulated=reached.simulated,
-            remarks=remarks,
+            remarks=(*self._why_not(), *remarks),
         )
+
+    def _why_not(self) -> tuple[Note, ...]:
+        """Why it did not start from least squares, if it was to."""
+        return () if self._start.why_not is None else (self._start.why_not,)
 
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""

@@ -28,7 +28,7 @@ class LeastSquares(Method):
         measured = problem.rows(form)
         solution = _solved(problem, form, measured)
         try:
-            loops, known, right = problem.simulated(form, form.physical(solution.theta)[0])
+            loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
             return Fit(
                 form=form,
@@ -39,7 +39,7 @@ class LeastSquares(Method):
                 ),
                 remarks=(Note.of("no simulation error, since ", error.note),),
             )
-        simulated: Array = right @ solution.theta + known
+        simulated: Array = right @ solution.theta + intercept
         return Fit(
             form=form, measured=measured, solution=solution, loops=loops, simulated=simulated
         )
@@ -54,7 +54,7 @@ def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
 
 def _solved(problem: Problem, form: Form, measured: Equations) -> Solution:
     regressor = problem.factored(form, measured)
-    solution = least_squares(measured.left - measured.known, regressor)
+    solution = least_squares(measured.left - measured.intercept, regressor)
     if form.is_linear:
         return solution
     # The search ends within the bounds, where a step of the linearised model might not.

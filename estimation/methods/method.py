@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
+from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Equations, Form, QrFactors, Solution
@@ -28,6 +29,8 @@ class Fit:
         None for least squares.
     iterates : tuple of Iterate
         The start and every iterate; empty for what is no iteration.
+    started : str
+        Where the iteration started, of `STARTS`; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
     simulated : (n,) array or NotSimulated
@@ -40,6 +43,7 @@ class Fit:
     solution: Solution
     instruments: QrFactors | None = None
     iterates: tuple[Iterate, ...] = ()
+    started: str = ""
     loops: tuple[Simulation, ...] = ()
     simulated: Array | NotSimulated = _NO_LOOP
     remarks: tuple[str | Note, ...] = ()
@@ -63,10 +67,14 @@ class Method(ABC):
         As users give it, ``idm-ls``.
     form : type of Form
         That is regressed.
+    start : str
+        Of `STARTS`, where an iteration starts; least squares only where its loop follows the
+        records.
     """
 
     name: str
     form: type[Form]
+    start: str = STARTS[0]
 
     @abstractmethod
     def fit(self, problem: Problem) -> Fit:
@@ -83,5 +91,5 @@ class Method(ABC):
 
 def at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
     """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    left = measured.left - measured.known - measured.regressor @ physical
+    left = measured.left - measured.intercept - measured.regressor @ physical
     return replace(solution, theta=physical, residuals=left)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc, stdtr
+from scipy.special import stdtr
 
 from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.regression import (
@@ -20,6 +20,7 @@ from axisid.estimation.regression import (
     checked_columns,
     factor,
     instrumental_variables,
+    joint_p,
     least_squares,
 )
 from axisid.estimation.thresholds.diagnostics import CONTRADICTION_LEVEL, MAX_UNSEEN_BIAS
@@ -42,7 +43,7 @@ class NoiseBias:
     p_value : float
         Of a difference of none, Student's distribution.
     joint_p_value : float
-        The same for all parameters of the estimate at once, F distribution.
+        The same for all parameters of the estimate at once, Hotelling's.
     shift : float
         Size of the difference, in deviations of least squares.
     """
@@ -146,4 +147,4 @@ def _joint_p(apart: Array, covariance: Array, freedom: float) -> float:
     kept = sizes > _SAME * sizes[-1]
     along = directions[:, kept].T @ (apart[there] / deviations[there])
     tested = int(kept.sum())
-    return float(fdtrc(tested, freedom, float(np.sum(along**2 / sizes[kept])) / tested))
+    return joint_p(float(np.sum(along**2 / sizes[kept])), tested, freedom)

@@ -4,6 +4,9 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
+from .even_times import EvenTimes as EvenTimes
+from .even_times import at_even_times as at_even_times
+from .even_times import jitter_of as jitter_of
 from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed
 from .filter_bias import encoder_error as encoder_error

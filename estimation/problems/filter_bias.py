@@ -5,6 +5,7 @@ Both keep the instruments: only what was measured is changed.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
@@ -18,10 +19,10 @@ from axisid.estimation.regression import (
     Solution,
     StepsError,
     checked_columns,
-    encoder_step,
     factor,
     instrumental_variables,
     least_squares,
+    sensor_steps,
     stepped_loops,
     steps_error,
 )
@@ -130,7 +131,7 @@ def encoder_error(
     None where no record has any, or they are no matter. `quiet` is of the loops without steps, at
     the same parameters; the others are as of `noise_free`.
     """
-    steps = [encoder_step(data.axis, data.record) for data in problem.data]
+    steps = [sensor_steps(data.axis, data.record) for data in problem.data]
     if not any(steps):
         return None
 
@@ -287,29 +288,27 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
 def loop_record(
     data: FilteredRecord, loops: Sequence[Simulation], *, measured: bool
 ) -> FilteredRecord:
-    """The same, with the position as the loops' law measured it or as it is."""
-    record = data.record
-    position = [s.measured_position if measured else s.position for s in loops]
-    simulated = replace(
-        record,
-        position=np.concatenate(position),
-        control=None if record.control is None else np.concatenate([s.control for s in loops]),
-        force=None
-        if record.force is None
-        else np.concatenate([_sensed(data, loop) for loop in loops]),
-    )
-    return replace(data, record=simulated)
+    """The same, with the position as the loops' law measured it or as it is.
 
-
-def _sensed(data: FilteredRecord, loop: Simulation) -> Array:
-    """What a force sensor sees at a sample, (N,): the mean of what is held before and after.
-
-    With `zoh` the column is said to be what is held from the sample on.
+    A column that was recorded is made of the loops as its sensor would see them.
     """
+    record = data.record
     law = data.axis.axis.control
-    if law is None or law.continuous or data.prefilter.hold == "zoh":
-        return loop.force
-    return about_samples(loop.force, [0])
+    jumps = law is not None and not law.continuous
+    sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
+    made: dict[str, Callable[[Simulation], Array]] = {
+        "position": lambda s: s.measured_position if measured else s.position,
+        "velocity": lambda s: s.velocity,
+        "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
+        "control": lambda s: s.control,
+        "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
+    }
+    columns: dict[str, Any] = {
+        role: np.concatenate([seen(loop) for loop in loops])
+        for role, seen in made.items()
+        if getattr(record, role) is not None
+    }
+    return replace(data, record=replace(record, **columns))
 
 
 def _with_gain(data: FilteredRecord, scale: float) -> Signals:
@@ -322,7 +321,7 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
 def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
     """What solves rows by the instruments, or by least squares where there are none."""
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     if instruments is None:
         return least_squares(left, factor(rows.regressor, names))
     return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

@@ -1,10 +1,12 @@
 """How filter and noise bias least squares of records without a reference, by loops that follow."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Equations, FollowingLoops, Form, simulated_right
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
@@ -51,20 +53,25 @@ def noise_free_following(
         return None
     quiet = noise_free(form, problem, tuple(s for of_one in every for s in of_one), physical, None)
     rng = np.random.default_rng(0)
-    white = [_noise(each, loops) for each, loops in zip(following, every, strict=True)]
+    white = [_noises(each.data.record, loops) for each, loops in zip(following, every, strict=True)]
     biases = []
     for _ in range(_DRAWS):
-        drawn = [rng.permutation(noise) for noise in white]
+        drawn = [{role: rng.permutation(noise) for role, noise in w.items()} for w in white]
         biases += [_bias_with_noise(form, following, drawn, s, physical) for s in (1.0, -1.0)]
     return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
 
 
-def _noise(following: FollowingLoops, loops: tuple[Simulation, ...]) -> Array:
-    """Noise of a record's position, (N,), as large as its second differences.
+def _noises(record: Record, loops: tuple[Simulation, ...]) -> dict[str, Array]:
+    """Noise of what was measured of the motion, by role, (N,)."""
+    return {role: _noise(record, loops, role) for role in record.motion}
+
+
+def _noise(record: Record, loops: tuple[Simulation, ...], role: str) -> Array:
+    """Noise of a measured role, (N,), as large as its second differences.
 
     Its slow part is the loops': they follow it, or do not quite move as the axis did.
     """
-    apart = following.data.record.position - np.concatenate([s.position for s in loops])
+    apart = getattr(record, role) - np.concatenate([getattr(s, role) for s in loops])
     apart = apart - apart.mean()
     size, white = np.std(apart), np.std(np.diff(apart, 2)) / 6**0.5
     return np.asarray(apart * min(1.0, white / size) if size else apart)
@@ -82,24 +89,30 @@ def _follow(
         for loops, data in zip(every, problem.data, strict=True)
     ]
     theta = form.regressed(physical)
-    made = np.concatenate([known + right @ theta for known, right in rights])
+    made = np.concatenate([intercept + right @ theta for intercept, right in rights])
     return relative_error_percent(left - made, left) < MAX_SIMULATION_ERROR.value
 
 
 def _bias_with_noise(
     form: Form,
     following: Sequence[FollowingLoops],
-    noise: Sequence[Array],
+    noise: Sequence[Mapping[str, Array]],
     sign: float,
     physical: Array,
 ) -> Array:
-    """What least squares makes of the loops with noise of the position."""
+    """What least squares makes of the loops with noise of what was measured."""
     pieces = []
     for each, of_one in zip(following, noise, strict=True):
-        loops = each.simulated(physical, sign * of_one)
+        loops = each.simulated(physical, sign * of_one["position"])
         noisy = loop_record(each.data, loops, measured=True)
+        beside: dict[str, Any] = {
+            role: getattr(noisy.record, role) + sign * values
+            for role, values in of_one.items()
+            if role != "position"
+        }
+        noisy = replace(noisy, record=replace(noisy.record, **beside))
         if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
-            noisy = noisy.turning_as(noisy.record.position)
+            noisy = noisy.turning_as(noisy.record.position, noisy.record.velocity)
         pieces.append(form.equations(noisy.signals).reduced(noisy))
     solution = solution_of(form, Equations.stacked(pieces), None)
     return np.asarray(form.physical(solution.theta)[0] - physical, dtype=float)

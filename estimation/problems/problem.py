@@ -161,17 +161,24 @@ class Problem:
             loop_reference(self.axis, data.record)
 
     def simulated(self, form: Form, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with an estimate, and their known part and regressor, reduced."""
-        loops, rights = self.loops(form, physical), []
+        """The loops simulated with an estimate, and their intercept and regressor, reduced."""
+        loops = self.loops(form, physical)
+        return loops, *self.right_of(form, physical, loops)
+
+    def right_of(
+        self, form: Form, physical: Array, loops: tuple[Simulation, ...]
+    ) -> tuple[Array, Array]:
+        """Intercept and regressor of loops that were simulated with an estimate, reduced."""
+        rights = []
         for i, (data, of_one) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
             right = simulated_right(form.of_record(i), of_one, form.own(physical, i), data)
-            known, regressor = form.placed(i, *right)
+            intercept, regressor = form.placed(i, *right)
             if self.weights:
-                known, regressor = self.weights[i] * known, self.weights[i] * regressor
-            rights.append((known, regressor))
+                intercept, regressor = self.weights[i] * intercept, self.weights[i] * regressor
+            rights.append((intercept, regressor))
         if len(rights) == 1:
-            return loops, *rights[0]
-        return loops, np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+            return rights[0]
+        return np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
 
     def loops(self, form: Form, physical: Array) -> tuple[Simulation, ...]:
         """The loops simulated with an estimate, one for each segment of each record."""
@@ -224,8 +231,8 @@ class Problem:
         pieces = []
         for i, (data, equations) in enumerate(zip(self.data, every, strict=True)):
             piece = equations.reduced(data)
-            known, regressor = form.placed(i, piece.known, piece.regressor)
-            piece = Equations(left=piece.left, known=known, regressor=regressor)
+            intercept, regressor = form.placed(i, piece.intercept, piece.regressor)
+            piece = Equations(left=piece.left, intercept=intercept, regressor=regressor)
             pieces.append(piece.scaled(self.weights[i]) if self.weights else piece)
         return Equations.stacked(pieces)
 
@@ -251,7 +258,7 @@ class Problem:
                 self.axis,
                 Reach.joined(reaches) if reaches else None,
                 rows.regressor,
-                rows.left - rows.known,
+                rows.left - rows.intercept,
                 rows=len(rows.left),
                 source="the record" if len(self.data) == 1 else "the set of records",
                 without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),

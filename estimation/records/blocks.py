@@ -12,11 +12,11 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import check_kind, check_regular, format_of, streamed_formats
 from axisid.estimation.logs.text import cut_end_notes, encoding_of
-from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import Jumps, jump_note
 from axisid.estimation.records.times import UNEVEN, Drift, step_notes
 from axisid.estimation.tables import LogClock, Provenance, Table
-from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -25,7 +25,8 @@ from axisid.support.real_numbers import real_array
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .clocks import EMPTY_CELLS, NO_TIME, no_time
-from .record import check_even, check_sample_period, check_varies
+from .period_checks import check_even, check_sample_period
+from .record_checks import check_varies
 
 ROWS = 100_000
 _PIECE = 1 << 20  # bytes
@@ -72,8 +73,8 @@ class LogBlocks:
             yield {role: samples.values for role, samples in chosen.samples.items()}
 
     def _chosen(self) -> Iterator[RoleColumns]:
-        known = format_of(self.file)
-        if known.blocks is None or self.file.suffix.lower() not in known.endings:
+        log_format = format_of(self.file)
+        if log_format.blocks is None or self.file.suffix.lower() not in log_format.endings:
             raise UsageError(
                 f"{self.file} cannot be read in blocks; ",
                 Remedy.of(f"give {streamed_formats()}, or ", _AT_ONCE, "."),
@@ -82,7 +83,7 @@ class LogBlocks:
         check_regular(self.file, folder=False)
         try:
             check_kind(self.file)
-            for table in self._passes.tables(self.rows, known.blocks, text=known.is_text):
+            for table in self._passes.tables(self.rows, log_format.blocks, text=log_format.is_text):
                 yield RoleColumns(
                     table,
                     as_declared(self.axis),
@@ -221,8 +222,9 @@ class _BlockChecks:
             least, most = self.reached.get(role, (math.inf, -math.inf))
             least = min(least, float(values.min(initial=math.inf)))
             self.reached[role] = least, max(most, float(values.max(initial=-math.inf)))
-        self.jumps.add(block["position"])
-        rows = len(block["position"])
+        if "position" in block:
+            self.jumps.add(block["position"])
+        rows = len(block[motion_role(block)])
         if "time" not in block:
             self.timed = False
         elif rows:
@@ -282,7 +284,7 @@ class _BlockChecks:
 
     def found(self, period: float | None) -> Extent:
         """The extent, once all blocks were taken."""
-        if self.samples < MIN_RECORD_ROWS.value:
+        if self.samples < MIN_RECORD_SAMPLES.value:
             raise DataError(f"{self.source}: a record needs 3 rows or more, not {self.samples}.")
         if period is None and not self.timed:
             raise DataError(f"{self.source}: there is no time column; ", no_time(), code=NO_TIME)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.records.faults import Mask
 from axisid.estimation.records.times import drift_of, step_notes
 from axisid.estimation.tables import Samples, Table
@@ -13,6 +14,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
+from .between import SELDOM_ROLES, advised_between, samples_apart
 from .repairs import Span
 
 _RESAMPLE = Setting("resample", "auto")
@@ -25,7 +27,7 @@ def together(
     samples: Mapping[str, Samples], masks: Mapping[str, Mask]
 ) -> tuple[Array, dict[str, Array], Mask]:
     """Columns of one clock: their time, their values, and where any is masked."""
-    clock = np.asarray(samples["position"].clock, dtype=np.float64)
+    clock = np.asarray(samples[motion_role(samples)].clock, dtype=np.float64)
     masked = np.zeros(len(clock), dtype=bool)
     for mask in masks.values():
         masked |= mask
@@ -108,10 +110,20 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
                 f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). ",
                 Remedy.of(
-                    _advice_on_empty(samples), _or_end(table, empty[0], len(samples.values)), "."
+                    _advice_on_empty(samples),
+                    _or_drawn(role, samples),
+                    _or_end(table, empty[0], len(samples.values)),
+                    ".",
                 ),
                 code=EMPTY_CELLS,
             )
+
+
+def _or_drawn(role: str, samples: Samples) -> Remedy | None:
+    """More to do about a measured column that is written in every so many rows."""
+    if role not in SELDOM_ROLES or samples_apart(samples.values) == 1:
+        return None
+    return Remedy.of(", or draw it between its values (", advised_between(role), ")")
 
 
 def _advice_on_empty(samples: Samples) -> Remedy:
@@ -133,9 +145,9 @@ def _advice_on_empty(samples: Samples) -> Remedy:
     )
 
 
-def _or_end(table: Table, row: int, rows: int) -> Remedy | None:
+def _or_end(table: Table, row: int, count: int) -> Remedy | None:
     """More to do about a row without a number where it and all after it look cut off."""
-    if row < rows - table.incomplete:
+    if row < count - table.incomplete:
         return None
     return Remedy.of(", or leave the end of the log out (", Setting("tail", "drop"), ")")
 

@@ -4,12 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
-from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.records.faults import (
     Mask,
     clipped,
@@ -24,11 +25,13 @@ from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
 
+from .between import drawn_between, seldom_notes
 from .clocks import clocked, filled, jitter_notes, together
-from .record import Record, check_sample_period
+from .period_checks import check_sample_period
+from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
 from .shifts import shifted
@@ -61,7 +64,8 @@ def read_record(
         Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
         its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
         (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
-        own name (``time``, ``position``, ``reference``, ``control``, ``force``, ``injected``). The
+        own name (``time``, ``position``, ``reference``, ``control``, ``force``); a column that only
+        bears the name ``velocity`` or ``acceleration`` serves where there is no position. The
         signals that the axis declares are roles of their names.
     injected_at : str, optional
         What the test signal in the column ``injected`` was added to, ``"control"`` or
@@ -96,13 +100,13 @@ def read_record(
     declared = as_declared(axis)
     if columns is not None and not isinstance(columns, Mapping):
         raise UsageError(
-            f"the columns are {given(columns)}; give names by role, such as "
+            f"the columns are {quoted(columns)}; give names by role, such as "
             f"{{'position': 'q:mm'}}.",
             code="columns-type",
         )
     if repairs is not None and not isinstance(repairs, Repairs):
         raise UsageError(
-            f"the repairs are {given(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
+            f"the repairs are {quoted(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
             "the like.",
             code="repairs-type",
         )
@@ -131,9 +135,9 @@ def _record(
     counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
     read, retimed = _retimed(found.samples, sample_period, repairs)
     uneven = repairs.resample is not None
-    whole, moved = shifted(
-        table.source, clocked(table, read, sample_period), repairs.shift, uneven=uneven
-    )
+    timed = clocked(table, read, sample_period)
+    filled_in, drawn = drawn_between(table.source, timed, repairs.between, uneven=uneven)
+    whole, moved = shifted(table.source, filled_in, repairs.shift, uneven=uneven)
     columns, taken, name = whole, [], table.source
     if windows:
         columns, windows, cut_out = within(table.source, whole, windows)
@@ -141,6 +145,7 @@ def _record(
     samples = filled(replace(table, source=name), columns, uneven=uneven)
     empty = _dropped_rows(columns, samples)
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
+    seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
     laid = (
@@ -153,18 +158,19 @@ def _record(
             repairs.resample,
             split=repairs.gaps is not None,
             stated=sample_period,
-            splined=("position", "reference")
+            splined=("position", "velocity", "reference")
             + (("injected",) if found.injected_at == "reference" else ()),
+            between=repairs.between,
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
     )
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
-    roles = {role: values for role, values in laid.columns.items() if role not in signals}
+    values: dict[str, Any] = {r: v for r, v in laid.columns.items() if r not in signals}
     return Record(
         time=laid.time,
-        **roles,
-        signals={name: values for name, values in laid.columns.items() if name in signals},
+        **values,
+        signals={name: v for name, v in laid.columns.items() if name in signals},
         injected_at=found.injected_at,
         sample_period=laid.period,
         segments=laid.segments,
@@ -178,8 +184,24 @@ def _record(
             path=table.path,
             columns=found.names,
             assumed=found.notes,
-            doubts=(*table.doubts, *jumps, *spiky, *cut, *jitter_notes(laid.time, laid.segments)),
-            repairs=(*table.repairs, *retimed, *moved, *taken, *made, *empty, *laid.repairs),
+            doubts=(
+                *table.doubts,
+                *jumps,
+                *spiky,
+                *cut,
+                *seldom,
+                *jitter_notes(laid.time, laid.segments),
+            ),
+            repairs=(
+                *table.repairs,
+                *retimed,
+                *drawn,
+                *moved,
+                *taken,
+                *made,
+                *empty,
+                *laid.repairs,
+            ),
             clock=replace(laid.clock, counted=counted),
         ),
     )
@@ -222,7 +244,7 @@ def _retimed(
 
     Columns with clocks of their own need not have been set back at one time, and stay.
     """
-    own = samples["time"].values if "time" in samples else samples["position"].clock
+    own = samples["time"].values if "time" in samples else samples[motion_role(samples)].clock
     if own is None or not ("time" in samples or _share(samples, own)):
         return samples, []
     clock, made = own, []
@@ -277,7 +299,10 @@ def _repaired(
     if modulus is not None:
         samples, repair = unwrapped(source, samples, modulus, gap)
         made.append(repair)
-    jumps = remaining_jumps_note(source, samples["position"], axis, gap, modulus)
+    position = samples.get("position")
+    jumps = None
+    if position is not None:
+        jumps = remaining_jumps_note(source, position, axis, gap, modulus)
     if repairs.mask is not None:
         masks, repair = clipped(*_by_role(samples, axis))
         made.append(repair)

@@ -1,46 +1,44 @@
 """The record: what was measured, checked once, then read-only."""
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import accumulate, pairwise
-from operator import index
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from axisid.estimation.records.times import (
-    BACKWARD,
-    RESAMPLE_EVENLY,
-    UNEVEN,
-    advice_on_backward,
-    advice_on_uneven,
-    drift_of,
-    odd_steps,
-    open_end,
-)
+from axisid.estimation.records.times import open_end
 from axisid.estimation.tables import Provenance, Repair, Samples
-from axisid.estimation.thresholds.records import (
-    MAX_MEAN_STEP_DEVIATION,
-    MAX_STATED_PERIOD_DEVIATION,
-    MIN_RECORD_ROWS,
-)
-from axisid.modeling.declaration import INJECTION_POINTS, ROLES
+from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.modeling.declaration import ROLES
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.presentable import Presentable
-from axisid.support.real_numbers import is_real, real_array
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
+from .period_checks import check_sample_period
+from .record_checks import (
+    check_injected,
+    check_lengths,
+    check_spans,
+    check_time,
+    check_varies,
+    checked_column,
+    checked_spans,
+)
 from .repairs import Span
 from .shifts import checked_shifts, shifted
-from .windows import Window, checked_windows, rows_within, window_repair, windows_text
+from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
-_ROWS = "row"  # beside the columns, while some are moved
+_PLACE = "row"  # of a sample, beside the columns while some are moved
+
+
+def _nothing() -> Array:
+    """What stands for a position that was not recorded, until it is integrated."""
+    return np.empty(0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
@@ -52,7 +50,12 @@ class Record(Presentable, Exact):
     time : (N,) array
         s, strictly increasing, without gaps inside a segment.
     position : (N,) array
-        Measured, m or rad.
+        Measured, m or rad. Where none is given, the integral of the velocity, segment by segment
+        from the reference there or from 0; it serves axes alone whose model does without it.
+    velocity : (N,) array or None
+        Measured, m/s or rad/s; taken in place of the differentiated position.
+    acceleration : (N,) array or None
+        Measured, m/s^2 or rad/s^2; taken in place of the differentiated velocity.
     reference : (N,) array or None
         Commanded position; instrumental variables need it.
     control : (N,) array or None
@@ -69,15 +72,17 @@ class Record(Presentable, Exact):
         s. None takes the mean of the time column's steps. Given beside them, it confirms that the
         log is not sampled as a control law runs, which is then simulated at its own period.
     segments : tuple of (int, int)
-        First row and the one after the last of each piece without gaps; empty for one piece.
+        First sample and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)
-        Rows that are no measurements (clipped), likewise.
+        Samples that are no measurements (clipped), likewise.
     windows : tuple of (float, float)
         First and last time, s, of each part of a log that the record is; empty for the whole.
     around : mapping of str to Samples
         Of such a record the columns of the whole log, for figures; else empty.
     provenance : Provenance
         Where the record comes from.
+    integrated : bool
+        Whether the position is the velocity's integral; set where no position is given.
 
     Raises
     ------
@@ -86,7 +91,9 @@ class Record(Presentable, Exact):
     """
 
     time: Array
-    position: Array
+    position: Array = field(default_factory=_nothing)
+    velocity: Array | None = None
+    acceleration: Array | None = None
     reference: Array | None = None
     control: Array | None = None
     force: Array | None = None
@@ -99,34 +106,43 @@ class Record(Presentable, Exact):
     windows: tuple[Window, ...] = ()
     around: Mapping[str, Samples] = field(default_factory=dict)
     provenance: Provenance = field(default_factory=Provenance)
+    integrated: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.provenance, Provenance):
             raise UsageError(
-                f"the provenance of the record is {given(self.provenance)}; give a Provenance, or "
+                f"the provenance of the record is {quoted(self.provenance)}; give a Provenance, or "
                 "leave it out.",
                 code="provenance-type",
             )
-        for role in ("time", "position"):
-            if getattr(self, role) is None:
-                raise DataError(f"{self._name()}: there is no {role}; a record needs one.")
+        name = self._name()
+        if self.time is None:
+            raise DataError(f"{name}: there is no time; a record needs one.")
+        self._check_position()
         self._check_signals()
         for role, values in self._of_roles().items():
-            object.__setattr__(self, role, self._column(role, values))
-        columns = {name: self._column(name, values) for name, values in self.signals.items()}
+            object.__setattr__(self, role, checked_column(name, role, values))
+        columns = {each: checked_column(name, each, v) for each, v in self.signals.items()}
         object.__setattr__(self, "signals", FrozenMapping(columns))
-        self._check_injected()
+        if self.injected is None:
+            object.__setattr__(self, "injected_at", None)
+        else:
+            check_injected(name, self.injected_at)
         if not (self.sample_period is None or is_real(self.sample_period)):
             check_sample_period(self.sample_period)
-        for name in ("segments", "masked"):
-            object.__setattr__(self, name, self._spans(name))
+        for what in ("segments", "masked"):
+            object.__setattr__(self, what, checked_spans(name, what, getattr(self, what)))
         object.__setattr__(self, "around", _frozen_samples(self.around))
-        self._check_lengths()
-        self._check_spans()
-        self._check_time()
+        check_lengths(name, self.channels())
+        check_spans(name, len(self), self.segments, self.masked)
+        check_time(name, self.time, self.spans, self.sample_period)
+        if self.integrated:
+            there = np.size(self.position) == len(self)
+            kept = self.position if there else self._integral()
+            object.__setattr__(self, "position", frozen(np.asarray(kept, dtype=float)))
         for role, values in self.channels().items():
             if role in self._varying:
-                check_varies(self._name(), role, float(values.min()), float(values.max()))
+                check_varies(name, role, float(values.min()), float(values.max()))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         """Made again from its parts, since arrays forget on the way that they are read-only."""
@@ -142,6 +158,12 @@ class Record(Presentable, Exact):
         """Samples and sampling period, in words."""
         pieces = f" in {len(self.segments)} segments" if self.segments else ""
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+    @property
+    def motion(self) -> tuple[str, ...]:
+        """What of the motion was measured: roles."""
+        roles = ("position", "velocity", "acceleration")
+        return tuple(role for role in roles if role in self.channels())
 
     @property
     def period(self) -> float:
@@ -163,7 +185,7 @@ class Record(Presentable, Exact):
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
-        """First row and the one after the last of each segment; of a whole record, its own."""
+        """First sample and the one after the last of each segment; of a whole record, its own."""
         return self.segments or ((0, len(self)),)
 
     def longest(self) -> "Record":
@@ -195,12 +217,12 @@ class Record(Presentable, Exact):
         wanted = checked_windows(windows)
         if not wanted:
             return self
-        spans = rows_within(self._name(), self.time, wanted, MIN_RECORD_ROWS.value)
+        spans = samples_within(self._name(), self.time, wanted, MIN_RECORD_SAMPLES.value)
         pieces = [
             (max(a, start), min(b, stop))
             for start, stop in spans
             for a, b in self.spans
-            if min(b, stop) - max(a, start) >= MIN_RECORD_ROWS.value
+            if min(b, stop) - max(a, start) >= MIN_RECORD_SAMPLES.value
         ]
         first, last = float(self.time[0]), float(self.time[-1])
         return self._of(
@@ -221,7 +243,7 @@ class Record(Presentable, Exact):
         Returns
         -------
         Record
-            Without the rows at the ends of each segment that have no partner then.
+            Without the samples at the ends of each segment that have no partner then.
 
         Raises
         ------
@@ -231,20 +253,25 @@ class Record(Presentable, Exact):
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
         columns = {
             role: Samples(values=v, clock=self.time)
-            for role, v in (*self.channels().items(), (_ROWS, np.arange(float(len(self)))))
+            for role, v in (*self.channels().items(), (_PLACE, np.arange(float(len(self)))))
             if role != "time"
         }
         masked = covered(self.masked, len(self)).astype(float)
-        columns |= {f"{role} {_ROWS}": replace(columns[role], values=masked) for role in wanted}
-        moves = {**wanted, **{f"{role} {_ROWS}": shift for role, shift in wanted.items()}}
+        columns |= {
+            f"{role} {_PLACE}": replace(columns[role], values=masked)
+            for role in wanted
+            if role in columns
+        }
+        moves = {**wanted, **{f"{role} {_PLACE}": shift for role, shift in wanted.items()}}
         found, said = shifted(self._name(), columns, moves, uneven=False)
-        kept = found.pop(_ROWS).values.astype(int)
+        kept = found.pop(_PLACE).values.astype(int)
         hidden = masked[kept] > 0
         for role in wanted:
-            hidden |= found.pop(f"{role} {_ROWS}").values > 0
+            hidden |= found.pop(f"{role} {_PLACE}").values > 0
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
         joined = [0, *accumulate(lengths)]
         moved = {role: s.values for role, s in found.items()}
+        moved.setdefault("position", _nothing())
         return self.with_channels(
             {"time": self.time[kept], **moved},
             segments=tuple(pairwise(joined)) if self.segments else (),
@@ -253,16 +280,17 @@ class Record(Presentable, Exact):
         )
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
-        """These rows of it, as segments."""
+        """These samples of it, as segments."""
         cut = {
             role: np.concatenate([v[a:b] for a, b in pieces]) for role, v in self.channels().items()
         }
+        cut.setdefault("position", _nothing())
         joined = [0, *accumulate(b - a for a, b in pieces)]
-        rows = np.concatenate([np.arange(a, b) for a, b in pieces])
+        taken = np.concatenate([np.arange(a, b) for a, b in pieces])
         return self.with_channels(
             cut,
             segments=tuple(pairwise(joined)) if len(pieces) > 1 else (),
-            masked=runs(covered(self.masked, len(self))[rows]),
+            masked=runs(covered(self.masked, len(self))[taken]),
             **changed,
         )
 
@@ -285,7 +313,10 @@ class Record(Presentable, Exact):
         return len(self.time)
 
     def channels(self) -> dict[str, Array]:
-        """The columns there are, by role, and the recorded signals by name."""
+        """The columns there are, by role, and the recorded signals by name.
+
+        A position that is integrated is none.
+        """
         return {**self._of_roles(), **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
@@ -297,7 +328,9 @@ class Record(Presentable, Exact):
     def _of_roles(self) -> dict[str, Array]:
         columns = {
             "time": self.time,
-            "position": self.position,
+            "position": None if self.integrated else self.position,
+            "velocity": self.velocity,
+            "acceleration": self.acceleration,
             "reference": self.reference,
             "control": self.control,
             "force": self.force,
@@ -328,8 +361,8 @@ class Record(Presentable, Exact):
     def _check_signals(self) -> None:
         if not isinstance(self.signals, Mapping):
             raise UsageError(
-                f"{self._name()}: the signals are {given(self.signals)}; give arrays by name, such "
-                "as {'pressure': values}.",
+                f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
+                "such as {'pressure': values}.",
                 code="record-signals",
             )
         if taken := [name for name in self.signals if name in ROLES]:
@@ -338,106 +371,28 @@ class Record(Presentable, Exact):
                 code="record-signal-name",
             )
 
-    def _check_injected(self) -> None:
-        if self.injected is None:
-            object.__setattr__(self, "injected_at", None)
-        elif self.injected_at not in INJECTION_POINTS:
-            raise UsageError(
-                f"{self._name()}: the injected signal is added to {self.injected_at!r}; give ",
-                Remedy.of(
-                    Setting("injected-at", "control"),
-                    " or ",
-                    Setting("injected-at", "reference"),
-                    ".",
-                ),
-                code="record-injected-at",
+    def _check_position(self) -> None:
+        """Refuse a record that has neither position nor velocity; note one of velocity alone."""
+        if self.position is not None and np.size(self.position):
+            return
+        if self.velocity is None:
+            raise DataError(
+                f"{self._name()}: there is no position, nor a velocity in its place; a record "
+                "needs one.",
+                code="no-motion",
             )
+        object.__setattr__(self, "position", _nothing())
+        object.__setattr__(self, "integrated", True)
 
-    def _column(self, role: str, values: ArrayLike) -> Array:
-        column = frozen(real_array(values, f"{self._name()}: the {role}", DataError))
-        if column.ndim != 1:
-            raise DataError(
-                f"{self._name()}: the {role} has the shape {column.shape}; give one row of "
-                "numbers.",
-                code="signal-shape",
-            )
-        bad = np.flatnonzero(~np.isfinite(column))
-        if bad.size:
-            raise DataError(
-                f"{self._name()}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
-                f"({bad.size} in all). Remove such rows or repair the log.",
-                code="value-not-finite",
-            )
-        return column
-
-    def _spans(self, name: str) -> tuple[tuple[int, int], ...]:
-        spans = getattr(self, name)
-        try:
-            return tuple((index(start), index(stop)) for start, stop in spans)
-        except (TypeError, ValueError) as error:
-            raise UsageError(
-                f"{self._name()}: the {name} are {given(spans)}; give pairs of rows, the first "
-                "and the one after the last."
-            ) from error
-
-    def _check_lengths(self) -> None:
-        lengths = {role: len(values) for role, values in self.channels().items()}
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-            raise DataError(
-                f"{self._name()}: the columns differ in length: {listed}.", code="record-lengths"
-            )
-        fewest = MIN_RECORD_ROWS.value
-        if len(self) < fewest:
-            raise DataError(
-                f"{self._name()}: a record needs {fewest} rows or more, not {len(self)}.",
-                code="short-record",
-            )
-
-    def _check_spans(self) -> None:
-        fewest = MIN_RECORD_ROWS.value
-        joined = [0, *(row for span in self.segments for row in span), len(self)]
-        whole = not self.segments or joined[::2] == joined[1::2]
-        lasting = all(stop - start >= fewest for start, stop in self.segments)
-        inside = all(0 <= start < stop <= len(self) for start, stop in self.masked)
-        if not (whole and lasting and inside):
-            raise DataError(
-                f"{self._name()}: the segments {self.segments} and masked rows {self.masked} are "
-                f"no parts of {len(self)} rows; segments follow one another, with {fewest} rows "
-                "or more each.",
-                code="record-spans",
-            )
-
-    def _check_time(self) -> None:
-        back = np.flatnonzero(np.diff(self.time) <= 0)
-        if back.size:
-            row = back[0] + 2
-            raise DataError(
-                f"{self._name()}: time does not increase in data row {row}: after "
-                f"{self.time[row - 2]:.9g} s comes {self.time[row - 1]:.9g} s. ",
-                advice_on_backward(self.time),
-                code=BACKWARD,
-            )
-        inside = np.ones(len(self) - 1, dtype=bool)
-        inside[[start - 1 for start, _ in self.segments[1:]]] = False
-        self._check_steps(np.diff(self.time), inside)
-
-    def _check_steps(self, steps: Array, inside: NDArray[np.bool_]) -> None:
-        """Refuse steps inside the segments that are not the sampling period."""
-        typical = float(np.median(steps[inside]))
-        gaps = np.flatnonzero(odd_steps(steps, typical) & inside)
-        if gaps.size:
-            row = gaps[0] + 2
-            raise DataError(
-                f"{self._name()}: the time step before data row {row} is {steps[gaps[0]]:.6g} s, "
-                f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
-                advice_on_uneven(steps[inside], typical),
-                code=UNEVEN,
-            )
-        mean = float(np.mean(steps[inside]))
-        check_even(self._name(), typical, mean, self.sample_period, RESAMPLE_EVENLY)
-        drift = drift_of([self.time[a:b] for a, b in self.spans])
-        drift.check(self._name(), mean, RESAMPLE_EVENLY)
+    def _integral(self) -> Array:
+        """The velocity's, by trapezoids, in each segment from the reference at its start."""
+        velocity, position = np.asarray(self.velocity), np.zeros(len(self))
+        for start, stop in self.spans:
+            steps = self.period * (velocity[start + 1 : stop] + velocity[start : stop - 1]) / 2
+            position[start + 1 : stop] = np.cumsum(steps)
+            if self.commanded is not None:
+                position[start:stop] += self.commanded[start]
+        return position
 
 
 def _frozen_samples(columns: Mapping[str, Samples]) -> FrozenMapping[str, Samples]:
@@ -456,55 +411,11 @@ def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
     return kind(**parts)
 
 
-def check_even(
-    source: str, typical: float, mean: float, period: float | None, advice: Remedy
-) -> None:
-    """Refuse a median and a mean step, s, that are apart, or are not the period that was given."""
-    if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
-        raise DataError(
-            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
-            f"{mean:.6g} s in the mean. ",
-            advice,
-            code=UNEVEN,
-        )
-    if period is not None:
-        check_stated(source, typical, period)
-
-
-def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
-    """Refuse a sampling period that was given, s, and is not the one of the time column."""
-    if not abs(stated / found - 1) < MAX_STATED_PERIOD_DEVIATION.value + uncertainty:
-        raise DataError(
-            f"{source}: the sampling period is given as {stated:g} s, but the time "
-            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
-            code="other-sample-period",
-        )
-
-
-def check_sample_period(period: object) -> None:
-    """Refuse what is no sampling period."""
-    if period is not None and not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(
-            f"the sampling period is {given(period)}; give a positive number of seconds.",
-            code="bad-sample-period",
-        )
-
-
-def check_varies(source: str, role: str, least: float, most: float) -> None:
-    """Refuse a column whose least and largest value are one."""
-    if least == most:
-        raise DataError(
-            f"{source}: the {role} is {least:g} in every row, so it says nothing "
-            f"about the axis. Check the {role} column, or record a motion.",
-            code="constant-column",
-        )
-
-
 def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
         raise UsageError(
-            f"the record is {given(record)}; read one with read_record(path, axis).",
+            f"the record is {quoted(record)}; read one with read_record(path, axis).",
             code="record-type",
         )
 

@@ -10,12 +10,13 @@ import numpy as np
 from axisid.estimation.records.columns import modulus_si
 from axisid.estimation.records.faults import Mask, Modulus
 from axisid.estimation.tables import Repair
-from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_ROWS
+from axisid.estimation.thresholds.records import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 
+from .between import Between, checked_between
 from .shifts import checked_shifts
 
 Span = tuple[int, int]
@@ -41,6 +42,9 @@ class Repairs:
     shift : mapping of str to int, float or str
         By role, how far a column is moved to later times against the others: samples, or a time
         with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
+    between : mapping of str to {"spline", "linear", "held"}
+        By role, what a measured velocity, acceleration or force is between its values, where these
+        are written in every so many samples, the others empty or the last value again.
 
     Raises
     ------
@@ -54,6 +58,7 @@ class Repairs:
     mask: Literal["clipped"] | None = None
     tail: Literal["drop"] | None = None
     shift: Mapping[str, Any] = field(default_factory=dict)
+    between: Mapping[str, Between] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rate = self.resample
@@ -68,6 +73,7 @@ class Repairs:
         if self.tail not in ("drop", None):
             raise UsageError(f"what to do with the end of the log is {self.tail!r}; give drop.")
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
+        object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
 
     def modulus(self, axis: Axis | None) -> Modulus | None:
         """Modulus of the position."""
@@ -93,9 +99,9 @@ def split_at_gaps(time: Array, cuts: Sequence[int] = ()) -> tuple[Mask, tuple[Sp
     begins = sorted({*(gaps + 1).tolist(), *cuts})
     pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
     kept = np.zeros(len(time), dtype=bool)
-    lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_ROWS.value]
+    lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
     for a, b in pieces:
-        kept[a:b] = b - a >= MIN_RECORD_ROWS.value
+        kept[a:b] = b - a >= MIN_RECORD_SAMPLES.value
     lost = float(np.sum(steps[gaps]) - len(gaps) * typical)
     repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
     return kept, adjoining(lengths), repair
@@ -108,7 +114,7 @@ def adjoining(lengths: list[int]) -> tuple[Span, ...]:
     return tuple(spans) if len(spans) > 1 else ()
 
 
-def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
+def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
     """What is said of a split log."""
     if not gaps:
         return Repair(kind="gaps", count=0, text="no gaps found")
@@ -116,6 +122,6 @@ def gaps_repair(gaps: int, lost: float, segments: int, left_out: int) -> Repair:
         f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
         f"{segments} segments, each filtered and simulated by itself"
     )
-    if left_out:
-        text += f"; {left_out} rows in pieces of fewer than {MIN_RECORD_ROWS.value} left out"
+    if dropped:
+        text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} left out"
     return Repair(kind="gaps", count=gaps, text=text)

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.records.faults import Mask
 from axisid.estimation.records.times import BACKWARD, advice_on_backward, own_period
 from axisid.estimation.tables import LogClock, Repair, Samples
@@ -15,14 +16,13 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .record import check_stated
+from .between import Between, at_times
+from .period_checks import check_stated
 from .repairs import Span, adjoining, gaps_repair
 
 _MOST_ROWS = 1e8
 _FEWEST = 4  # samples, for a spline
-_SPLINES, _LINES, _HELD = "by cubic splines", "by straight lines", "held"
-_ROUNDING = 1e-6  # of a step: times are sums
-_SPLINED = ("position", "reference")  # by cubic splines, what else there is by straight lines
+_SPLINED = ("position", "velocity", "reference")  # by cubic splines; the rest by straight lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +63,7 @@ def resample(
     split: bool,
     stated: float | None = None,
     splined: Sequence[str] = _SPLINED,
+    between: Mapping[str, Between] | None = None,
     edges: Sequence[float] | Array = (),
     held: Sequence[str] = (),
 ) -> Laid:
@@ -84,6 +85,8 @@ def resample(
         s; the position's sampling period as the user knows it, in place of its mean step.
     splined : sequence of str
         Roles that go on smoothly between their samples.
+    between : mapping of str to {"spline", "linear", "held"}
+        What other roles are between theirs.
     edges : sequence of float
         Times between windows, s, where the log is cut anyway.
     held : sequence of str
@@ -98,32 +101,15 @@ def resample(
         the columns do not overlap.
     """
     clocks = {role: _clock(source, role, s, split=split) for role, s in samples.items()}
-    period, uncertainty = own_period(clocks["position"])
+    moving = motion_role(samples)
+    period, uncertainty = own_period(clocks[moving])
     if stated is not None:
         check_stated(source, period, stated, uncertainty)
         period, uncertainty = stated, 0.0
     own = 1 / period
     chosen = own if rate == "auto" else rate
-    if chosen < MIN_RESAMPLING_RATE.value * own:
-        raise UsageError(
-            f"{source}: the position is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
-            "noise would fold. ",
-            Remedy.of(
-                f"Resample at {own:.6g} Hz or more; ",
-                Setting("decimate"),
-                " keeps fewer rows.",
-            ),
-            code="slow-resampling",
-        )
-    duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
-    if duration * chosen > _MOST_ROWS:
-        raise UsageError(
-            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the position is sampled at {own:.6g} Hz).",
-            code="resampling-rate",
-        )
+    _check_rate(source, chosen, own, clocks)
     covered = _common([_pieces(clock, edges) for clock in clocks.values()])
-    gaps = len(covered) - 1 - len(edges)
     grids = [_grid(a, b, 1 / chosen) for a, b in covered]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
@@ -131,17 +117,13 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="no-common-time",
         )
-    if gaps > 0 and not split:
-        first = next(b[1] for b, a in pairwise(covered) if not _between(edges, b[1], a[0]))
-        raise DataError(
-            f"{source}: time has {gaps} gaps, the first after {first:.9g} s; "
-            "resampling would invent the motion there. ",
-            Remedy.of("Add ", Setting("gaps", "split"), "."),
-            code="gaps",
-        )
+    gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
+    if not split:
+        _check_gaps(source, len(covered) - 1 - len(edges), gaps)
+    hows = {role: (between or {}).get(role, _way(role, splined, held)) for role in samples}
     columns = {
         role: np.concatenate(
-            [_onto(grid, piece, clocks[role], s, _way(role, splined, held)) for piece, grid in kept]
+            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
         )
         for role, s in samples.items()
     }
@@ -149,13 +131,12 @@ def resample(
     masked = np.zeros(len(time), dtype=bool)
     for role, mask in masks.items():
         masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-    repairs = [_told(samples, clocks, time, chosen, splined, held)]
+    repairs = [_told(clocks, time, chosen, hows)]
     if split:
-        lost = sum(
-            b[0] - a[1] - 1 / own for a, b in pairwise(covered) if not _between(edges, a[1], b[0])
-        )
+        lost = sum(after - before - 1 / own for before, after in gaps)
         out = sum(len(g) for g in grids) - len(time)
-        repairs.append(gaps_repair(max(gaps, 0), lost, len(kept), out))
+        count = max(len(covered) - 1 - len(edges), 0)
+        repairs.append(gaps_repair(count, lost, len(kept), out))
     return Laid(
         time=time,
         columns=columns,
@@ -169,6 +150,40 @@ def resample(
             stated=stated is not None,
         ),
     )
+
+
+def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
+    """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
+    moving = motion_role(clocks)
+    if chosen < MIN_RESAMPLING_RATE.value * own:
+        raise UsageError(
+            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
+            "noise would fold. ",
+            Remedy.of(
+                f"Resample at {own:.6g} Hz or more; ",
+                Setting("decimate"),
+                " keeps fewer rows.",
+            ),
+            code="slow-resampling",
+        )
+    duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
+    if duration * chosen > _MOST_ROWS:
+        raise UsageError(
+            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
+            f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
+            code="resampling-rate",
+        )
+
+
+def _check_gaps(source: str, count: int, gaps: Sequence[tuple[float, float]]) -> None:
+    """Refuse gaps in a log that is not to be cut at them."""
+    if count > 0:
+        raise DataError(
+            f"{source}: time has {count} gaps, the first after {gaps[0][0]:.9g} s; "
+            "resampling would invent the motion there. ",
+            Remedy.of("Add ", Setting("gaps", "split"), "."),
+            code="gaps",
+        )
 
 
 def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
@@ -231,40 +246,26 @@ def _grid(start: float, stop: float, period: float) -> Array:
 
 
 def _onto(
-    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, way: str
+    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Between
 ) -> Array:
     """A column at the times of a grid, from its samples in and just around a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
-    if way == _HELD:
-        close = _ROUNDING * float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-        before = np.searchsorted(time, grid + close, "right") - 1
-        return np.asarray(values[np.maximum(before, 0)], dtype=float)
-    if way == _LINES or len(time) < _FEWEST:
-        return np.interp(grid, time, values)
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(time, values)(grid), dtype=float)
+    return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
 
 
-def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> str:
+def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> Between:
     """How a column runs between its samples."""
-    return _SPLINES if role in splined else _HELD if role in held else _LINES
+    return "spline" if role in splined else "held" if role in held else "linear"
 
 
 def _told(
-    samples: Mapping[str, Samples],
-    clocks: Mapping[str, Array],
-    time: Array,
-    rate: float,
-    splined: Sequence[str],
-    held: Sequence[str],
+    clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Between]
 ) -> Repair:
-    ways: dict[str, list[str]] = {_SPLINES: []}
-    for role in samples:
-        ways.setdefault(_way(role, splined, held), []).append(role)
-    how = ", ".join(f"{', '.join(roles)} {way}" for way, roles in ways.items())
+    ways = (("spline", "by cubic splines"), ("linear", "by straight lines"), ("held", "held"))
+    by_way = [(", ".join(role for role, how in hows.items() if how == w), told) for w, told in ways]
+    how = ", ".join(f"{roles} {told}" for roles, told in by_way if roles)
     rates = {role: 1 / float(np.median(np.diff(clock))) for role, clock in clocks.items()}
     taken = ", ".join(f"{r} {len(clocks[r])} rows at {hz:.6g} Hz" for r, hz in rates.items())
     text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"

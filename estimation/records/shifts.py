@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.tables import Repair, Samples, known_unit
+from axisid.estimation.records.columns import motion_role
+from axisid.estimation.tables import Repair, Samples, label_unit
 from axisid.estimation.thresholds.records import MAX_PART_OF_A_SAMPLE
 from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _GIVE = "give samples, such as 1, or a time with its unit, such as 2ms"
@@ -51,7 +52,7 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
-            f"the shift is {given(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
+            f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
         )
     for role in shifts:
         if role == "time" or not isinstance(role, str):
@@ -71,11 +72,11 @@ def _shift(role: str, amount: object) -> Shift:
     if isinstance(amount, Shift):
         return amount
     number, unit = (amount, "") if is_real(amount) else _parts(amount)
-    found = known_unit(unit) if unit else None
+    found = label_unit(unit) if unit else None
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
-            f"the {role} is to be shifted by {given(amount)}; {_GIVE}.", code="shift-amount"
+            f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift-amount"
         )
     return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
 
@@ -123,7 +124,7 @@ def shifted(
             _shift_repair(role, step, shifts[role], len(columns[role].values), 0)
             for role, (_, step) in moved.items()
         ]
-    clock = columns["position"].clock
+    clock = columns[motion_role(columns)].clock
     assert clock is not None  # noqa: S101  # every column has one by now
     step = _step(clock)
     samples = {
@@ -147,8 +148,8 @@ def shifted(
 
 
 def _step(clock: Array) -> float:
-    known = clock[np.isfinite(clock)]
-    return float(np.median(np.diff(known))) if known.size > 1 else 0.0
+    finite = clock[np.isfinite(clock)]
+    return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
 
 
 def _later(samples: Samples, shift: Shift) -> tuple[Samples, float]:
@@ -159,12 +160,12 @@ def _later(samples: Samples, shift: Shift) -> tuple[Samples, float]:
     return replace(samples, clock=clock + shift.seconds(step)), step
 
 
-def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) -> int:
+def whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
     """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    if not abs(samples) < rows:
+    if not abs(samples) < length:
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {rows}.",
+            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
             code="long-shift",
         )
     if abs(samples - round(samples)) > MAX_PART_OF_A_SAMPLE.value:
@@ -183,19 +184,19 @@ def whole_samples(source: str, role: str, shift: Shift, step: float, rows: int) 
 def _partners(
     clock: Array, samples: Mapping[str, int], step: float
 ) -> tuple[dict[str, NDArray[np.int64]], NDArray[np.bool_]]:
-    """For each moved column the rows that come to stand at each row, and which rows have all.
+    """For each moved column the samples that come to stand at each one, and which have all.
 
-    Across a gap a row has no partner.
+    Across a gap a sample has no partner.
     """
-    rows = np.arange(len(clock))
+    places = np.arange(len(clock))
     kept = np.ones(len(clock), dtype=bool)
     partners = {}
     for role, count in samples.items():
-        wanted = rows - count
+        wanted = places - count
         there = (wanted >= 0) & (wanted < len(clock))
         partners[role] = np.clip(wanted, 0, len(clock) - 1)
         off = np.abs(clock - clock[partners[role]] - count * step)
-        kept &= there & ~(off > step / 2)  # a row without a time is refused by its name later
+        kept &= there & ~(off > step / 2)  # a sample without a time is refused by its name later
     return partners, kept
 
 

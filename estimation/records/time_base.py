@@ -42,9 +42,9 @@ def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
 def clock_of(record: Record) -> LogClock:
     """Whose word the period of a record is; one of arrays has its own times."""
     stated = record.sample_period is not None
-    known = record.provenance.clock
-    if known is not None:
-        return replace(known, stated=known.stated and stated)
+    clock = record.provenance.clock
+    if clock is not None:
+        return replace(clock, stated=clock.stated and stated)
     return LogClock(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
 
 

@@ -1,4 +1,4 @@
-"""Windows of time: what of a log is taken, and which rows that are."""
+"""Windows of time: what of a log is taken, and which samples that are."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 from .repairs import Span
 
@@ -31,7 +32,7 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
         One is no pair of numbers, ends before it begins, or reaches into another.
     """
     if isinstance(windows, (str, bytes)) or not isinstance(windows, Iterable):
-        raise UsageError(f"the windows are {given(windows)}; {_GIVE}.", code="windows")
+        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="windows")
     found = sorted(_checked(each) for each in windows)
     for one, other in pairwise(found):
         if other[0] < one[1]:
@@ -46,7 +47,7 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
 def _checked(window: object) -> Window:
     pair = tuple(window) if isinstance(window, (tuple, list)) else ()
     if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
-        raise UsageError(f"a window is {given(window)}; {_GIVE}.", code="window")
+        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window")
     start = -math.inf if pair[0] is None else float(pair[0])
     stop = math.inf if pair[1] is None else float(pair[1])
     if not start < stop or start == math.inf or stop == -math.inf:
@@ -69,12 +70,12 @@ def _window_text(start: float, stop: float) -> str:
     return f"from {start:.9g} s on" if math.isinf(stop) else f"from {start:.9g} to {stop:.9g} s"
 
 
-def rows_within(
+def samples_within(
     source: str, time: Array, windows: Sequence[Window], fewest: int = 1
 ) -> tuple[Span, ...]:
-    """First row and the one after the last of each window.
+    """First sample and the one after the last of each window.
 
-    A time on the edge of two windows is the earlier one's. Rows without a time belong to those
+    A time on the edge of two windows is the earlier one's. Samples without a time belong to those
     around them.
 
     Parameters
@@ -85,21 +86,21 @@ def rows_within(
         s
     windows : sequence of Window
     fewest : int
-        Rows that a window needs.
+        Samples that a window needs.
 
     Raises
     ------
     DataError
-        A window is outside the log, or holds too few rows.
+        A window is outside the log, or holds too few samples.
     """
-    known = time[np.isfinite(time)]
-    if not known.size:
+    finite = time[np.isfinite(time)]
+    if not finite.size:
         raise DataError(
             f"{source}: there is no time for the window {windows_text(windows)}.",
             code="untimed-window",
         )
-    first, last = float(known.min()), float(known.max())
-    close = _ROUNDING * float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
+    first, last = float(finite.min()), float(finite.max())
+    close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
     spans: list[Span] = []
     for start, stop in windows:
         if start > last + close or stop < first - close:
@@ -131,14 +132,14 @@ def within(
     -------
     dict of str to Samples
     tuple of Window
-        As far as the position's clock reaches.
+        As far as the motion's clock reaches.
     Repair
     """
-    clock = columns["position"].clock
+    clock = columns[motion_role(columns)].clock
     assert clock is not None  # noqa: S101  # every column has one by now
-    own = rows_within(source, clock, windows)
+    own = samples_within(source, clock, windows)
     kept = {
-        role: _taken(samples, rows_within(f"{source}, {role}", samples.clock, windows))
+        role: _taken(samples, samples_within(f"{source}, {role}", samples.clock, windows))
         for role, samples in columns.items()
         if samples.clock is not None
     }
@@ -157,11 +158,11 @@ def _taken(samples: Samples, spans: Sequence[Span]) -> Samples:
     )
 
 
-def window_repair(windows: Sequence[Window], spans: Sequence[Span], rows: int) -> Repair:
-    """What is said of windows, and of how many rows are left out."""
-    left = rows - sum(stop - start for start, stop in spans)
+def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
+    """What is said of windows, and of how many samples are left out."""
+    left = samples - sum(stop - start for start, stop in spans)
     each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
-    text = f"only {windows_text(windows)} taken{each}: {left} of {rows} samples left out"
+    text = f"only {windows_text(windows)} taken{each}: {left} of {samples} samples left out"
     return Repair(kind="window", count=left, text=text)
 
 

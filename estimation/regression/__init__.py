@@ -15,8 +15,9 @@ from .covariance import correlation as correlation
 from .covariance import delta_method as delta_method
 from .covariance import score_products as score_products
 from .encoder_steps import STEP_SHARES as STEP_SHARES
+from .encoder_steps import SensorSteps as SensorSteps
 from .encoder_steps import StepsError as StepsError
-from .encoder_steps import encoder_step as encoder_step
+from .encoder_steps import sensor_steps as sensor_steps
 from .encoder_steps import stepped_loops as stepped_loops
 from .encoder_steps import steps_error as steps_error
 from .following_loops import FollowingLoops as FollowingLoops
@@ -25,6 +26,7 @@ from .forms import DirectForm as DirectForm
 from .forms import Equations as Equations
 from .forms import Form as Form
 from .forms import InverseForm as InverseForm
+from .joint_test import joint_p as joint_p
 from .linear import QrFactors as QrFactors
 from .linear import Solution as Solution
 from .linear import checked_columns as checked_columns

@@ -23,6 +23,11 @@ from .linear import Solution
 class Covariance(ABC):
     """How sure an estimate is, under what is assumed of the residuals."""
 
+    @property
+    def has_one_variance(self) -> bool:
+        """Whether one variance is all that is estimated; else it is the whole matrix."""
+        return False
+
     @abstractmethod
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
@@ -72,6 +77,11 @@ class PublishedCovariance(Covariance):
     the tables of [Janot2019]_ have it.
     """
 
+    @property
+    def has_one_variance(self) -> bool:
+        """See `Covariance.has_one_variance`."""
+        return True
+
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""
         e, factor = solution.residuals, solution.inverse_factor
@@ -93,6 +103,11 @@ class Classical(Covariance):
     """
 
     unbiased: bool = True
+
+    @property
+    def has_one_variance(self) -> bool:
+        """See `Covariance.has_one_variance`."""
+        return True
 
     def matrix(self, solution: Solution) -> Array:
         """See `Covariance.matrix`."""

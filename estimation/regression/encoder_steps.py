@@ -7,7 +7,7 @@ encoder has the same error: estimates from several loops, whose steps begin else
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,11 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.records.faults import quantum_of
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES, MIN_STEPS_SHIFT
+from axisid.estimation.thresholds.regression import (
+    MAX_DITHERED_SHARE,
+    MIN_STEP_DIFFERENCES,
+    MIN_STEPS_SHIFT,
+)
 from axisid.support.arrays import Array
 
 from .covariance import Hac
@@ -27,23 +31,68 @@ _LOOPS = 10
 STEP_SHARES = tuple((i + 0.5) / _LOOPS for i in range(_LOOPS))
 
 
-def encoder_step(axis: GeneratedAxis, record: Record) -> float:
-    """What a recorded position is rounded to, in the loop too; 0 where nothing is known of it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorSteps:
+    """What the recorded motion is rounded to, SI; 0 where nothing is known of it.
+
+    Attributes
+    ----------
+    position : float
+        In the loop too.
+    velocity : float
+        Of a measured one whose noise does not average its steps.
+    """
+
+    position: float = 0.0
+    velocity: float = 0.0
+
+    def __bool__(self) -> bool:
+        return bool(self.position or self.velocity)
+
+    def told(self, unit: str) -> str:
+        """Both in words, positions in a unit."""
+        of = (
+            ("an encoder's", self.position, unit),
+            ("a measured velocity's", self.velocity, f"{unit}/s"),
+        )
+        return " and ".join(f"{whose} steps of {size:.3g} {u}" for whose, size, u in of if size)
+
+
+def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
+    """The steps of a record's sensors."""
     law = axis.axis.control
     if law is None or law.continuous:
-        return 0.0
-    return quantum_of(record.position, int(MIN_STEP_DIFFERENCES.value))
+        return SensorSteps()
+    fewest = int(MIN_STEP_DIFFERENCES.value)
+    return SensorSteps(
+        position=0.0 if record.integrated else quantum_of(record.position, fewest),
+        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
+    )
+
+
+def _undithered_step(velocity: Array, fewest: int) -> float:
+    """What a velocity is rounded to, unless its noise is of that size: then that averages out."""
+    step = quantum_of(velocity, fewest)
+    changing = np.abs(np.diff(velocity)) > step / 2
+    return 0.0 if np.mean(changing) > MAX_DITHERED_SHARE.value else step
 
 
 def stepped_loops(
-    axis: GeneratedAxis, record: Record, physical: Array, step: float, share: float
+    axis: GeneratedAxis, record: Record, physical: Array, steps: SensorSteps, share: float
 ) -> tuple[Simulation, ...]:
-    """`simulated_loops` of an encoder, whose steps are `share` of one away from whole ones."""
-    if not step:
-        return simulated_loops(axis, record, physical)
-    away = share * step
+    """`simulated_loops` of such sensors, whose steps are `share` of one away from whole ones."""
+    step, away = steps.position, share * steps.position
     loops = simulated_loops(axis, record, physical, resolution=step, away=away)
-    return tuple(loop.as_measured(-away) for loop in loops)
+    if step:
+        loops = tuple(loop.as_measured(-away) for loop in loops)
+    if not steps.velocity:
+        return loops
+    return tuple(replace(loop, velocity=_rounded(loop, steps.velocity, share)) for loop in loops)
+
+
+def _rounded(loop: Simulation, step: float, share: float) -> Array:
+    """Velocity of a loop as a sensor has it whose steps are `share` of one away."""
+    return np.asarray((np.round(loop.velocity / step + share) - share) * step, dtype=float)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -57,6 +57,8 @@ class FollowingLoops:
             raise no_control_law(data.axis.axis.name)
         if law.continuous or not is_sampled_by(data.record, law):
             raise DataError("no sampled law is known that a simulated loop would follow by.")
+        if data.record.integrated:
+            raise DataError("no position was recorded that a simulated loop would follow.")
         control, (smooth, _, _) = _control(data), data.motion
         position = data.record.position
         answer = _answer(data, smooth, position) - _answer(data, smooth, smooth)

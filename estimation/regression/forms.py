@@ -1,7 +1,7 @@
 """The two forms a model is regressed in: inverse (IDM) and direct (DDM).
 
-Both put the same physics into ``y = X theta + known``; they differ in what is on the left, in the
-regressor, and in how their parameters map to the physical ones.
+Both put the same physics into ``y = X theta + intercept``; they differ in what is on the left, in
+the regressor, and in how their parameters map to the physical ones.
 """
 
 from abc import ABC, abstractmethod
@@ -23,40 +23,40 @@ from axisid.support.missing import Missing
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equations:
-    """``left = regressor theta + known``, row by row.
+    """``left = regressor theta + intercept``, row by row.
 
     Attributes
     ----------
     left : (n,) array
         Force (IDM) or acceleration (DDM).
-    known : (n,) array
+    intercept : (n,) array
         What no parameter scales.
     regressor : (n, k) array
     """
 
     left: Array
-    known: Array
+    intercept: Array
     regressor: Array
 
     def reduced(self, data: FilteredRecord) -> "Equations":
         """The rows that the record's filter keeps, every column filtered alike."""
-        regressor, left, known = self._filtered(data, self.left)
-        return Equations(left=left, known=known, regressor=regressor)
+        regressor, left, intercept = self._filtered(data, self.left)
+        return Equations(left=left, intercept=intercept, regressor=regressor)
 
     def reduced_right(self, data: FilteredRecord) -> tuple[Array, Array]:
-        """Known part and regressor of `reduced`, where the left side is not needed."""
-        regressor, known = self._filtered(data)
-        return known, regressor
+        """Intercept and regressor of `reduced`, where the left side is not needed."""
+        regressor, intercept = self._filtered(data)
+        return intercept, regressor
 
     def _filtered(self, data: FilteredRecord, *left: Array) -> tuple[Array, ...]:
-        """Regressor, left side if it is wanted, and known part, in one pass of the filter."""
-        known = (self.known,) if np.any(self.known) else ()
-        beside = [*left, *known]
+        """Regressor, left side if it is wanted, and intercept, in one pass of the filter."""
+        intercept = (self.intercept,) if np.any(self.intercept) else ()
+        beside = [*left, *intercept]
         every = np.column_stack([self.regressor, *beside]) if beside else self.regressor
         regressor, *rest = np.split(
             data.reduce(every), range(self.regressor.shape[1], every.shape[1]), axis=1
         )
-        if not known:
+        if not intercept:
             rest.append(np.zeros((len(regressor), 1)))
         return regressor, *(np.ravel(column) for column in rest)
 
@@ -64,7 +64,7 @@ class Equations:
         """Every row times a weight."""
         return Equations(
             left=weight * self.left,
-            known=weight * self.known,
+            intercept=weight * self.intercept,
             regressor=weight * self.regressor,
         )
 
@@ -75,7 +75,7 @@ class Equations:
             return pieces[0]
         return cls(
             left=np.concatenate([piece.left for piece in pieces]),
-            known=np.concatenate([piece.known for piece in pieces]),
+            intercept=np.concatenate([piece.intercept for piece in pieces]),
             regressor=np.concatenate([piece.regressor for piece in pieces]),
         )
 
@@ -83,7 +83,7 @@ class Equations:
         """Row by row the mean with other equations; where both hold, it holds."""
         return Equations(
             left=(self.left + other.left) / 2,
-            known=(self.known + other.known) / 2,
+            intercept=(self.intercept + other.intercept) / 2,
             regressor=(self.regressor + other.regressor) / 2,
         )
 
@@ -147,9 +147,9 @@ class Form(ABC):
         """Of a record's own parameters by the regression's, (b, k)."""
         return np.eye(len(self.quantities))
 
-    def placed(self, record: int, known: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
-        """A record's known part, (n,), and regressor by the parameters of all records."""
-        return known, regressor
+    def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """A record's intercept, (n,), and regressor by the parameters of all records."""
+        return intercept, regressor
 
     def at(self, physical: Array) -> "Form":  # noqa: ARG002
         """The form linearised about physical parameters (p,); itself if it is linear."""
@@ -166,7 +166,7 @@ class Form(ABC):
 
 @dataclass(frozen=True, slots=True)
 class InverseForm(Form):
-    """``tau = IDM(q, dq, ddq) theta + known``: the physical parameters themselves.
+    """``tau = IDM(q, dq, ddq) theta + intercept``: the physical parameters themselves.
 
     Attributes
     ----------
@@ -188,8 +188,8 @@ class InverseForm(Form):
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
-        row, known = self.axis.rows("idm_regressor", *motion, *s.recorded, *about)
-        return Equations(left=s.force, known=known[:, 0], regressor=row)
+        row, intercept = self.axis.evaluate("idm_regressor", *motion, *s.recorded, *about)
+        return Equations(left=s.force, intercept=intercept[:, 0], regressor=row)
 
     def at(self, physical: Array) -> "InverseForm":
         """See `Form.at`."""
@@ -211,7 +211,7 @@ class InverseForm(Form):
 
 @dataclass(frozen=True, slots=True)
 class DirectForm(Form):
-    """``ddq = DDM(tau, q, dq) theta_ddm + known``: quotients by the inertia."""
+    """``ddq = DDM(tau, q, dq) theta_ddm + intercept``: quotients by the inertia."""
 
     left: ClassVar[str] = "acceleration"
 
@@ -227,8 +227,8 @@ class DirectForm(Form):
         """Acceleration by the direct regressor."""
         s = signals
         motion = (s.position, s.velocity, s.force, s.direction)
-        row, known = self.axis.rows("ddm_regressor", *motion, *s.recorded)
-        return Equations(left=s.acceleration, known=known[:, 0], regressor=row)
+        row, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
+        return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Through the generated inverse map."""

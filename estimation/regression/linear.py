@@ -157,16 +157,16 @@ def factor(
     EstimationError
         As there; or the columns have not full rank, the combination is named.
     """
-    given = checked_columns(columns, names, what, neighbours)
-    q, r = _orthonormal(columns.astype(np.longdouble) / given.scale)
-    _check_rank(r.astype(float), len(columns), given.scale, names, what)
+    checked = checked_columns(columns, names, what, neighbours)
+    q, r = _orthonormal(columns.astype(np.longdouble) / checked.scale)
+    _check_rank(r.astype(float), len(columns), checked.scale, names, what)
     return QrFactors(
         columns=columns,
-        scale=given.scale,
+        scale=checked.scale,
         basis=q,
-        inverse=_inverse(r) / given.scale[:, None],
-        names=given.names,
-        neighbours=given.neighbours,
+        inverse=_inverse(r) / checked.scale[:, None],
+        names=checked.names,
+        neighbours=checked.neighbours,
     )
 
 

@@ -99,7 +99,7 @@ def damped_step(
 
     def projected(physical: Array) -> float:
         equations = rows(form.at(physical))
-        residuals = equations.left - equations.known - equations.regressor @ physical
+        residuals = equations.left - equations.intercept - equations.regressor @ physical
         return float(np.linalg.norm(instruments.basis.T @ residuals))
 
     before = projected(start)
@@ -176,9 +176,9 @@ class _Projection:
         physical[self._nonlinear] = nonlinear
         equations = self._rows(self._form.at(physical))
         # The columns of the linear parameters, and what they leave, do not depend on their values.
-        known = equations.known + equations.regressor[:, self._nonlinear] @ nonlinear
+        intercept = equations.intercept + equations.regressor[:, self._nonlinear] @ nonlinear
         columns = factor(equations.regressor[:, ~self._nonlinear], self._linear)
-        solution = least_squares(equations.left - known, columns)
+        solution = least_squares(equations.left - intercept, columns)
         physical[~self._nonlinear] = solution.theta
         if not np.all(np.isfinite(solution.residuals)):
             values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, nonlinear, strict=True))

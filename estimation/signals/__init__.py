@@ -13,6 +13,7 @@ from .motion import one_speed as one_speed
 from .motion import rests_first as rests_first
 from .neighbours import Index as Index
 from .neighbours import Neighbours as Neighbours
+from .position import check_without_position as check_without_position
 from .prefilter import Prefilter as Prefilter
 from .prefilter import matching_decimation as matching_decimation
 from .recorded import beside_motion as beside_motion

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, UNIT_FACTOR_TOLERANCE
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .motion import resting
 from .neighbours import Neighbours
+from .position import check_position
 from .prefilter import Prefilter
 from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
@@ -71,13 +72,15 @@ class FilteredRecord(Exact):
         Raises
         ------
         UsageError, DataError
-            The prefilter cannot serve the record, see `check_filter`.
+            The prefilter cannot serve the record, see `check_filter`, or the axis needs a position
+            that was not recorded.
         """
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
-                f"the prefilter is {given(prefilter)}; give a Prefilter, or leave it out.",
+                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
                 code="prefilter-type",
             )
+        check_position(axis, record)
         prefilter = prefilter.at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -87,22 +90,22 @@ class FilteredRecord(Exact):
         check_filter(settings, axis, longest, record.period, record.provenance.source, what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        left_out = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and left_out.shows_too_little:
+        without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
+        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
             return kept
-        return left_out
+        return without_turns
 
     @property
     def could_leave_out(self) -> bool:
         """Whether samples near reversals are kept that hardly tell of any parameter."""
         if self.prefilter.reversals == "leave-out" or not self.axis.has_direction:
             return False
-        left_out = self._without(self.sampling.turns(self.motion[1]))
-        return bool(left_out.excluded) and not left_out.shows_too_little
+        without_turns = self._without(self.sampling.turns(self.motion[1]))
+        return bool(without_turns.excluded) and not without_turns.shows_too_little
 
-    def turning_as(self, position: Array) -> "FilteredRecord":
+    def turning_as(self, position: Array, velocity: Array | None = None) -> "FilteredRecord":
         """The record without the samples near the reversals and rests of another motion, (N,)."""
-        velocity = self.sampling.motion(position)[1]
+        velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
     def keeping_reversals(self) -> "FilteredRecord":
@@ -169,7 +172,8 @@ class FilteredRecord(Exact):
     @cached_property
     def motion(self) -> Motion:
         """Filtered position, velocity and acceleration, each (N,)."""
-        return self.sampling.motion(self.record.position)
+        record = self.record
+        return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
     @cached_property
     def recorded(self) -> tuple[Array, ...]:
@@ -237,6 +241,15 @@ class FilteredRecord(Exact):
     def row_times(self) -> Array | None:
         """The same where a record has gaps; None where it is `row_numbers` times the period."""
         return self.times_of_rows if self.record.segments else None
+
+    @property
+    def rows_near_turns(self) -> NDArray[np.bool_]:
+        """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
+        rows = self.row_numbers.astype(np.int64)
+        if not self.axis.has_direction:
+            return np.zeros(len(rows), dtype=bool)
+        turns = self.sampling.turns(self.motion[1], self.fastest)
+        return np.asarray(covered(turns, len(self))[rows], dtype=bool)
 
     @property
     def neighbours(self) -> Neighbours:

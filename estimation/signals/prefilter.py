@@ -13,8 +13,8 @@ from typing import Any, Literal
 
 from axisid.estimation.thresholds.signals import MAX_DEFAULT_CUTOFF, SAME_FILTER_FREQUENCY
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import is_among, quoted
 
 #: Edge of the decimation filter, of the rate that it leaves.
 DECIMATION_EDGE = 0.4
@@ -82,12 +82,12 @@ class Prefilter:
         whole = (self.order, self.decimate, *(ends if pair else ()))
         if not pair or not all(is_whole(n) and is_real(n) for n in whole):
             raise UsageError(
-                f"order {given(self.order)}, decimation {given(self.decimate)} and drop "
-                f"{given(self.drop)}: give whole numbers, and two of them to drop."
+                f"order {quoted(self.order)}, decimation {quoted(self.decimate)} and drop "
+                f"{quoted(self.drop)}: give whole numbers, and two of them to drop."
             )
         if not is_real(self.cutoff):
             raise UsageError(
-                f"the cutoff is {given(self.cutoff)}; give a number of hertz.", code="cutoff-type"
+                f"the cutoff is {quoted(self.cutoff)}; give a number of hertz.", code="cutoff-type"
             )
         if not (math.isfinite(self.cutoff) and self.cutoff > 0):
             raise UsageError(
@@ -105,16 +105,16 @@ class Prefilter:
             )
         if not is_among(self.decimation, ("matlab", "scipy")):
             raise UsageError(
-                f"the row alignment is {given(self.decimation)}; give matlab or scipy.",
+                f"the row alignment is {quoted(self.decimation)}; give matlab or scipy.",
                 code="unknown-alignment",
             )
         if not (self.hold is None or is_among(self.hold, ("raw", "zoh"))):
             raise UsageError(
-                f"the hold is {given(self.hold)}; give raw or zoh.", code="unknown-hold"
+                f"the hold is {quoted(self.hold)}; give raw or zoh.", code="unknown-hold"
             )
         if not (self.reversals is None or is_among(self.reversals, ("keep", "leave-out"))):
             raise UsageError(
-                f"the reversals are {given(self.reversals)}; give keep or leave-out.",
+                f"the reversals are {quoted(self.reversals)}; give keep or leave-out.",
                 code="unknown-reversals",
             )
         if self.drop is not None and min(self.drop) < 0:
@@ -133,7 +133,7 @@ class Prefilter:
         """
         if not (is_real(period) and 0 < period < math.inf):
             raise UsageError(
-                f"the sampling period is {given(period)}; give a positive number of seconds.",
+                f"the sampling period is {quoted(period)}; give a positive number of seconds.",
                 code="filter-period",
             )
         return cls(**settings).at_rate_of(period)

@@ -1,8 +1,9 @@
 """A prefilter at a sampling period: position to velocity and acceleration, parallel decimation.
 
 The position is low-passed (Butterworth, forward and backward, so without phase) and differentiated
-by central differences; then ``y`` and every column of ``X`` pass the same decimation filter, which
-keeps the linear relation between them.
+by central differences; a velocity or an acceleration that was measured is low-passed alike. Then
+``y`` and every column of ``X`` pass the same decimation filter, which keeps the linear relation
+between them.
 
 References
 ----------
@@ -138,13 +139,25 @@ class SampledFilter:
             f"by {wanted} or more, or raise the cutoff",
         )
 
-    def motion(self, position: Array) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration of one stretch, each (N,), SI."""
+    def motion(
+        self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration of one stretch, each (N,), SI.
+
+        What is measured of the last two passes the same low-pass in place of the difference of what
+        is before it.
+        """
+        q = self.low_passed(position)
+        dq = np.gradient(q, self.period) if velocity is None else self.low_passed(velocity)
+        if acceleration is None:
+            return q, dq, np.gradient(dq, self.period)
+        return q, dq, self.low_passed(acceleration)
+
+    def low_passed(self, signal: Array) -> Array:
+        """A signal of one stretch through the low-pass of the motion, (N,)."""
         order = self.settings.order
         low_pass = _low_pass(order, 2 * self.settings.cutoff * self.period)
-        q = low_pass.without_phase(position, 3 * order)
-        dq = np.gradient(q, self.period)
-        return q, dq, np.gradient(dq, self.period)
+        return low_pass.without_phase(signal, 3 * order)
 
     def reduce(self, signals: Array) -> Array:
         """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
@@ -221,14 +234,14 @@ class _Filter:
         """
         from scipy.signal import sosfilt
 
-        given = np.atleast_2d(np.asarray(signals, dtype=float).T)
-        before = 2 * given[:, :1] - given[:, padding:0:-1]
-        after = 2 * given[:, -1:] - given[:, -2 : -padding - 2 : -1]
-        passed = np.concatenate([before, given, after], axis=1)
+        lanes = np.atleast_2d(np.asarray(signals, dtype=float).T)
+        before = 2 * lanes[:, :1] - lanes[:, padding:0:-1]
+        after = 2 * lanes[:, -1:] - lanes[:, -2 : -padding - 2 : -1]
+        passed = np.concatenate([before, lanes, after], axis=1)
         for _ in range(2):
             state = self.settled[:, None] * passed[:, :1]
             passed = sosfilt(self.sections.copy(), passed, axis=1, zi=state)[0][:, ::-1]
-        passed = passed[:, padding : padding + given.shape[1]]
+        passed = passed[:, padding : padding + lanes.shape[1]]
         return passed[0] if signals.ndim == 1 else passed.T
 
 

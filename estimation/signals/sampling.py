@@ -66,12 +66,18 @@ class Sampling:
         needed = self.filter.needed
         return tuple(span for span in self.segments if span[1] - span[0] >= needed)
 
-    def motion(self, position: Array) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out."""
+    def motion(
+        self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out.
+
+        See `SampledFilter.motion` for what is measured of the last two.
+        """
         q = np.array(position, dtype=float)
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
         for start, stop in self.spans:
-            piece = self.filter.motion(position[start:stop])
+            measured = (None if v is None else v[start:stop] for v in (velocity, acceleration))
+            piece = self.filter.motion(position[start:stop], *measured)
             q[start:stop], dq[start:stop], ddq[start:stop] = piece
         return q, dq, ddq
 

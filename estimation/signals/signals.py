@@ -38,7 +38,7 @@ def drive_force(
     recorded: Sequence[Array] = (),
 ) -> Array:
     """Force that the drive makes of a control, (N,), by the motion and the signals beside it."""
-    return axis.rows("drive_force", control, position, velocity, *recorded)[0][:, 0]
+    return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
 def force_of(

@@ -50,7 +50,7 @@ class Information:
         """
         motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
         about = () if self._axis.is_linear else (self._axis.nominal,)
-        columns, _ = self._axis.rows("idm_regressor", *motion, *signals.recorded, *about)
+        columns, _ = self._axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
         moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
         left = columns[kept & ~near]
         self._moving += moving.T @ moving

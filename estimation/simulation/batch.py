@@ -13,8 +13,8 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole, real_array
+from axisid.support.user_values import quoted
 
 from .loop_start import lane_starts
 from .recorded import checked_signals, first_values, lines
@@ -123,14 +123,7 @@ def simulate_batch(
     check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
     check_period(axis, period)
     lanes = len(theta)
-    if theta.ndim != 2 or ref.shape[1:] not in ((), (lanes,)):
-        raise UsageError(
-            f"parameters have the shape {theta.shape} and the reference {ref.shape}; give (B, p) "
-            "and (N,) or (N, B).",
-            code="batch-shapes",
-        )
-    if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
+    _check_lanes(theta, ref)
     noise = _lane_noise(position_noise, (len(ref), lanes))
     off = np.zeros(lanes) if noise is None else noise[0]
     names = _wanted(wanted)
@@ -138,10 +131,7 @@ def simulate_batch(
     recorded = lines(axis, given_signals, period)
     at_first = first_values(recorded)
     first = lane_starts(axis, theta, ref[0], off, start, start_velocity, memory, at_first)
-    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
-        raise UsageError(
-            f"the threads are {given(threads)}; give a whole number from 1 to {_MOST_THREADS}."
-        )
+    _check_threads(threads)
     looked_at = () if has_constant_substeps(axis) or substeps is not None else VISITED
     away = np.abs(first.position - ref[0])
     spans = np.broadcast_to(np.ptp(ref, axis=0), lanes)
@@ -165,6 +155,26 @@ def simulate_batch(
         signals=dict(zip(wanted, (out[name] for name in names), strict=True)),
         failures=dict(sorted(failures.items())),
     )
+
+
+def _check_lanes(parameters: Array, reference: Array) -> None:
+    """Refuse arrays that are no lanes side by side."""
+    lanes = len(parameters)
+    if parameters.ndim != 2 or reference.shape[1:] not in ((), (lanes,)):
+        raise UsageError(
+            f"parameters have the shape {parameters.shape} and the reference {reference.shape}; "
+            "give (B, p) and (N,) or (N, B).",
+            code="batch-shapes",
+        )
+    if not lanes:
+        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and not (is_whole(threads) and 1 <= threads <= _MOST_THREADS):
+        raise UsageError(
+            f"the threads are {quoted(threads)}; give a whole number from 1 to {_MOST_THREADS}."
+        )
 
 
 def _lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
@@ -193,18 +203,18 @@ def _lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array 
 
 def _wanted(signals: Sequence[str]) -> list[str]:
     """The generated code's names of the signals."""
-    known = {"direction_before" if name == "before" else name: name for name in SIGNALS}
+    names = {"direction_before" if name == "before" else name: name for name in SIGNALS}
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
-            f"the wanted signals are {given(signals)}; give a list of names.", code="signals-type"
+            f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
         )
-    if unknown := set(signals) - set(known):
+    if unknown := set(signals) - set(names):
         raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(known)}.",
+            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(names)}.",
             code="unknown-signal",
         )
-    return [known[name] for name in signals]
+    return [names[name] for name in signals]
 
 
 def _aligned(values: ArrayLike, what: str) -> Array:
@@ -271,8 +281,8 @@ class _Batch:
     def _refused(self) -> dict[int, str]:
         """What to say of lanes that no simulation starts from."""
         first = self._first(np.arange(len(self.parameters)))
-        given, refused = (self.axis, self.parameters, self.start.position, first), {}
-        has_mass, held = has_inertia(*given), holds(*given)
+        place, refused = (self.axis, self.parameters, self.start.position, first), {}
+        has_mass, held = has_inertia(*place), holds(*place)
         low, high = np.array([(p.lower, p.upper) for p in self.axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
         for lane in map(int, np.flatnonzero(~(inside & has_mass & held))):

@@ -325,8 +325,8 @@ class _Loop:
         if library is None:
             self.axis.native.warn_once()
             loop = VirtualLoop(self.axis.functions, self.parameters, settings)
-            given = (self.reference, self.noise, self.injected, self.start)
-            return loop.run(*given, self.recorded)
+            inputs = (self.reference, self.noise, self.injected, self.start)
+            return loop.run(*inputs, self.recorded)
         beside = (self.parameters, self.start, settings, self.recorded)
         return library.simulate(self.reference, self.noise, self.injected, *beside)
 
@@ -384,7 +384,7 @@ def signals_before(axis: GeneratedAxis, parameters: Array, simulation: Simulatio
     if held is None:
         held = np.concatenate([simulation.force[:1], simulation.force[:-1]])
     recorded = before(axis, simulation.recorded)
-    (acceleration,) = axis.rows(
+    (acceleration,) = axis.evaluate(
         "direct_dynamics",
         simulation.position,
         simulation.velocity,

@@ -12,8 +12,8 @@ from axisid.codegen.lowering import LoopStart
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real, real_array
+from axisid.support.user_values import quoted
 
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
@@ -49,7 +49,7 @@ def single_start(
         if not (value is None or (is_real(value) and math.isfinite(value))):
             kind = "position" if what == "start" else "velocity"
             raise UsageError(
-                f"the {what} is {given(value)}; give a {kind}, or leave it out.",
+                f"the {what} is {quoted(value)}; give a {kind}, or leave it out.",
                 code="simulation-start",
             )
     position = float(reference if start is None else start)
@@ -183,4 +183,6 @@ def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
     else:
         output, row = "next_state", len(law.memory)
     pair = function.factory("computed", names, [output, f"jac:{output}:state"])
-    return (lambda *given: pair(*given)[0][row]), (lambda *given: pair(*given)[1][row, :])
+    return (lambda *arguments: pair(*arguments)[0][row]), (
+        lambda *arguments: pair(*arguments)[1][row, :]
+    )

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import real_array
+from axisid.support.user_values import quoted
 
 from .two_clocks import TwoClocks
 
@@ -26,7 +26,7 @@ def checked_signals(
     """
     if not (signals is None or isinstance(signals, Mapping)):
         raise UsageError(
-            f"the signals are {given(signals)}; give arrays by name, such as "
+            f"the signals are {quoted(signals)}; give arrays by name, such as "
             "{'pressure': values}. What is wanted of a batch is `wanted`.",
             code="recorded-type",
         )

@@ -13,8 +13,8 @@ from axisid.estimation.thresholds.simulation import MAX_STIFFNESS_RATIO, MAX_WAV
 from axisid.modeling.derivation import forces_at_rest
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
 
 from .recorded import standing_in
 
@@ -62,18 +62,18 @@ def check_loop(
         )
     if not (is_real(period) and math.isfinite(period) and period > 0):
         raise UsageError(
-            f"the period is {given(period)} s; give a positive number.", code="simulation-period"
+            f"the period is {quoted(period)} s; give a positive number.", code="simulation-period"
         )
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
-            f"the resolution is {given(resolution)}; give 0 or more, and 0 with a continuous law, "
+            f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
             "which takes no samples.",
             code="bad-resolution",
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
         raise UsageError(
-            f"the substeps are {given(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
+            f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
         )
 
 
@@ -151,7 +151,7 @@ def _from_rest(
     if len(position) == 1:
         forces, directions = zip(*cases, strict=True)
         arguments = (position[0], 0.0, forces, directions, *signals, parameters[0])
-        return list(axis.rows("direct_dynamics", *arguments)[0])
+        return list(axis.evaluate("direct_dynamics", *arguments)[0])
     forces, directions = np.repeat(np.array(cases).T, len(position), axis=1)
     lanes = [np.tile(position, len(cases)), np.zeros(len(forces)), forces, directions]
     lanes += [np.tile(np.broadcast_to(s, len(position)), len(cases)) for s in signals]
@@ -281,7 +281,7 @@ def _wave_numbers(
     if "wave_number" not in axis.functions:
         return None
     if parameters.ndim == 1:
-        return axis.rows("wave_number", q, *signals, parameters)[0][:, 0]
+        return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
     columns = [values[None, :] for values in (q, *signals)]
     return np.asarray(axis.functions["wave_number"].call([*columns, parameters.T])[0].full()[0])
 
@@ -306,10 +306,10 @@ def _probed(
         if force is not None and not _is_continuous(axis):
             beside = (np.tile(values, 3) for values in signals)
             arguments = (positions, speeds, np.tile(force, 3), directions, *beside, parameters)
-            accelerations = axis.rows("direct_dynamics", *arguments)[0][:, 0]
+            accelerations = axis.evaluate("direct_dynamics", *arguments)[0][:, 0]
         elif parameters.ndim == 1 and np.all(held == held[:, :1]):
             arguments = (positions, speeds, held[:, 0], directions, parameters)
-            accelerations = axis.rows("held_acceleration", *arguments)[0][:, 0]
+            accelerations = axis.evaluate("held_acceleration", *arguments)[0][:, 0]
         else:
             columns = np.tile(parameters.T, 3) if parameters.ndim > 1 else parameters
             at = [positions[None, :], speeds[None, :], np.tile(held, 3), directions[None, :]]

@@ -8,15 +8,16 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.records import Record
+from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
-from axisid.modeling.declaration import Axis, Move
+from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.user_values import quoted
 
-from .closed_loop import checked_signal, simulate
+from .closed_loop import Simulation, checked_signal, simulate
 
 _MOST_SAMPLES = 2e6
 
@@ -36,7 +37,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
         From 0, in the coordinate's unit.
     """
     if not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the period is {given(period)} s; give a positive number.")
+        raise UsageError(f"the period is {quoted(period)} s; give a positive number.")
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
@@ -53,6 +54,8 @@ def twin_record(
     axis: Axis | GeneratedAxis,
     *,
     position_noise: float | None = None,
+    velocity_noise: float | None = None,
+    acceleration_noise: float | None = None,
     seed: int | None = None,
     injected: ArrayLike | None = None,
     injected_at: str | None = None,
@@ -67,6 +70,8 @@ def twin_record(
     position_noise : float, optional
         Standard deviation of the noise on the measured position, inside the loop; the
         experiment's by default.
+    velocity_noise, acceleration_noise : float, optional
+        Of a velocity and of an acceleration that are measured beside the loop; none by default.
     seed : int, optional
         Of the noise; the experiment's by default.
     injected : (N,) array_like, optional
@@ -85,29 +90,14 @@ def twin_record(
     """
     generated = as_generated(axis)
     declared = generated.axis
-    experiment, law = declared.experiment, declared.control
-    if experiment is None or law is None:
-        missing = "experiment" if experiment is None else "control law"
-        raise ModelError(
-            f"axis {declared.name!r} declares no {missing}, so it has no twin. Give a record, or "
-            f"declare {'experiment' if experiment is None else 'control'}=...",
-            code="no-experiment",
-        )
-    samples = sum(move.duration for move in experiment.moves) / law.period
-    if not samples <= _MOST_SAMPLES:
-        raise ModelError(
-            f"axis {declared.name!r}: its experiment would take {samples:.3g} samples of "
-            f"{law.period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
-            "the drive in seconds).",
-            code="long-experiment",
-        )
+    experiment, law = _planned(declared)
     reference = trajectory(experiment.moves, law.period)
     truth = [_true(declared, p) for p in declared.parameters]
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
     if not is_whole(chosen) or chosen < 0:
         raise UsageError(
-            f"the seed is {given(chosen)}; give a whole number of 0 or more.", code="twin-seed"
+            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
     noise = np.random.default_rng(chosen).normal(0.0, deviation, len(reference))
     place = injected_at or declared.injected_at or None
@@ -131,9 +121,12 @@ def twin_record(
         injected=added if place == "control" else None,
         signals=recorded,
     )
+    velocity, acceleration = _sensed(loop, chosen, velocity_noise, acceleration_noise, law)
     return Record(
         time=law.period * np.arange(len(reference), dtype=np.float64),
         position=loop.measured_position,
+        velocity=velocity,
+        acceleration=acceleration,
         reference=reference,
         control=loop.control,
         injected=added,
@@ -149,6 +142,45 @@ def twin_record(
             },
         ),
     )
+
+
+def _sensed(
+    loop: Simulation,
+    seed: int,
+    velocity_noise: float | None,
+    acceleration_noise: float | None,
+    law: ControlLaw,
+) -> tuple[Array | None, Array | None]:
+    """What sensors beside the loop have of velocity and acceleration, where there are any."""
+    rng = np.random.default_rng([seed, 1])  # the position's noise stays what it is without them
+    noise = rng.normal(size=(2, len(loop.velocity)))
+    jumps = not law.continuous
+    acceleration = about_samples(loop.acceleration, [0]) if jumps else loop.acceleration
+    return (
+        None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
+        None if acceleration_noise is None else acceleration + acceleration_noise * noise[1],
+    )
+
+
+def _planned(axis: Axis) -> tuple[Experiment, ControlLaw]:
+    """The axis's experiment and law; refused where one is missing, or it takes too long."""
+    experiment, law = axis.experiment, axis.control
+    if experiment is None or law is None:
+        missing = "experiment" if experiment is None else "control law"
+        raise ModelError(
+            f"axis {axis.name!r} declares no {missing}, so it has no twin. Give a record, or "
+            f"declare {'experiment' if experiment is None else 'control'}=...",
+            code="no-experiment",
+        )
+    samples = sum(move.duration for move in experiment.moves) / law.period
+    if not samples <= _MOST_SAMPLES:
+        raise ModelError(
+            f"axis {axis.name!r}: its experiment would take {samples:.3g} samples of "
+            f"{law.period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
+            "the drive in seconds).",
+            code="long-experiment",
+        )
+    return experiment, law
 
 
 def _true(axis: Axis, parameter: Parameter) -> float:

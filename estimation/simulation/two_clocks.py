@@ -118,7 +118,7 @@ def at_log_samples(
     rates = [] if recorded is None else list(recorded[begin, 1::2].T)
     there = [v + clocks.law_period * rate for v, rate in zip(values, rates, strict=True)]
     then = [v + since[apart] * rate for v, rate in zip(values, rates, strict=True)]
-    (arriving,) = axis.rows(
+    (arriving,) = axis.evaluate(
         "direct_dynamics",
         *(signals[name][end] for name in ("position", "velocity")),
         force[begin],
@@ -137,7 +137,7 @@ def at_log_samples(
     out["velocity"][apart] = dq
     direction = np.where(dq == 0, signals["direction"][begin], np.sign(dq))
     out["direction"][apart] = out["before"][apart] = direction
-    (acceleration,) = axis.rows(
+    (acceleration,) = axis.evaluate(
         "direct_dynamics", out["position"][apart], dq, force[begin], direction, *then, parameters
     )
     out["acceleration"][apart] = np.where(stays, 0.0, acceleration[:, 0])

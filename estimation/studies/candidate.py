@@ -225,7 +225,7 @@ class _Checks:
         physical[column] = 0.0
         form = InverseForm(self.problem.axis, physical)
         found = self.problem.reduced(form, [data.signals for data in self.problem.data])
-        moved = replace(self.rows, left=found.left - found.known, regressor=found.regressor)
+        moved = replace(self.rows, left=found.left - found.intercept, regressor=found.regressor)
         own = found.regressor
         unused = [i for i in range(len(physical)) if i == column or not own[:, i].any()]
         for i in reversed(unused):

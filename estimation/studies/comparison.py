@@ -6,12 +6,13 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import comparing
+from axisid.estimation.choices.methods import STARTS, comparing
+from axisid.estimation.diagnostics import Case
 from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
     Identification,
@@ -20,6 +21,7 @@ from axisid.estimation.identification import (
     records_of,
     weighted,
 )
+from axisid.estimation.noise import NoiseBias
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -29,14 +31,14 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
 from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, candidate
-from .held_out import contiguous_blocks, regression_rows
+from .held_out import Block, contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 
 
@@ -69,6 +71,9 @@ class Comparison(Presentable, Exact):
         Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The first candidate's control law against the record.
+    noise_biases : mapping of str to NoiseBias
+        Of the recommended candidate, where it is by least squares: less instruments of the same
+        form, by parameter; empty where these tell nothing.
     """
 
     problem: Problem
@@ -83,6 +88,7 @@ class Comparison(Presentable, Exact):
     tied: tuple[str, ...]
     reason: str
     law: LawCheck | Missing
+    noise_biases: Mapping[str, NoiseBias] = field(default_factory=dict)
 
     @property
     def data(self) -> FilteredRecord:
@@ -108,7 +114,7 @@ class Comparison(Presentable, Exact):
         found = {candidate.name: candidate for candidate in self.candidates}
         if not is_among(name, found):
             raise UsageError(
-                f"the comparison has no {given(name)}; choose from {', '.join(found)}."
+                f"the comparison has no {quoted(name)}; choose from {', '.join(found)}."
             )
         return found[name]
 
@@ -120,6 +126,7 @@ def compare(
     method: str = "idm-ls",
     *,
     progress: Progress | None = None,
+    start: str = STARTS[0],
 ) -> Comparison:
     """Fit several models of one axis to the same rows and recommend one.
 
@@ -136,6 +143,8 @@ def compare(
         Estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
         Told before each step how many are done, of how many, and which it is.
+    start : str
+        Of instruments, as in `identify`.
 
     Raises
     ------
@@ -146,9 +155,9 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if not is_among(method, known := comparing()):
+    if not is_among(method, names := comparing()):
         raise UsageError(
-            f"there is no comparison by {given(method)}; choose {' or '.join(known)}.",
+            f"there is no comparison by {quoted(method)}; choose {' or '.join(names)}.",
             code="no-comparison-by",
         )
     records = records_of(record)
@@ -160,22 +169,14 @@ def compare(
     problem = weighted(
         Problem(axis=first, data=bound_records([first] * len(records), records, suited))
     )
-    fits, failures = _fits(named, problem, method, progress)
+    fits, failures = _fits(named, problem, method, progress, start)
     gap = max(data.sampling.filter.memory for data in problem.data)
     estimates = [result[method] for result in fits.values()]
     most = max(len(estimate.physical) for estimate in estimates)
     blocks = contiguous_blocks(len(estimates[0].y), gap, most)
-    candidates = []
     with np.errstate(all="ignore"):
-        for name, result in with_progress(
-            fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
-        ):
-            try:
-                found = candidate(name, result.problem, result[method], blocks)
-            except EstimationError as error:
-                failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
-            else:
-                candidates.append(found)
+        candidates, without = _candidates(fits, method, blocks, progress)
+        failures |= without
         if not candidates:
             raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
@@ -193,7 +194,14 @@ def compare(
         tied=tied,
         reason=reason,
         law=first_law(next(iter(named.values())), records),
+        noise_biases={} if recommended is None else _noise_biases(fits[recommended], method),
     )
+
+
+def _noise_biases(fit: Identification, method: str) -> Mapping[str, NoiseBias]:
+    """What noise does to least squares, as instruments tell; nothing of a method with these."""
+    case = Case(problem=fit.problem, estimates=fit.estimates)
+    return case.noise_biases.get(method, {})
 
 
 def _fits(
@@ -201,6 +209,7 @@ def _fits(
     problem: Problem,
     method: str,
     progress: Progress | None,
+    start: str,
 ) -> tuple[dict[str, Identification], dict[str, Note]]:
     """Results by candidate, and why there is none."""
     fits: dict[str, Identification] = {}
@@ -209,12 +218,31 @@ def _fits(
         try:
             data = tuple(replace(each, axis=axis) for each in problem.data)
             own = replace(problem, axis=axis, data=data)
-            fits[name] = identify_problem(own, data[0].prefilter, [method])
+            fits[name] = identify_problem(own, data[0].prefilter, [method], start=start)
         except (EstimationError, ModelError) as error:
             failures[name] = error.note
     if not fits:
         raise _none_left(failures)
     return fits, failures
+
+
+def _candidates(
+    fits: Mapping[str, Identification],
+    method: str,
+    blocks: Sequence[Block],
+    progress: Progress | None,
+) -> tuple[list[Candidate], dict[str, Note]]:
+    """Candidates with their held-out errors, and why there is none of the others."""
+    found: list[Candidate] = []
+    failures: dict[str, Note] = {}
+    for name, result in with_progress(
+        fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
+    ):
+        try:
+            found.append(candidate(name, result.problem, result[method], blocks))
+        except EstimationError as error:
+            failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
+    return found, failures
 
 
 def _none_left(failures: Mapping[str, Note]) -> EstimationError:
@@ -230,7 +258,7 @@ def _named(
         axes = (axes,)
     if not isinstance(axes, Iterable):
         raise UsageError(
-            f"the axes are {given(axes)}; give two axes or more, by name or in a list.",
+            f"the axes are {quoted(axes)}; give two axes or more, by name or in a list.",
             code="candidates-type",
         )
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
@@ -286,9 +314,9 @@ def _drive(axis: Axis) -> str:
     drive, q = axis.drive, axis.coordinate
     force = drive.gain_text(q) if drive.is_gain else drive.force_text(q)
     limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
-    known = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
+    spread = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
     profile = "" if drive.profile == 1 else f", over the profile {written(drive.profile, q)}"
-    return f"{force}{limit}{known}{profile}"
+    return f"{force}{limit}{spread}{profile}"
 
 
 def _recommend(

@@ -29,7 +29,7 @@ class Friction(Exact):
     ----------
     velocity, force : (n,) array
         Of the rows: recorded force less the model's parts without velocity.
-    left_out : int
+    skipped : int
         Rows that are not among them, since samples under them have no weight in the fit: with some
         of its weight a row has less velocity and less force, but not the law's less force.
     binned : (b, 3) array
@@ -40,7 +40,7 @@ class Friction(Exact):
 
     velocity: Array
     force: Array
-    left_out: int
+    skipped: int
     binned: Array
     law: Array
 
@@ -69,7 +69,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
     return Friction(
         velocity=velocity,
         force=force,
-        left_out=len(whole) - int(whole.sum()),
+        skipped=len(whole) - int(whole.sum()),
         binned=_binned(velocity, force),
         law=_law(axis, physical, signals, velocity),
     )
@@ -78,7 +78,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
 def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
     """Force of the model with an estimate along a motion, (N,)."""
     rows = InverseForm(axis).at(physical).equations(signals)
-    return rows.regressor @ physical + rows.known
+    return rows.regressor @ physical + rows.intercept
 
 
 def _still(signals: Signals) -> Signals:

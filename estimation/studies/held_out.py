@@ -228,8 +228,8 @@ def held_out_simulation(
     try:
         for block, step in zip(blocks, thetas, strict=True):
             theta = step if form.is_linear else np.clip(step, *search_bounds(problem.axis))
-            _, known, regressor = problem.simulated(form, form.physical(theta)[0])
-            error = (weights * estimate.y - regressor @ theta - known)[block.held_out]
+            _, intercept, regressor = problem.simulated(form, form.physical(theta)[0])
+            error = (weights * estimate.y - regressor @ theta - intercept)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
         return Missing.of(failure.note)

@@ -13,9 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import fdtrc
 
-from axisid.estimation.regression import Covariance, Hac, Solution
+from axisid.estimation.regression import Covariance, Hac, Solution, joint_p
 from axisid.estimation.thresholds.studies import MAX_NESTING_REMAINDER
 from axisid.support.arrays import Array
 
@@ -33,12 +32,12 @@ class NestedTest:
     restrictions : int
         Numerator degrees of freedom.
     dof : int
-        Denominator degrees of freedom.
+        Denominator degrees of freedom of the classical F.
     f, f_p : float or None
         Classical F of least squares and its p-value, for independent residuals.
     wald, wald_p : float or None
-        Wald statistic over its restrictions, F distributed, and its p-value, by the
-        autocorrelation-consistent covariance.
+        Wald statistic over its restrictions, and its p-value, Hotelling's, by the
+        autocorrelation-consistent covariance and its effective degrees of freedom.
     not_tested : str or None
         Why there are no statistics.
     """
@@ -143,7 +142,7 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
         Of the smaller model in it.
     covariance : Covariance
     """
-    n, l_count = larger.influence.shape
+    l_count = larger.influence.shape[1]
     k = how.matrix.shape[1]
     # Units must not enter: parameters are measured in their own deviations.
     spread = covariance.matrix(larger)
@@ -153,8 +152,10 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     across = np.linalg.qr(inside, mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - how.start) / size)
     block = across @ (spread / np.outer(size, size)) @ across.T
-    statistic = float(departure @ np.linalg.solve(block, departure)) / (l_count - k)
-    return statistic, float(fdtrc(l_count - k, n - l_count, statistic))
+    square = float(departure @ np.linalg.solve(block, departure))
+    restrictions, freedom = l_count - k, float(np.min(covariance.freedom(larger)))
+    chance = joint_p(square, restrictions, freedom, one_variance=covariance.has_one_variance)
+    return square / restrictions, chance
 
 
 def f_test(smaller: Solution, larger: Solution) -> tuple[float, float]:
@@ -164,4 +165,5 @@ def f_test(smaller: Solution, larger: Solution) -> tuple[float, float]:
     more = float(smaller.residuals @ smaller.residuals) - left
     with np.errstate(divide="ignore"):
         statistic = float(np.divide(more / (l_count - k), left / (n - l_count)))
-    return statistic, float(fdtrc(l_count - k, n - l_count, statistic))
+    square = statistic * (l_count - k)
+    return statistic, joint_p(square, l_count - k, n - l_count, one_variance=True)

@@ -31,12 +31,14 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import (
     Information,
+    Motion,
     Neighbours,
     Prefilter,
     SampledFilter,
     Signals,
     beside_motion,
     check_filter,
+    check_without_position,
     chosen_hold,
     force_of,
     near_turns,
@@ -49,8 +51,8 @@ from axisid.estimation.thresholds.signals import MIN_INFORMATION_LEFT, MIN_ROW_W
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .streamed_estimate import StreamedEstimate
 
@@ -74,8 +76,9 @@ def identify_stream(
     axis : Axis or GeneratedAxis
         Linear in its parameters.
     blocks : iterable of mappings of str to (N,) array
-        Columns by role in SI: position, force or control, and time unless `sample_period` is
-        given. Iterating must begin anew each time; see `LogBlocks` for files.
+        Columns by role in SI: position or velocity, both where the velocity was measured too,
+        force or control, and time unless `sample_period` is given. Iterating must begin anew
+        each time; see `LogBlocks` for files.
     prefilter : Prefilter, optional
         As in `identify`; or a function that gives it for the sampling period in s, which is known
         after the first pass only.
@@ -92,7 +95,7 @@ def identify_stream(
     generated = as_generated(axis)
     if isinstance(blocks, (str, PathLike)):
         raise UsageError(
-            f"the blocks are {given(blocks)}; give LogBlocks(file=path, axis=axis).",
+            f"the blocks are {quoted(blocks)}; give LogBlocks(file=path, axis=axis).",
             code="blocks-type",
         )
     _check_axis(generated)
@@ -106,23 +109,7 @@ def identify_stream(
         kept = replace(chosen, reversals="keep")
         rows = _LogRows(generated, blocks, kept, found, origin.source)
         triangle, size, left = _factored(rows)
-    names = [q.label for q in generated.parameters]
-    if size <= len(names) or not left:
-        raise EstimationError(
-            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
-            "record longer, or decimate less."
-        )
-    check_visible(
-        generated,
-        rows.reach,
-        triangle[:, :-1],
-        triangle[:, -1],
-        rows=size,
-        source=origin.source,
-        without_turns=rows.rest is not None,
-    )
-    with np.errstate(all="ignore"):
-        solution = least_squares(triangle[:, -1], factor(triangle[:, :-1], names, origin.source))
+    solution = _solved(rows, triangle, size, left)
     robust, hac, long_run = _hac(rows, solution, size)
     apart = other_period(generated.axis.control, found.period, found.clock)
     squares = float(solution.residuals @ solution.residuals)
@@ -137,12 +124,33 @@ def identify_stream(
         physical=solution.theta,
         covariances={"iid": squares / (size - 1) * gram, "robust": robust, "hac": hac},
         lags=long_run.lags,
-        freedom=np.minimum(long_run.freedom, size - len(names)),
+        freedom=np.minimum(long_run.freedom, size - len(solution.theta)),
         equation_error_percent=100 * math.sqrt(squares) / left,
         condition_number=condition_number(triangle[:, :-1]),
         excluded_samples=rows.excluded_samples,
         time_base=apart.note if apart is not None and not apart.confirmed else None,
     )
+
+
+def _solved(rows: "_LogRows", triangle: Array, size: int, left: float) -> Solution:
+    """Least squares of the factored rows; refused where they cannot tell the parameters."""
+    names = [q.label for q in rows.axis.parameters]
+    if size <= len(names) or not left:
+        raise EstimationError(
+            f"{size} rows are left for {len(names)} parameters, with a force of norm {left:g}; "
+            "record longer, or decimate less."
+        )
+    check_visible(
+        rows.axis,
+        rows.reach,
+        triangle[:, :-1],
+        triangle[:, -1],
+        rows=size,
+        source=rows.source,
+        without_turns=rows.rest is not None,
+    )
+    with np.errstate(all="ignore"):
+        return least_squares(triangle[:, -1], factor(triangle[:, :-1], names, rows.source))
 
 
 def _check_axis(axis: GeneratedAxis) -> None:
@@ -163,7 +171,7 @@ class _Rows:
     Attributes
     ----------
     both : (n, p + 1) array
-        Regressor, and the left side less what is known.
+        Regressor, and the left side less the intercept.
     left : (n,) array
         The left side itself.
     places : (n,) array of int
@@ -188,23 +196,25 @@ class _LogRows:
     ) -> None:
         self.axis, self.blocks, self.source = axis, blocks, source
         self.samples, self.period = found.samples, found.period
-        check_filter(prefilter, axis, self.samples, self.period, source)
         first = next(iter(blocks))
+        if "position" not in first:
+            check_without_position(axis, source)
+        check_filter(prefilter, axis, self.samples, self.period, source)
         hold = chosen_hold(prefilter, axis, measured="force" in first)
-        left_out = prefilter.reversals == "leave-out" or (
+        without_turns = prefilter.reversals == "leave-out" or (
             prefilter.reversals is None and axis.has_direction
         )
         self.prefilter = replace(
             prefilter,
             hold=hold,
-            reversals="leave-out" if left_out else "keep",
+            reversals="leave-out" if without_turns else "keep",
         )
         late = hold_delay(axis.axis.control, found.period, found.clock)
         self.hold_delay = late if hold == "zoh" else 0.0
         self.filter = SampledFilter(self.prefilter, self.period)
         self.margins = self.filter.settling(_FORGOTTEN)
-        self.turns = self.filter.turn_reach if left_out else 0
-        self.rest = rest_below(self._velocities()) if left_out else None
+        self.turns = self.filter.turn_reach if without_turns else 0
+        self.rest = rest_below(self._velocities()) if without_turns else None
         self._begin()
 
     def __iter__(self) -> Iterator[_Rows]:
@@ -227,8 +237,15 @@ class _LogRows:
     def _velocities(self) -> Iterator[Array]:
         """Filtered velocity, stretch by stretch."""
         for columns, begin, start, stop in self._pieces():
-            velocity = self.filter.motion(columns["position"])[1]
+            velocity = self._motion(columns)[1]
             yield velocity[start - begin : stop - begin]
+
+    def _motion(self, columns: Mapping[str, Array]) -> Motion:
+        """Filtered motion of a stretch; an axis that does without its position may have none."""
+        position, velocity = columns.get("position"), columns.get("velocity")
+        if position is None:
+            position = np.zeros_like(np.asarray(velocity))
+        return self.filter.motion(position, velocity, columns.get("acceleration"))
 
     def _pieces(self) -> Iterator[tuple[Mapping[str, Array], int, int, int]]:
         """Columns by role from `begin` on, whose samples from `start` to `stop` are due."""
@@ -239,10 +256,10 @@ class _LogRows:
         for block in self.blocks:
             columns = {
                 role: np.concatenate([columns.get(role, np.empty(0)), block[role]])
-                for role in ("position", "force", "control", *names)
+                for role in ("position", "velocity", "acceleration", "force", "control", *names)
                 if role in block
             }
-            end = begin + len(columns["position"])
+            end = begin + len(next(iter(columns.values())))
             stop = self.samples if end == self.samples else max(end - around, done)
             if stop > done:
                 yield columns, begin, done, stop
@@ -259,7 +276,7 @@ class _LogRows:
         cut, end = f.cut
         motion, smoothing = self.margins
         rows = f.rows_between(self.samples, start, stop)
-        filtered = f.motion(columns["position"])
+        filtered = self._motion(columns)
         driven = {role: columns.get(role) for role in ("force", "control")}
         recorded = recorded_signals(self.axis, self.source, columns)
         force = force_of(self.axis, self.source, filtered, **driven, recorded=recorded)
@@ -270,7 +287,7 @@ class _LogRows:
         low = max(start - smoothing, cut, begin + (motion + self.turns + 2 if begin else 0))
         high = min(stop + smoothing, self.samples - end)
         weights = np.ones(len(force))
-        both = np.column_stack([equations.regressor, equations.left, equations.known, weights])
+        both = np.column_stack([equations.regressor, equations.left, equations.intercept, weights])
         near = np.zeros(len(force), dtype=bool)
         if self.rest is not None:
             near = near_turns(signals.velocity, self.turns, self.rest)

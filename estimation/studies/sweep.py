@@ -12,12 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import same_estimates
-from axisid.estimation.diagnostics.estimates import (
-    biased_parameters,
-    endogeneity_of,
-    instrument_tests,
-)
+from axisid.estimation.choices.methods import STARTS, same_estimates
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
@@ -25,21 +20,20 @@ from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
-from axisid.estimation.thresholds.diagnostics import MAX_FILTER_BIAS, MIN_FIRST_STAGE_F
-from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
+from axisid.support.user_values import quoted
+
+from .recommendation import recommend
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
-_LEAST_PERCENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,17 +46,17 @@ class Sweep(Presentable, Exact):
         One for each cut-off that gave any estimate.
     failures : dict of float to Note
         Cut-offs that gave none, Hz, with the reason.
-    recommended : float
-        Cut-off, Hz.
+    recommended : float or None
+        Cut-off, Hz; None where none can be named.
     reason : str
-        Why that one, in one sentence.
+        Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The declared control law against the record, whatever the cut-off.
     """
 
     results: tuple[Identification, ...]
     failures: Mapping[float, Note]
-    recommended: float
+    recommended: float | None
     reason: str
     law: LawCheck | Missing
 
@@ -73,6 +67,13 @@ class Sweep(Presentable, Exact):
         others = (r for r in self.results if r.prefilter.cutoff != own.prefilter.cutoff)
         ordered = sorted((*others, own), key=lambda r: r.prefilter.cutoff)
         return replace(self, results=tuple(ordered))
+
+    @property
+    def recommendation(self) -> str:
+        """The recommended cut-off with why that one, or why there is none."""
+        if self.recommended is None:
+            return self.reason
+        return f"{self.recommended:g} Hz, {self.reason}"
 
     @property
     def cutoffs(self) -> tuple[float, ...]:
@@ -102,6 +103,7 @@ def sweep(
     known: Mapping[str, Sequence[Told]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
+    start: str = STARTS[0],
 ) -> Sweep:
     """Identify an axis at many cut-off frequencies.
 
@@ -119,6 +121,8 @@ def sweep(
         Told before each cut-off how many are done, of how many, and which it is.
     local, known, gain, skip_bad
         As in `identify`, of several records.
+    start : str
+        As in `identify`.
 
     Raises
     ------
@@ -131,22 +135,15 @@ def sweep(
     base = Prefilter() if prefilter is None else prefilter
     if not isinstance(base, Prefilter):
         raise UsageError(
-            f"the prefilter is {given(base)}; give a Prefilter, or leave it out.",
+            f"the prefilter is {quoted(base)}; give a Prefilter, or leave it out.",
             code="sweep-prefilter",
         )
     generated = as_generated(axis)
     period = records[0].period
-    rate = 1 / period
-    if cutoffs is None:
-        cutoffs = default_cutoffs(rate)
-    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
-    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {given(cutoffs)}; give positive numbers, in Hz.")
-    if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)
     results: list[Identification] = []
     failures: dict[float, Note] = {}
-    for cutoff in with_progress(sorted(set(cutoffs)), progress, lambda f: f"cut-off {f:g} Hz"):
+    for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
             result = identify(
@@ -158,6 +155,7 @@ def sweep(
                 known=known,
                 gain=gain,
                 skip_bad=skip_bad,
+                start=start,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())
@@ -166,7 +164,7 @@ def sweep(
     if not results:
         said = Note.of("no cut-off gave an estimate: ", Note.joined("; ", failures.values()))
         raise EstimationError(said.text, said.remedy, code="none-identified")
-    recommended, reason = _recommend(results)
+    recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),
         failures=failures,
@@ -174,6 +172,16 @@ def sweep(
         reason=reason,
         law=_law(results[0]),
     )
+
+
+def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
+    """Cut-offs that a user gave."""
+    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
+        raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")
+    if not len(cutoffs):
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+    return cutoffs
 
 
 def _law(result: Identification) -> LawCheck | Missing:
@@ -209,56 +217,3 @@ def default_cutoffs(
             code="cutoff-range",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
-
-
-def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
-    """The most precise cut-off at which noise does not yet bias least squares."""
-    agreeing = [result for result in results if _agrees(result)]
-    if not agreeing:
-        lowest = results[0].prefilter.cutoff
-        if all("idm-iv" not in result.estimates for result in results):
-            return lowest, "the lowest, since there are no instruments to compare with"
-        return lowest, "the lowest, since least squares and instruments agree nowhere"
-    unbiased = [result for result in agreeing if _is_unbiased(result["idm-iv"])]
-    best = min(unbiased or agreeing, key=_vagueness)
-    if not unbiased:
-        return best.prefilter.cutoff, (
-            "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
-        )
-    return (
-        best.prefilter.cutoff,
-        "where the deviations are smallest among the cut-offs at which least squares and "
-        "instruments agree and the prefilter's own bias is below a deviation",
-    )
-
-
-def _agrees(result: Identification) -> bool:
-    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
-    if ls is None or iv is None:
-        return False
-    if (
-        len(iv.y) < MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
-        or iv.Z is None
-        or instrument_tests(iv.X, iv.Z).weakest < MIN_FIRST_STAGE_F.value
-    ):
-        return False
-    return not biased_parameters(ls, iv, endogeneity_of(iv))
-
-
-def _is_unbiased(iv: Estimate) -> bool:
-    """Whether the prefilter moves no parameter by more than its deviation."""
-    shifts = [value.shift for value in iv.parameters.values()]
-    return iv.filter_bias is not None and max(shifts) <= MAX_FILTER_BIAS.value
-
-
-def _vagueness(result: Identification) -> float:
-    """Mean relative error of the instrumental estimate, noise and filter, geometric.
-
-    One parameter that is about zero must not decide for all.
-    """
-    relative = [
-        100 * math.hypot(v.deviation, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
-        for v in result["idm-iv"].parameters.values()
-    ]
-    return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

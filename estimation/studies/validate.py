@@ -14,6 +14,8 @@ from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
+    Equations,
+    Form,
     loop_reference,
     simulated_loops,
     simulated_position,
@@ -24,10 +26,10 @@ from axisid.estimation.simulation import Simulation
 from axisid.estimation.tables import Provenance
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
-from .anew import estimated_anew, least_mean_square
+from .reestimate import least_mean_square, reestimate
 from .validation import MethodValidation, Validation
 
 
@@ -128,7 +130,7 @@ def validate(result: FrozenResult, record: Record) -> Validation:
     """
     if not hasattr(result, "estimates"):
         raise UsageError(
-            f"the result is {given(result)}; give what identify gave, or load_result(path).",
+            f"the result is {quoted(result)}; give what identify gave, or load_result(path).",
             code="validated-type",
         )
     check_record(record)
@@ -181,42 +183,15 @@ def _is_same(own: OwnRecord, other: Record) -> bool:
 def _validation(
     data: FilteredRecord, estimate: FrozenEstimate, own_data: Sequence[FilteredRecord]
 ) -> MethodValidation:
+    """How an estimate holds on a second record, its own records being these."""
     axis, record = data.axis, data.record
     form = METHODS[estimate.method].form(axis).at(estimate.physical)
-    rows = form.equations(data.signals).reduced(data)
+    rows = _rows_left(form, data)
     theta = form.regressed(estimate.physical)
-    if not len(rows.left):
-        raise DataError(
-            f"{record.provenance.source}: no row is left of it, since all its motion is near "
-            "reversals or masked; ",
-            Remedy.of(
-                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
-            ),
-            code="no-row",
-        )
-    residuals = rows.left - rows.known - rows.regressor @ theta
-    equation = relative_error_percent(residuals, rows.left)
-    if not math.isfinite(equation):
-        raise DataError(
-            f"{record.provenance.source}: the equation error of {estimate.method} is not finite; "
-            "check the size and the units of its columns.",
-            code="equation-error-not-finite",
-        )
-    found = MethodValidation(
-        method=estimate.method,
-        equation_error_percent=equation,
-        own_equation_error_percent=estimate.equation_error_percent,
-        simulation_error_percent=None,
-        position_error_rms=None,
-        tracking_error_percent=None,
-        reason=None,
-        own_simulation_error_percent=estimate.simulation_error_percent,
-        least_equation_error_percent=equation
-        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
-    )
+    found = _by_equations(estimate, rows, theta, data)
     covariance = estimate.covariances[estimate.chosen]
-    anew = partial(
-        estimated_anew,
+    again = partial(
+        reestimate,
         form,
         rows,
         neighbours=data.neighbours,
@@ -227,21 +202,62 @@ def _validation(
     is_iv = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, estimate.physical)
-        known, regressor = simulated_right(form, loops, estimate.physical, data)
+        intercept, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else anew(instruments=None)
-        return replace(found, reason=error.note, anew=by_rows)
+        by_rows = None if is_iv else again(instruments=None)
+        return replace(found, reason=error.note, reestimate=by_rows)
     off, tracking = _positions(data, loops)
     instruments = regressor if is_iv else None
     return replace(
         found,
         simulation_error_percent=relative_error_percent(
-            rows.left - regressor @ theta - known, rows.left
+            rows.left - regressor @ theta - intercept, rows.left
         ),
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        anew=anew(instruments=instruments),
+        reestimate=again(instruments=instruments),
+    )
+
+
+def _rows_left(form: Form, data: FilteredRecord) -> Equations:
+    """The rows of the second record; refused where it has none."""
+    rows = form.equations(data.signals).reduced(data)
+    if not len(rows.left):
+        raise DataError(
+            f"{data.record.provenance.source}: no row is left of it, since all its motion is near "
+            "reversals or masked; ",
+            Remedy.of(
+                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
+            ),
+            code="no-row",
+        )
+    return rows
+
+
+def _by_equations(
+    estimate: FrozenEstimate, rows: Equations, theta: Array, data: FilteredRecord
+) -> MethodValidation:
+    """What the rows alone say, before the loop is simulated."""
+    residuals = rows.left - rows.intercept - rows.regressor @ theta
+    equation = relative_error_percent(residuals, rows.left)
+    if not math.isfinite(equation):
+        raise DataError(
+            f"{data.record.provenance.source}: the equation error of {estimate.method} is not "
+            "finite; check the size and the units of its columns.",
+            code="equation-error-not-finite",
+        )
+    return MethodValidation(
+        method=estimate.method,
+        equation_error_percent=equation,
+        own_equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=None,
+        position_error_rms=None,
+        tracking_error_percent=None,
+        reason=None,
+        own_simulation_error_percent=estimate.simulation_error_percent,
+        least_equation_error_percent=equation
+        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
     )
 
 

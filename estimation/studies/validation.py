@@ -12,12 +12,12 @@ from axisid.estimation.thresholds.studies import (
 )
 from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
-from .anew import Anew
+from .reestimate import Reestimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ class MethodValidation:
         is of a result that was read from a file.
     least_equation_error_percent : float or None
         The equation error less what chance may make of it in so short a record.
-    anew : Anew or None
+    reestimate : Reestimate or None
         What the record itself says of the parameters; None where it cannot.
     """
 
@@ -60,7 +60,7 @@ class MethodValidation:
     own_simulation_error_percent: float | None = None
     own_tracking_error_percent: float | None = None
     least_equation_error_percent: float | None = None
-    anew: Anew | None = None
+    reestimate: Reestimate | None = None
 
     @property
     def holds(self) -> bool:
@@ -68,7 +68,7 @@ class MethodValidation:
 
         The errors are compared with those on the estimate's own record.
         """
-        return self.fits and self.follows and not (self.anew and self.anew.changed)
+        return self.fits and self.follows and not (self.reestimate and self.reestimate.changed)
 
     @property
     def fits(self) -> bool:
@@ -133,7 +133,7 @@ class Validation(Presentable, Exact):
         if found is None:
             methods = ", ".join(each.method for each in self.methods)
             raise UsageError(
-                f"the validation has no {given(method)}; choose from {methods}.",
+                f"the validation has no {quoted(method)}; choose from {methods}.",
                 code="not-validated",
             )
         return found
@@ -153,7 +153,7 @@ class Validation(Presentable, Exact):
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
             ("parameters anew", "%"): tuple(
                 # Of the record that they are of, rounding alone is left.
-                None if v.anew is None else round(v.anew.share_percent, 6)
+                None if v.reestimate is None else round(v.reestimate.share_percent, 6)
                 for v in self
             ),
         }
@@ -187,10 +187,10 @@ class Validation(Presentable, Exact):
         times, most = MAX_VALIDATION_ERROR_RATIO.value, MAX_VALIDATION_ERROR.value
         also = ", the simulated loops follow it" * any(v.tracking_error_percent for v in self)
         also += ", its control is the declared law's" * (not isinstance(self.law, Missing))
-        anew = any(v.anew for v in self)
-        also += ", and estimated anew no parameter differs by more than chance" * anew
-        head = "the estimates hold" if anew else "nothing speaks against the estimates"
-        left = "" if anew else "; they were not estimated anew, so that less may have changed"
+        again = any(v.reestimate for v in self)
+        also += ", and estimated anew no parameter differs by more than chance" * again
+        head = "the estimates hold" if again else "nothing speaks against the estimates"
+        left = "" if again else "; they were not estimated anew, so that less may have changed"
         return (
             f"{head}: no equation error is both beyond {most:g} % and beyond {times:g} times the "
             f"one on their own record{also}{left}"
@@ -224,8 +224,12 @@ class Validation(Presentable, Exact):
         )
 
     def _moved(self) -> Iterator[Note]:
-        found = {v.method: v.anew for v in self if v.anew is not None and v.anew.changed}
-        texts = {method: anew.text() for method, anew in found.items()}
+        found = {
+            v.method: v.reestimate
+            for v in self
+            if v.reestimate is not None and v.reestimate.changed
+        }
+        texts = {method: again.text() for method, again in found.items()}
         for words in dict.fromkeys(texts.values()):
             methods = [method for method in texts if texts[method] == words]
             share = max(found[method].share_percent for method in methods)

@@ -20,5 +20,5 @@ from .unit_labels import COUNTS as COUNTS
 from .unit_labels import LABEL_WITH_UNIT as LABEL_WITH_UNIT
 from .unit_labels import exact_unit as exact_unit
 from .unit_labels import is_unit as is_unit
-from .unit_labels import known_unit as known_unit
+from .unit_labels import label_unit as label_unit
 from .unit_labels import split_labels as split_labels

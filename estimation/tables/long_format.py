@@ -10,7 +10,7 @@ from axisid.estimation.thresholds.logs import MIN_ROWS_AT_ONE_TIME
 from axisid.support.arrays import Array
 
 from .table import Column, Samples, Table, loaded_column
-from .unit_labels import known_unit
+from .unit_labels import label_unit
 
 _NAMES = frozenset("name signal channel variable topic key tag symbol measurement field".split())
 _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
@@ -36,13 +36,13 @@ def wide(table: Table) -> Table:
     order = np.unique(np.asarray(names, dtype=str), return_inverse=True)
     clocks: list[Array] = []
     for k, name in enumerate(order[0]):
-        rows = np.flatnonzero(order[1] == k)
-        own = seconds[rows]
+        places = np.flatnonzero(order[1] == k)
+        own = seconds[places]
         shared = next((each for each in clocks if np.array_equal(each, own)), own)
         if shared is own:
             clocks.append(own)
-        unit = units[rows[0]] if units else ""
-        columns[str(name)] = loaded_column(numbers[rows], unit=unit, clock=shared)
+        unit = units[places[0]] if units else ""
+        columns[str(name)] = loaded_column(numbers[places], unit=unit, clock=shared)
     told = f"rows of {times}, name and {values}, made {len(columns)} columns by their names"
     timed = _with_seconds(columns, clock.unit)
     notes = (*table.notes, *((clock.note,) if clock.note else ()), told)
@@ -51,14 +51,14 @@ def wide(table: Table) -> Table:
 
 def _with_seconds(columns: dict[str, Column], unit: str) -> dict[str, Column]:
     """Columns whose clocks are in seconds, where the times have a unit."""
-    known = known_unit(unit) if unit else None
-    if known is None or known[0] == 1.0:
+    found = label_unit(unit) if unit else None
+    if found is None or found[0] == 1.0:
         return columns
 
     def scaled(column: Column) -> Column:
         samples = column.read()
         assert samples.clock is not None  # noqa: S101
-        made = Samples(values=samples.values, clock=known[0] * samples.clock)
+        made = Samples(values=samples.values, clock=found[0] * samples.clock)
         return replace(column, read=lambda: made)
 
     return {name: scaled(column) for name, column in columns.items()}

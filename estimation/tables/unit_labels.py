@@ -42,17 +42,20 @@ _FACTORS: Mapping[str, tuple[float, str]] = {
     **{s: (f, "A") for s, f in (("A", 1.0), ("mA", 1e-3), ("uA", 1e-6), ("kA", 1e3))},
     **{s: (f, "V") for s, f in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6), ("kV", 1e3))},
     **{s: (f, "m/s") for s, f in (("mm/s", 1e-3), ("m/min", 1 / 60), ("mm/min", 1e-3 / 60))},
+    **{s: (f, "m/s") for s, f in (("cm/s", 1e-2), ("um/s", 1e-6))},
     **{s: (f * _DEGREE, "rad/s") for s, f in (("deg/s", 1.0), ("°/s", 1.0))},
     **{s: (f, "rad/s") for s, f in (("rpm", _TURN / 60), ("rev/s", _TURN), ("1/min", _TURN / 60))},
+    **{s: (f, "rad/s") for s, f in (("mrad/s", 1e-3), ("krpm", 1e3 * _TURN / 60))},
+    **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("cm/s^2", 1e-2), ("g", 9.80665))},
+    **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("°/s^2", 1.0))},
+    **{s: (f, "rad/s^2") for s, f in (("mrad/s^2", 1e-3), ("rev/s^2", _TURN))},
     **{s: (f, "Pa") for s, f in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("MPa", 1e6))},
-    **{s: (f, "Pa") for s, f in (("mbar", 1e2), ("bar", 1e5), ("psi", 6894.757293168361))},
-    **{s: (f, "m/s^2") for s, f in (("mm/s^2", 1e-3), ("mm/s2", 1e-3), ("m/s2", 1.0))},
-    **{s: (f * _DEGREE, "rad/s^2") for s, f in (("deg/s^2", 1.0), ("deg/s2", 1.0))},
+    **{s: (f, "Pa") for s, f in (("mbar", 1e2), ("bar", 1e5), ("psi", 6894.757293))},
     "%": (1e-2, "1"),
 }
 
 
-_SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " "}
+_SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " ", "\u00b2": "^2"}
 
 
 _NAMES = {
@@ -90,6 +93,10 @@ _NAMES = {
     "kN m": "kNm",
     "r/min": "rpm",
     "U/min": "rpm",
+    "rev/min": "rpm",
+    **{
+        f"{length}/s2": f"{length}/s^2" for length in ("m", "mm", "cm", "rad", "mrad", "deg", "rev")
+    },
 }
 
 
@@ -103,7 +110,7 @@ COUNTS = frozenset(
 _NO_UNIT = frozenset(("-", "--", "none"))
 
 
-def known_unit(text: str) -> tuple[float, Unit] | None:
+def label_unit(text: str) -> tuple[float, Unit] | None:
     """Factor to SI and coherent unit of a text such as ``mm`` or ``N m``; None if unknown."""
     plain = text.strip()
     for letter, other in _SPELT.items():
@@ -129,8 +136,8 @@ class ExactUnit(NamedTuple):
 
 
 def exact_unit(text: str) -> ExactUnit | None:
-    """What `known_unit` gives, before it is rounded."""
-    found = known_unit(text)
+    """What `label_unit` gives, before it is rounded."""
+    found = label_unit(text)
     if found is None:
         return None
     factor, unit = found
@@ -146,7 +153,7 @@ def exact_unit(text: str) -> ExactUnit | None:
 
 def is_unit(text: str) -> bool:
     """Whether a text is surely a unit: one that is known, or what encoders count."""
-    return known_unit(text) is not None or text.strip().lower() in COUNTS
+    return label_unit(text) is not None or text.strip().lower() in COUNTS
 
 
 LABEL_WITH_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))")

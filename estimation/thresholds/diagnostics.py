@@ -107,6 +107,35 @@ MAX_LIMIT_EXCESS_SHARE = Threshold(
     "chosen: spikes may be",
 )
 
+# Measured velocity and acceleration
+
+MAX_MOTION_FACTOR_ERROR = Threshold(
+    0.01,
+    "1",
+    "distance from 1 of the factor between a measured velocity, or acceleration, and the "
+    "derivative of what is measured before it",
+    "chosen: friction and inertia are off by as much",
+)
+MAX_MOTION_DELAY = Threshold(
+    0.35,
+    "samples",
+    "delay of a measured velocity, or acceleration, behind that derivative",
+    "chosen: as much as the force may be misaligned",
+)
+MAX_MOTION_OFFSET = Threshold(
+    0.01,
+    "1",
+    "constant between the two, as a share of the derivative's root mean square",
+    "chosen",
+)
+MAX_MOTION_DIFFERENCE = Threshold(
+    30.0,
+    "%",
+    "what factor, delay and constant leave of a measured velocity, or acceleration, by the size of "
+    "the derivative, from which the column is another signal",
+    "chosen: noise within the band that is compared is far less",
+)
+
 MIN_SAMPLES_PER_FACTOR = Threshold(
     10,
     "samples",
@@ -139,6 +168,13 @@ MAX_DELAY_DEVIATION = Threshold(
     0.25,
     "samples",
     "deviation of the delay beyond which nothing is said of it",
+    "chosen",
+)
+
+MIN_JITTER = Threshold(
+    0.01,
+    "periods",
+    "root mean square of what parts the samples from even times, from which its effect is told",
     "chosen",
 )
 

@@ -80,7 +80,7 @@ MIN_RESAMPLING_RATE = Threshold(
     "would fold",
     "chosen",
 )
-MIN_RECORD_ROWS = Threshold(
+MIN_RECORD_SAMPLES = Threshold(
     3,
     "rows",
     "rows of a record, and of each of its segments, below which there is none",
@@ -257,6 +257,19 @@ MIN_COUNTS = Threshold(
     "values",
     "different whole numbers that a position without a unit needs to be taken for counts",
     "chosen: metres or radians are whole by chance in no log; fewer are a test of a few rows",
+)
+MIN_SELDOM_CHANGES = Threshold(
+    20,
+    "values",
+    "values of a column from which it is told in how many samples each stands",
+    "chosen: fewer come at even distances by chance",
+)
+MIN_SAME_PHASE = Threshold(
+    0.95,
+    "1",
+    "share of a column's changes that come at one even distance, from which it is written seldomer "
+    "than the log",
+    "chosen: of a column that is rounded they come at any distance",
 )
 MAX_PART_OF_A_SAMPLE = Threshold(
     0.01,

@@ -59,6 +59,13 @@ LEAST_MEASURED_NOISE = Threshold(
     "has, from which the law measured what was recorded",
     "chosen: 1 where it did, and 0 where a log is coarser than what the law measures",
 )
+MAX_DITHERED_SHARE = Threshold(
+    0.5,
+    "1",
+    "share of its samples at which a rounded velocity changes, from which its noise averages the "
+    "steps",
+    "chosen: at a constant speed noise of half a step changes as many",
+)
 MIN_STEP_DIFFERENCES = Threshold(
     10,
     "differences",

@@ -47,18 +47,31 @@ MAX_VALIDATION_TRACKING = Threshold(
     "measured: at most 0.7 on right records, 5.4 with a coarse encoder that has as much on its "
     "own; 10 with a gain a tenth off",
 )
-MAX_ANEW_SHARE = Threshold(
+MAX_REESTIMATE_SHARE = Threshold(
     1.0,
     "%",
     "force that parameters estimated anew make otherwise, up to which the frozen ones hold",
     "measured: a mass a tenth larger makes 2 to 6, right records of 15 s at most 1.3",
 )
-MIN_ANEW_DISTANCE = Threshold(
+MIN_REESTIMATE_DISTANCE = Threshold(
     5.5,
     "1",
     "distance of a parameter estimated anew, in deviations, from which it is another one",
     "measured: at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1 and more "
     "with a mass a tenth larger",
+)
+MAX_SWEEP_STEP = Threshold(
+    0.1,
+    "1",
+    "share of its value by which the neighbouring cut-off of a sweep makes a known parameter "
+    "another, beyond which none is recommended without instruments",
+    "chosen",
+)
+MIN_SWEPT_CUTOFFS = Threshold(
+    3,
+    "cut-offs",
+    "with an estimate by least squares, below which none is recommended without instruments",
+    "derived: one between two others stands still or does not",
 )
 MAX_WEIGHT_DEVIATION = Threshold(
     0.02,

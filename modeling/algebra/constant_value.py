@@ -49,8 +49,8 @@ class NotRealError(ModelError):
     code = "no-real-number"
 
 
-def is_known(kind: Any) -> bool:
-    """Whether `value_of` knows a class of functions."""
+def has_value(kind: Any) -> bool:
+    """Whether `value_of` has a class of functions."""
     return kind in _KNOWN or kind in _EXACT
 
 

@@ -14,9 +14,9 @@ from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.logic.boolalg import Boolean
 
-from axisid.modeling.quantities import DIRECTION, KnownSymbol
+from axisid.modeling.quantities import DIRECTION, ConstantSymbol
 
-from .constant_value import NotRealError, is_known, number_symbol, value_of
+from .constant_value import NotRealError, has_value, number_symbol, value_of
 from .exponential import joined_exponential
 from .products import (
     HALF,
@@ -127,7 +127,7 @@ class Expansion:
     def _symbol(self, node: sympy.Symbol) -> Sum:
         if node in self._values:
             return constant(self._values[node])
-        if isinstance(node, KnownSymbol):
+        if isinstance(node, ConstantSymbol):
             return constant(_number(sympy.Float(node.value)))
         return self.free(node)
 
@@ -202,7 +202,7 @@ class Expansion:
 
     def _function(self, kind: Any, inner: list[Sum]) -> Sum:
         numbers = [number_in(total) for total in inner]
-        if is_known(kind) and all(number is not None for number in numbers):
+        if has_value(kind) and all(number is not None for number in numbers):
             return constant(value_of(kind, [number or 0 for number in numbers]))
         if kind is sympy.log:
             size, rest = normal(inner[0], positive=True)
@@ -251,13 +251,13 @@ class Expansion:
     ) -> Iterator[tuple[sympy.Basic, sympy.Basic]]:
         """The cases that can be, with conditions that the motion decides."""
         for value, condition in pairs:
-            known = condition
+            decided = condition
             if isinstance(condition, Relational):
                 number = number_in(self._side(condition))
-                known = condition if number is None else condition.func(number, 0)
-            if known != sympy.false:
-                yield value, known
-            if known == sympy.true:
+                decided = condition if number is None else condition.func(number, 0)
+            if decided != sympy.false:
+                yield value, decided
+            if decided == sympy.true:
                 return
 
     def _case(self, conditions: Sequence[sympy.Basic], left: Sum) -> Sum:

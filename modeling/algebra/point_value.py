@@ -92,7 +92,7 @@ def _moved(
     """Values before and after the symbols change, and the span of their sums."""
     here, there = _Values(turn), _Values(turn)
     for symbol in symbols:
-        there.known[symbol] = here.unknown("other", str(symbol))
+        there.values[symbol] = here.unknown("other", str(symbol))
     return here(expression), there(expression), max(here.span, there.span)
 
 
@@ -101,9 +101,9 @@ def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.S
     try:
         for turn in range(_POINTS):
             start, there = _Values(turn), _Values(turn)
-            start.known[variable] = (numbers.zero, numbers.zero)
+            start.values[variable] = (numbers.zero, numbers.zero)
             place = -start(inside)[0] / start(inside.diff(variable))[0]
-            there.known[variable] = (place, abs(place))
+            there.values[variable] = (place, abs(place))
             if not _is_nothing(there(expression)):
                 return False
     except CANNOT:
@@ -120,7 +120,7 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
         It has none.
     """
     values = _ActualValues(0)
-    values.known.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
+    values.values.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
     return values.real(expression)
 
 
@@ -154,14 +154,14 @@ class _Values:
     """
 
     def __init__(self, turn: int) -> None:
-        self.known: dict[sympy.Basic, _Value] = {}
+        self.values: dict[sympy.Basic, _Value] = {}
         self.span = 0
         self._turn = turn
 
     def __call__(self, node: sympy.Basic) -> _Value:
-        if node not in self.known:
-            self.known[node] = self._value(node)
-        return self.known[node]
+        if node not in self.values:
+            self.values[node] = self._value(node)
+        return self.values[node]
 
     def _value(self, node: sympy.Basic) -> _Value:
         if node.is_Symbol:
@@ -189,10 +189,10 @@ class _Values:
         if _is_nothing(argument):
             return numbers.mpf(_STEPS[kind]), numbers.one
         number, turned = argument[0], numbers.re(argument[0]) < 0
-        known, _ = self.unknown(kind.__name__, _text(-number if turned else number))
+        size, _ = self.unknown(kind.__name__, _text(-number if turned else number))
         if turned and kind is sympy.sign:
-            return -known, known
-        return _exactly(1 - known if turned and kind is sympy.Heaviside else known)
+            return -size, size
+        return _exactly(1 - size if turned and kind is sympy.Heaviside else size)
 
     def _opaque(self, node: sympy.Basic, inner: list[_Value]) -> _Value:
         values = [number for number, _ in inner]

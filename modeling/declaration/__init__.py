@@ -21,6 +21,7 @@ from .control import gain as gain
 from .control import velocity_variants as velocity_variants
 from .drive import DRIVE_GAIN as DRIVE_GAIN
 from .drive import Drive as Drive
+from .elements import ELEMENTS as ELEMENTS
 from .elements import asymmetric_coulomb as asymmetric_coulomb
 from .elements import asymmetric_viscous as asymmetric_viscous
 from .elements import cogging as cogging

@@ -9,9 +9,9 @@ import sympy
 
 from axisid.modeling.quantities import (
     FORCE,
+    ConstantSymbol,
     Coordinate,
     Formula,
-    KnownSymbol,
     Parameter,
     Signal,
     SignalSymbol,
@@ -26,8 +26,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.presentable import view_of
+from axisid.support.user_values import quoted
 
 from .column import column_texts
 from .control import ControlLaw
@@ -36,7 +36,16 @@ from .experiment import Experiment
 from .unit_check import check_profile, checked_terms
 
 #: What a column of a record can be.
-ROLES = ("time", "position", "reference", "control", "force", "injected")
+ROLES = (
+    "time",
+    "position",
+    "velocity",
+    "acceleration",
+    "reference",
+    "control",
+    "force",
+    "injected",
+)
 #: What a recorded test signal, the role ``injected``, can be added to.
 INJECTION_POINTS = ("control", "reference")
 
@@ -147,7 +156,7 @@ class Axis:
             if not isinstance(getattr(self, name), kind):
                 expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
                 raise ModelError(
-                    f"axis {self.name!r}: {name} is {given(getattr(self, name))}; give "
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give "
                     f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}.",
                     code="axis-part-type",
                 )
@@ -173,7 +182,7 @@ class Axis:
     def _check_constants(self, names: Mapping[str, str]) -> None:
         """Two things that are printed alike could not be told apart."""
         found: dict[str, sympy.Expr] = {}
-        kinds = (KnownSymbol, sympy.NumberSymbol)
+        kinds = (ConstantSymbol, sympy.NumberSymbol)
         used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
         for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
             if name in names:
@@ -207,13 +216,13 @@ class Axis:
                 )
         declared = {p.symbol for p in self.parameters}
         used = self.force.free_symbols | profile.free_symbols
-        used -= self.force.atoms(KnownSymbol) | profile.atoms(KnownSymbol)
-        known = declared | {q.symbol, q.velocity, q.acceleration}
-        known |= {signal.symbol for signal in self.signals}
-        if unknown := sorted(map(str, used - known)):
+        used -= self.force.atoms(ConstantSymbol) | profile.atoms(ConstantSymbol)
+        allowed = declared | {q.symbol, q.velocity, q.acceleration}
+        allowed |= {signal.symbol for signal in self.signals}
+        if unknown := sorted(map(str, used - allowed)):
             raise ModelError(
                 f"axis {self.name!r}: the equation of motion has the unknown symbols "
-                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}. Declare "
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}. Declare "
                 "each unknown as a Parameter, and write the expression with the Parameter and "
                 "Coordinate objects rather than with symbols of the same name.",
                 code="unknown-symbols",
@@ -340,7 +349,8 @@ def check_axis(axis: object) -> None:
     """Refuse what is no declared axis, such as its name."""
     if not isinstance(axis, Axis):
         raise UsageError(
-            f"the axis is {given(axis)}; give an Axis, such as load_axis('emps').", code="axis-type"
+            f"the axis is {quoted(axis)}; give an Axis, such as load_axis('emps').",
+            code="axis-type",
         )
 
 

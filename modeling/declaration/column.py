@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RATIO = re.compile(rf"\s*(-?{_NUMBER})\s*(?:/\s*({_NUMBER})\s*)?")
@@ -56,10 +56,10 @@ class Column:
 
     def __post_init__(self) -> None:
         numbered = isinstance(self.name, int) and not isinstance(self.name, bool)
-        known = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
-        if not known:
+        valid = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
+        if not valid:
             raise ModelError(
-                f"the name of a column is {given(self.name)}; give a text, or its number from 1.",
+                f"the name of a column is {quoted(self.name)}; give a text, or its number from 1.",
                 code="column-name",
             )
         if self.resolution and self.unit:
@@ -104,7 +104,7 @@ class Column:
 def _text(what: str, value: object) -> str:
     if not isinstance(value, str) or not value.isprintable():
         raise ModelError(
-            f"the {what} of a column is {given(value)}; give a text.", code="column-text"
+            f"the {what} of a column is {quoted(value)}; give a text.", code="column-text"
         )
     return value
 
@@ -130,7 +130,7 @@ def _ratio(what: str, value: object, *, signed: bool = False) -> tuple[str, str]
     if not (Fraction(below) > 0 and (Fraction(above) > 0 or (signed and Fraction(above)))):
         kind = "number other than 0" if signed else "positive number"
         raise ModelError(
-            f"the {what} of a column is {given(value)}; give a {kind}.", code="column-number"
+            f"the {what} of a column is {quoted(value)}; give a {kind}.", code="column-number"
         )
     return above, below
 

@@ -28,8 +28,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 _LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
@@ -121,11 +121,11 @@ class ControlLaw:
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         self._check_timing()
-        known = _INPUTS | {gain(name) for name in self.names}
-        known |= self.signals
-        self._check(self.output, known, "output")
+        allowed = _INPUTS | {gain(name) for name in self.names}
+        allowed |= self.signals
+        self._check(self.output, allowed, "output")
         for memory in self.memory:
-            self._check(memory.following, known, f"memory {memory.name!r}")
+            self._check(memory.following, allowed, f"memory {memory.name!r}")
             at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
             self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
             if memory.start != BALANCED and memory.start.has(BALANCED):
@@ -178,16 +178,16 @@ class ControlLaw:
 
     def _check_types(self) -> None:
         if not isinstance(self.name, str):
-            raise ModelError(f"a control law is named {given(self.name)}; give a text.")
+            raise ModelError(f"a control law is named {quoted(self.name)}; give a text.")
         if not isinstance(self.gains, Mapping):
             raise ModelError(
-                f"control law {self.name!r}: the gains are {given(self.gains)}; give numbers by "
+                f"control law {self.name!r}: the gains are {quoted(self.gains)}; give numbers by "
                 "name, as in gains={'kp': 160.0}.",
                 code="gains-type",
             )
         if not all(isinstance(memory, Memory) for memory in several(self.memory)):
             raise ModelError(
-                f"control law {self.name!r}: the memory is {given(self.memory)}; give a tuple of "
+                f"control law {self.name!r}: the memory is {quoted(self.memory)}; give a tuple of "
                 "Memory objects.",
                 code="memory-type",
             )
@@ -195,14 +195,14 @@ class ControlLaw:
     def _check_timing(self) -> None:
         if not (is_whole(self.delay) and 0 <= self.delay <= _LONGEST_DELAY):
             raise ModelError(
-                f"control law {self.name!r}: delay {given(self.delay)}; give whole samples, 0 to "
+                f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
                 f"{_LONGEST_DELAY}.",
                 code="law-delay",
             )
         if self.reference_between not in ("", *BETWEEN):
             raise ModelError(
-                f"control law {self.name!r}: reference_between is {given(self.reference_between)}; "
-                f"give {' or '.join(BETWEEN)}, or leave it out.",
+                f"control law {self.name!r}: reference_between is "
+                f"{quoted(self.reference_between)}; give {' or '.join(BETWEEN)}, or leave it out.",
                 code="law-reference-between",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
@@ -214,12 +214,12 @@ class ControlLaw:
                 code="continuous-law",
             )
 
-    def _check(self, value: sympy.Expr, known: Set[sympy.Basic], what: str) -> None:
-        unknown = sorted(map(str, value.free_symbols - known))
+    def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
+        unknown = sorted(map(str, value.free_symbols - allowed))
         if unknown:
             raise ModelError(
                 f"control law {self.name!r}: its {what} has the unknown symbols "
-                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, known)))}."
+                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}."
             )
 
 
@@ -233,7 +233,7 @@ def gain(name: str) -> sympy.Symbol:
     """
     if not isinstance(name, str):
         raise ModelError(
-            f"a gain is named {given(name)}; give a text, such as 'kp'.", code="gain-name"
+            f"a gain is named {quoted(name)}; give a text, such as 'kp'.", code="gain-name"
         )
     return sympy.Symbol(name, real=True)
 

@@ -9,6 +9,8 @@ identified. What enters otherwise (a Stribeck velocity, a period) is mostly know
 a `Constant`. A plain number has the unit of its place.
 """
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeAlias
 
 import sympy
@@ -19,13 +21,13 @@ from axisid.modeling.quantities import (
     Symbolic,
     check_coordinate,
     expression,
-    known_value,
     positive,
     with_numbers,
+    with_unit,
 )
 from axisid.support.errors import ModelError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 #: What an element takes in place of a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float
@@ -110,7 +112,7 @@ def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) ->
     products of parameters: declare the product. [Hamon2010]_.
     """
     check_coordinate(coordinate)
-    share, pressing = known_value(coefficient, "1", _AMOUNT), _amount(load, coordinate)
+    share, pressing = with_unit(coefficient, "1", _AMOUNT), _amount(load, coordinate)
     return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
 
 
@@ -139,7 +141,7 @@ def cogging(
     check_coordinate(coordinate)
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
-            f"the harmonic is {given(harmonic)}; give a whole number, 1 or more.",
+            f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
             code="harmonic-order",
         )
     length = positive(period, coordinate.unit, "the period")
@@ -161,7 +163,7 @@ def gravity(mass: Amount) -> sympy.Expr:
 
     `mass` in kg; resists a positive (upward) motion if positive. [Khalil2002]_.
     """
-    return known_value(mass, "kg", _AMOUNT) * G.symbol
+    return with_unit(mass, "kg", _AMOUNT) * G.symbol
 
 
 def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> sympy.Expr:
@@ -204,7 +206,7 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     """
     check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
-    return turns**2 * known_value(inertia, "kg m^2", _AMOUNT)
+    return turns**2 * with_unit(inertia, "kg m^2", _AMOUNT)
 
 
 def end_stop(
@@ -226,12 +228,12 @@ def end_stop(
     """
     check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
-    c = known_value(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
-    low = known_value(lower, coordinate.unit, "the lower stop")
-    high = known_value(upper, coordinate.unit, "the upper stop")
+    c = with_unit(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
+    low = with_unit(lower, coordinate.unit, "the lower stop")
+    high = with_unit(upper, coordinate.unit, "the upper stop")
     if with_numbers(high - low).is_positive is False:
         raise ModelError(
-            f"the stops are at {given(lower)} and {given(upper)}; give the lower one first.",
+            f"the stops are at {quoted(lower)} and {quoted(upper)}; give the lower one first.",
             code="stops-order",
         )
     q, dq = coordinate.symbol, coordinate.velocity
@@ -245,14 +247,40 @@ def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr
     if _is_zero(value):
         return sympy.S.Zero
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
-    return known_value(value, unit, _AMOUNT)
+    return with_unit(value, unit, _AMOUNT)
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
     if _is_zero(rest):
         return coordinate.symbol
-    return coordinate.symbol - known_value(rest, coordinate.unit, "the rest position")
+    return coordinate.symbol - with_unit(rest, coordinate.unit, "the rest position")
 
 
 def _is_zero(value: Amount) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
+
+
+#: By the names that declarations as text know them by.
+ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
+    {
+        element.__name__: element
+        for element in (
+            asymmetric_coulomb,
+            asymmetric_viscous,
+            cogging,
+            coulomb,
+            cubic_spring,
+            end_stop,
+            gravity,
+            gravity_moment,
+            load_dependent,
+            motor_inertia,
+            offset,
+            periodic_coulomb,
+            quadratic,
+            spring,
+            stribeck,
+            viscous,
+        )
+    }
+)

@@ -108,8 +108,8 @@ def check_inertia(
         for point in points
         for place in _PLACES
     ]
-    known = [value for value in values if not math.isnan(value)]
-    if known and all(value < 0 for value in known):
+    real = [value for value in values if not math.isnan(value)]
+    if real and all(value < 0 for value in real):
         what = "with the nominal values" if nominal else "if its parameters are positive"
         raise ModelError(
             f"the inertia {inertia} is negative {what}; so would be the kinetic energy. Correct "

@@ -11,11 +11,11 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.quantities import TIME, KnownSymbol, expression, number, several
+from axisid.modeling.quantities import TIME, ConstantSymbol, expression, number, several
 from axisid.support.errors import ModelError
 from axisid.support.frozen_mapping import FrozenMapping
-from axisid.support.given import given
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import quoted
 
 _LONGEST = 1e4  # s
 _MOST_REPEATS = 10_000
@@ -82,7 +82,7 @@ def back_and_forth(
     """
     if not (is_whole(repeat) and 1 <= repeat <= _MOST_REPEATS):
         raise ModelError(
-            f"repeat is {given(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
+            f"repeat is {quoted(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
         )
     once = (
         Move(sign * speed * seconds, speed, acceleration) for speed in speeds for sign in (1, -1)
@@ -118,12 +118,12 @@ class Experiment:
     def __post_init__(self) -> None:
         if not isinstance(self.truth, Mapping):
             raise ModelError(
-                f"the truth of an experiment is {given(self.truth)}; give numbers by parameter.",
+                f"the truth of an experiment is {quoted(self.truth)}; give numbers by parameter.",
                 code="truth-type",
             )
         if not isinstance(self.signals, Mapping):
             raise ModelError(
-                f"the signals of an experiment are {given(self.signals)}; give expressions of the "
+                f"the signals of an experiment are {quoted(self.signals)}; give expressions of the "
                 "time, by name.",
                 code="experiment-signals",
             )
@@ -135,7 +135,7 @@ class Experiment:
         object.__setattr__(self, "position_noise", noise)
         if not all(isinstance(move, Move) for move in self.moves):
             raise ModelError(
-                f"the moves of an experiment are {given(self.moves)}; give Move objects.",
+                f"the moves of an experiment are {quoted(self.moves)}; give Move objects.",
                 code="moves-type",
             )
         duration = sum(move.duration for move in self.moves)
@@ -145,14 +145,14 @@ class Experiment:
                 f"and less than {_LONGEST:g} s."
             )
         if not (is_whole(self.seed) and self.seed >= 0):
-            raise ModelError(f"the seed is {given(self.seed)}; give a whole number, 0 or more.")
+            raise ModelError(f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.")
         if not noise >= 0:
             raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")
 
     @staticmethod
     def _of_time(name: str, value: Any) -> sympy.Expr:
         found = expression(value, f"the signal {name!r} of an experiment")
-        others = found.free_symbols - found.atoms(KnownSymbol) - {TIME}
+        others = found.free_symbols - found.atoms(ConstantSymbol) - {TIME}
         if others:
             raise ModelError(
                 f"the signal {name!r} of an experiment is {found}; it may use {TIME} and numbers.",

@@ -7,8 +7,8 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .axis import Axis, check_axis
 from .known_values import known_text
@@ -41,7 +41,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     for name in (*names, *values):
         if not is_among(name, declared):
             raise UsageError(
-                f"there is no parameter {given(name)} to leave out; axis {axis.name!r} has "
+                f"there is no parameter {quoted(name)} to leave out; axis {axis.name!r} has "
                 f"{', '.join(declared)}.",
                 code="leave-out-unknown",
             )

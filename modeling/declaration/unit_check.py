@@ -6,8 +6,8 @@ import sympy
 
 from axisid.modeling.quantities import (
     NUMBER,
+    ConstantSymbol,
     Coordinate,
-    KnownSymbol,
     Parameter,
     Signal,
     Unit,
@@ -41,7 +41,7 @@ def checked_terms(
     unknown = {p.symbol for p in parameters}
     unchecked = []
     for term in sympy.Add.make_args(force):
-        load = not term.free_symbols & unknown and not term.atoms(KnownSymbol)
+        load = not term.free_symbols & unknown and not term.atoms(ConstantSymbol)
         reader = UnitReader(units, loose_numbers=True, of_numbers=load)
         try:
             fits = term == 0 or reader.fits(term, coordinate.force_unit)
@@ -96,7 +96,7 @@ def _wrong(
     term: sympy.Expr, unit: Unit, coordinate: Coordinate, units: dict[sympy.Symbol, Unit]
 ) -> ModelError:
     table = {str(s): u for s, u in units.items() if s in term.free_symbols}
-    table |= {s.name: s.known_unit for s in term.atoms(KnownSymbol)}
+    table |= {s.name: s.unit for s in term.atoms(ConstantSymbol)}
     inside = ", ".join(f"{name} in {table[name]}" for name in sorted(table))
     kind = "linear" if coordinate.unit == "m" else "rotary"
     return ModelError(

@@ -20,7 +20,7 @@ from .inverse import Regressor
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DirectRegressor:
-    """``ddq = regressor.columns . theta_ddm + regressor.known``, for constant inertia.
+    """``ddq = regressor.columns . theta_ddm + regressor.intercept``, for constant inertia.
 
     Attributes
     ----------
@@ -99,19 +99,19 @@ def direct_regressor(
             f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "
             "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
         )
-    known, scales = _shares(inertia, parameters)
+    free, scales = _shares(inertia, parameters)
     still = idm.at_rest(acceleration)
     if not scales:
-        return _under_known_inertia(still, known, parameters)
+        return _under_known_inertia(still, free, parameters)
     rest = dict(zip(parameters, still.columns, strict=True))
     pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
     share = rest[pivot] / scales[pivot]
     columns = {p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot}
     columns = {p: column for p, column in columns.items() if not vanishes(column)}
-    first = FORCE - still.known + share * known
+    first = FORCE - still.intercept + share * free
     return DirectRegressor(
-        regressor=Regressor(columns=(first, *columns.values()), known=-share),
-        inertia=sympy.Add(known, *(p * scale for p, scale in scales.items())),
+        regressor=Regressor(columns=(first, *columns.values()), intercept=-share),
+        inertia=sympy.Add(free, *(p * scale for p, scale in scales.items())),
         pivot=pivot,
         quotients=tuple(columns),
     )
@@ -120,11 +120,11 @@ def direct_regressor(
 def _under_known_inertia(
     still: Regressor, inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> DirectRegressor:
-    """``ddq = (tau - known)/I - sum of columns p/I``: linear in the parameters as they are."""
+    """``ddq = (tau - intercept)/I - sum of columns p/I``: linear in the parameters as they are."""
     return DirectRegressor(
         regressor=Regressor(
             columns=tuple(-column / inertia for column in still.columns),
-            known=(FORCE - still.known) / inertia,
+            intercept=(FORCE - still.intercept) / inertia,
         ),
         inertia=inertia,
         pivot=None,
@@ -135,11 +135,11 @@ def _under_known_inertia(
 def _shares(
     inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
-    """Known part of an inertia that is affine in the parameters, and what multiplies them in it."""
+    """Part of an affine inertia without parameters, and what multiplies each of them in it."""
     unknown = frozenset(parameters)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
     found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}
-    known = intercept(inertia, found)
-    if known is None:
+    free = intercept(inertia, found)
+    if free is None:
         raise ModelError(f"the inertia {inertia} has no finite value; write it in another form.")
-    return known, found
+    return free, found

@@ -5,6 +5,7 @@ each rung's own terms; inertia, gravity, springs and whatever depends on the pos
 recorded signal stay.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
@@ -36,7 +37,8 @@ def friction_ladder(
     ----------
     axis : Axis
         Its own friction parameters keep their names, and what is known of them; a parameter that
-        is split by direction leaves its value as the nominal one of both, but not as known.
+        is split by direction leaves its value as the nominal one of both, but not as known. A level
+        that is split loses its bounds too: each of the two has the constant force in it.
     quadratic : bool
         A further rung adds ``Fq dq |dq|`` to the directional law.
     stribeck : float, optional
@@ -128,8 +130,8 @@ def _laws(
         for undirected, suffix, factor in (
             (viscous, "p", speed * ahead),
             (viscous, "m", speed * back),
-            (coulomb, "p", ahead),
-            (coulomb, "m", -back),
+            (_unbounded(coulomb), "p", ahead),
+            (_unbounded(coulomb), "m", -back),
         )
     ]
     laws = {
@@ -218,6 +220,11 @@ def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
     """
     fresh = _fresh(f"{parameter.name}{suffix}", parameter.unit, taken)
     return replace(parameter, name=fresh.name, known=None, known_sd=0.0)
+
+
+def _unbounded(parameter: Parameter) -> Parameter:
+    """A level of friction as one direction has it: with the constant force, of whatever sign."""
+    return replace(parameter, lower=-math.inf, upper=math.inf)
 
 
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:

@@ -17,14 +17,14 @@ _LEAST = sympy.Float(1e-300)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regressor:
-    """One row of a regressor, ``y = columns . parameters + known``.
+    """One row of a regressor, ``y = columns . parameters + intercept``.
 
     Attributes
     ----------
     columns : tuple of sympy.Expr
         One per parameter, the derivative of the force; without parameters in them if the axis is
         linear.
-    known : sympy.Expr
+    intercept : sympy.Expr
         What the columns leave over: the part that no parameter scales, if the axis is linear.
     nonlinear : tuple of sympy.Symbol
         The parameters that enter nonlinearly, in the axis's order; empty for a linear axis.
@@ -32,18 +32,18 @@ class Regressor:
     """
 
     columns: tuple[sympy.Expr, ...]
-    known: sympy.Expr
+    intercept: sympy.Expr
     nonlinear: tuple[sympy.Symbol, ...] = ()
 
     def at_rest(self, acceleration: sympy.Symbol) -> "Regressor":
         """The row where the acceleration is 0; the columns are affine in it."""
         still = {acceleration: sympy.S.Zero}
         columns = tuple(column.xreplace(still) for column in self.columns)
-        return replace(self, columns=columns, known=self.known.xreplace(still))
+        return replace(self, columns=columns, intercept=self.intercept.xreplace(still))
 
 
 def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Regressor:
-    """Split the inverse dynamics into its regressor and what is known.
+    """Split the inverse dynamics into its regressor and its intercept.
 
     A parameter is nonlinear if the derivative by it depends on it. In the others the force
     must be affine together, which it is exactly when no derivative by one of them has another.
@@ -68,12 +68,12 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
         for p, column in zip(parameters, columns, strict=True)
     )
     slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
-    known = None if None in row else intercept(force, slopes)
-    if known is None:
+    free = None if None in row else intercept(force, slopes)
+    if free is None:
         raise _not_linear(sympy.expand_mul(force), parameters)
     bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
     return Regressor(
-        columns=row, known=sympy.Add(known, *(-bend for bend in bends)), nonlinear=nonlinear
+        columns=row, intercept=sympy.Add(free, *(-bend for bend in bends)), nonlinear=nonlinear
     )
 
 

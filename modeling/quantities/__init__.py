@@ -5,12 +5,12 @@ Knows nothing of axes.
 """
 
 from .constants import Constant as Constant
+from .constants import ConstantSymbol as ConstantSymbol
 from .constants import G as G
-from .constants import KnownSymbol as KnownSymbol
-from .constants import known_value as known_value
 from .constants import named_constants as named_constants
 from .constants import positive as positive
 from .constants import with_numbers as with_numbers
+from .constants import with_unit as with_unit
 from .expression_units import NUMBER as NUMBER
 from .expression_units import UnitReader as UnitReader
 from .expression_units import UnitsError as UnitsError

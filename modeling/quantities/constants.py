@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
-from axisid.support.given import is_among
+from axisid.support.user_values import is_among
 
 from .kinks import replaced
 from .names import check_name
@@ -16,26 +16,26 @@ from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
 
 
-class KnownSymbol(sympy.Symbol):  # type: ignore[misc]
+class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
     """The symbol of a `Constant`: it carries its value and unit, and is equal by all three."""
 
-    __slots__ = ("known_unit", "value")
+    __slots__ = ("unit", "value")
     value: float
-    known_unit: Unit
+    unit: Unit
 
-    def __new__(cls, name: str, value: float, unit: str) -> "KnownSymbol":
+    def __new__(cls, name: str, value: float, unit: str) -> "ConstantSymbol":
         """Make a real symbol of the value's sign, so that ``Abs`` of it needs no ``Abs``."""
         sign = {"positive": True} if value > 0 else {"negative": True} if value < 0 else {}
-        symbol: KnownSymbol = sympy.Symbol.__xnew__(cls, name, real=True, **sign)
-        symbol.value, symbol.known_unit = value, parse_unit(unit)
+        symbol: ConstantSymbol = sympy.Symbol.__xnew__(cls, name, real=True, **sign)
+        symbol.value, symbol.unit = value, parse_unit(unit)
         return symbol
 
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
         """For copies and pickles."""
-        return (self.name, self.value, self.known_unit.text), {}
+        return (self.name, self.value, self.unit.text), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
-        return (*super()._hashable_content(), self.value, self.known_unit.exponents)
+        return (*super()._hashable_content(), self.value, self.unit.exponents)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,14 +66,14 @@ class Constant(Symbolic):
     @property
     def symbol(self) -> sympy.Symbol:
         """The SymPy symbol."""
-        return KnownSymbol(self.name or f"{self.value:.6g}", self.value, self.unit)
+        return ConstantSymbol(self.name or f"{self.value:.6g}", self.value, self.unit)
 
 
 #: Standard acceleration of gravity.
 G = Constant(9.80665, "m/s^2", "G")
 
 
-def known_value(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
+def with_unit(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
     """What an element is told: a plain number takes the unit of its place; others have theirs."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
@@ -88,8 +88,8 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
     ModelError
         It is a number, and is not.
     """
-    symbol = known_value(value, unit, what)
-    if isinstance(symbol, KnownSymbol) and not symbol.value > 0:
+    symbol = with_unit(value, unit, what)
+    if isinstance(symbol, ConstantSymbol) and not symbol.value > 0:
         raise ModelError(f"{what} is {value!r}; give a positive number.", code="not-positive")
     return symbol
 
@@ -97,14 +97,14 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
 @lru_cache(maxsize=128)
 def with_numbers(value: sympy.Expr) -> sympy.Expr:
     """The expression with each constant's number in its place."""
-    return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(KnownSymbol)})
+    return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(ConstantSymbol)})
 
 
 def named_constants(value: sympy.Expr) -> tuple[Constant, ...]:
     """The constants of an expression that have a name of their own, by name."""
     found = {
-        symbol.name: Constant(symbol.value, symbol.known_unit.text, symbol.name)
-        for symbol in value.atoms(KnownSymbol)
+        symbol.name: Constant(symbol.value, symbol.unit.text, symbol.name)
+        for symbol in value.atoms(ConstantSymbol)
         if symbol.name.isidentifier()
     }
     return tuple(found[name] for name in sorted(found))

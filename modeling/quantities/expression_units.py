@@ -16,7 +16,7 @@ import sympy
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from .constants import KnownSymbol
+from .constants import ConstantSymbol
 from .units import Unit, parse_unit
 
 NUMBER = parse_unit("1")
@@ -115,8 +115,8 @@ class UnitReader:
         return read.loose
 
     def _read(self, node: sympy.Basic) -> _ExpressionUnit:
-        if isinstance(node, KnownSymbol):
-            return _ExpressionUnit(node.known_unit)
+        if isinstance(node, ConstantSymbol):
+            return _ExpressionUnit(node.unit)
         if node.is_Symbol:
             return _ExpressionUnit(self._units[node])
         if node.is_number:

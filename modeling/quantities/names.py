@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 
@@ -48,7 +48,7 @@ def check_name(name: str, what: str) -> None:
     """
     if not isinstance(name, str) or not _PATTERN.fullmatch(name):
         raise ModelError(
-            f"{what} is named {given(name)}; a name is a letter followed by at most 30 letters, "
+            f"{what} is named {quoted(name)}; a name is a letter followed by at most 30 letters, "
             "digits or underscores. Choose another name.",
             code="bad-name",
         )

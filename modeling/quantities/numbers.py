@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 
 def number(value: Any, what: str, *, finite: bool = True) -> float:
@@ -20,9 +20,9 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     except (TypeError, ValueError, OverflowError):
         result = math.nan
     if isinstance(value, (str, bytes, bool)) or math.isnan(result):
-        raise ModelError(f"{what} is {given(value)}; give a number.", code="not-a-number")
+        raise ModelError(f"{what} is {quoted(value)}; give a number.", code="not-a-number")
     if finite and math.isinf(result):
         raise ModelError(
-            f"{what} is {given(value)}; give a finite number.", code="number-not-finite"
+            f"{what} is {quoted(value)}; give a finite number.", code="number-not-finite"
         )
     return result

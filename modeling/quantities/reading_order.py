@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 from sympy.printing.str import StrPrinter
 
-from .constants import KnownSymbol
+from .constants import ConstantSymbol
 from .kinks import renamed
 from .symbols import (
     BALANCED,
@@ -129,7 +129,7 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
 def _place(symbol: sympy.Expr) -> str:
     if isinstance(symbol, sympy.NumberSymbol):
         return _NUMBER
-    return _CONSTANT if isinstance(symbol, KnownSymbol) else _PARAMETER
+    return _CONSTANT if isinstance(symbol, ConstantSymbol) else _PARAMETER
 
 
 def _rounded(decimal: sympy.Float) -> sympy.Expr:

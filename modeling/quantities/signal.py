@@ -6,7 +6,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given, is_among
+from axisid.support.user_values import is_among, quoted
 
 from .names import check_symbol
 from .symbols import Symbolic, several
@@ -59,7 +59,7 @@ class Signal(Symbolic):
         parse_unit(self.unit)
         if not is_among(self.between, BETWEEN):
             raise ModelError(
-                f"signal {self.name!r}: between its samples it is {given(self.between)}; give "
+                f"signal {self.name!r}: between its samples it is {quoted(self.between)}; give "
                 f"{' or '.join(BETWEEN)}.",
                 code="signal-between",
             )
@@ -92,7 +92,7 @@ def declared_signals(values: Any) -> tuple[Signal, ...]:
     for value in listed:
         if not isinstance(value, Signal):
             raise ModelError(
-                f"the signals have {given(value)}; give Signal objects.", code="signals-declared"
+                f"the signals have {quoted(value)}; give Signal objects.", code="signals-declared"
             )
     return listed
 

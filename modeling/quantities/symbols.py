@@ -12,7 +12,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given, is_among
+from axisid.support.user_values import is_among, quoted
 
 from .names import check_symbol
 from .numbers import number
@@ -91,7 +91,7 @@ class Coordinate(Symbolic):
             check_symbol(name, "the coordinate")
         if not is_among(self.unit, ("m", "rad")):
             raise ModelError(
-                f"coordinate {self.name!r} has the unit {given(self.unit)}; use 'm' for a linear "
+                f"coordinate {self.name!r} has the unit {quoted(self.unit)}; use 'm' for a linear "
                 "axis or 'rad' for a rotary one.",
                 code="coordinate-unit",
             )
@@ -117,6 +117,11 @@ class Coordinate(Symbolic):
         return parse_unit("N" if self.unit == "m" else "N m")
 
     @property
+    def velocity_unit(self) -> Unit:
+        """Unit of the velocity."""
+        return parse_unit(f"{self.unit}/s")
+
+    @property
     def acceleration_unit(self) -> Unit:
         """Unit of the acceleration."""
         return parse_unit(f"{self.unit}/s^2")
@@ -126,7 +131,7 @@ def check_coordinate(coordinate: object) -> None:
     """Refuse what is no coordinate, such as its name."""
     if not isinstance(coordinate, Coordinate):
         raise ModelError(
-            f"the coordinate is {given(coordinate)}; give a Coordinate, such as Coordinate('q').",
+            f"the coordinate is {quoted(coordinate)}; give a Coordinate, such as Coordinate('q').",
             code="coordinate-type",
         )
 
@@ -238,7 +243,7 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
 
 def _typed(value: object) -> str:
     """A value with its type, which tells a text from an expression."""
-    said, kind = given(value), type(value).__name__
+    said, kind = quoted(value), type(value).__name__
     return said if said.endswith(f" {kind}") else f"{said} ({kind})"
 
 
@@ -259,7 +264,7 @@ def declared_parameters(values: Any) -> tuple[Parameter, ...]:
     for value in listed:
         if not isinstance(value, Parameter):
             raise ModelError(
-                f"the parameters have {given(value)}; give Parameter objects.",
+                f"the parameters have {quoted(value)}; give Parameter objects.",
                 code="parameters-type",
             )
     return listed

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from axisid.support.errors import ModelError
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
 _Exponent = Fraction | int
@@ -78,7 +78,7 @@ def parse_unit(text: str) -> Unit:
     """
     if not isinstance(text, str) or not text.strip():
         raise ModelError(
-            f"a unit is a text such as 'kg' or 'N/(m/s)', not {given(text)}.", code="unit-type"
+            f"a unit is a text such as 'kg' or 'N/(m/s)', not {quoted(text)}.", code="unit-type"
         )
     if len(text) > _LONGEST:
         raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")

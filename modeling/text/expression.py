@@ -17,8 +17,10 @@ import sympy
 
 from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, MOST_TERMS, most_terms, with_numbers
+from axisid.support.errors import ModelError
 
-from .known_value import LARGEST, KnownValues, small
+from .constant_values import LARGEST, ConstantValues, small
+from .element_calls import ElementCalls
 from .mistakes import TextError, nearest
 
 _LARGEST_POWER = 20
@@ -26,12 +28,17 @@ _DEEPEST, _DEEPEST_CALLS = 15, 6
 _EXACT = 10**9
 _SHOWN = 60  # characters of a name or piece
 
+# Codes of what several places refuse.
+_TEXT_NO_VALUE = "text-no-value"
+_NUMBER_TOO_LARGE = "text-number-too-large"
+_CONSTANTS_TOO_LARGE = "text-constants-too-large"
+
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
-    r"|(?P<mark>\*\*|[-+*/(),])|(?P<other>.))",
+    r"|(?P<mark>\*\*|[-+*/(),=])|(?P<other>.))",
     re.ASCII | re.DOTALL,
 )
-_OPEN_ENDED = ("+", "-", "*", "/", "**", ",")
+_OPEN_ENDED = ("+", "-", "*", "/", "**", ",", "=")
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -88,7 +95,12 @@ class Grammar:
     longest: int
 
 
-def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Grammar) -> sympy.Expr:
+def read_expression(
+    text: str,
+    symbols: Mapping[str, sympy.Symbol],
+    grammar: Grammar,
+    elements: ElementCalls | None = None,
+) -> sympy.Expr:
     """Return the expression that a text says.
 
     Parameters
@@ -97,6 +109,8 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
     symbols : mapping of str to sympy.Symbol
         What it may name, beside ``pi``.
     grammar : Grammar
+    elements : ElementCalls, optional
+        Friction and loads that it may call; none by default.
 
     Raises
     ------
@@ -108,85 +122,110 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], grammar: Gra
             f"it has {len(text)} characters; write {grammar.longest} or fewer.",
             text,
             grammar.longest,
+            code="text-too-long",
         )
     if not text.strip():
-        raise TextError("it is empty.", text, 0)
-    _check_characters(text, grammar)
+        raise TextError("it is empty.", text, 0, code="text-empty")
+    _check_characters(text, grammar, has_elements=elements is not None)
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
         tree = ast.parse(flat.strip(), mode="eval").body
     except SyntaxError as error:
-        what = (
-            "an operator, a number or a name is missing here." if flat.strip() else "it is empty."
-        )
-        raise TextError(what, text, start + (error.offset or 1) - 1) from error
+        raise TextError(
+            "an operator, a number or a name is missing here.",
+            text,
+            start + (error.offset or 1) - 1,
+            code="text-part-missing",
+        ) from error
     except (RecursionError, MemoryError, ValueError) as error:
-        raise TextError("it is nested too deeply; write it flatter.", text, 0) from error
-    reader = _Reader(text, start, symbols, grammar)
+        raise _nested(text, 0) from error
+    reader = _Reader(text, start, symbols, grammar, elements)
     result = reader.evaluated(tree, _DEEPEST, _DEEPEST_CALLS)
     reader.check_size(result)
     return result
 
 
-def _check_characters(text: str, grammar: Grammar) -> None:
-    """Let only numbers, names, operators and balanced parentheses through."""
+def _check_characters(text: str, grammar: Grammar, *, has_elements: bool) -> None:
+    """Let only numbers, names, operators and balanced parentheses through.
+
+    An equals sign names an argument of an element.
+    """
     opened: list[int] = []
     piece = ""
     for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
         kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
         piece, following = token[kind or 0], text[token.end() : token.end() + 1]
-        if kind == "other":
+        if kind == "other" or (piece == "=" and not (has_elements and opened)):
             hint = "; write ** for a power" if piece == "^" else ""
-            raise TextError(f"{_cannot_be_used(piece, grammar)[:-1]}{hint}.", text, offset)
+            raise _not_allowed(piece, grammar, text, offset, hint)
         if kind == "number" and re.match(r"[\w.]", following, re.ASCII):
             raise TextError(
                 f"{piece + following!r} cannot be used: a number runs into what follows; write "
                 f"an operator between, as in {piece}*{following}.",
                 text,
                 offset,
+                code="text-number-runs-on",
             )
         if piece == "(":
             opened.append(offset)
         if piece == ")" and not opened:
-            raise TextError("this parenthesis was never opened.", text, offset)
+            raise TextError(
+                "this parenthesis was never opened.", text, offset, code="text-never-opened"
+            )
         if piece == ")":
             opened.pop()
         if len(opened) > 3 * _DEEPEST:
-            raise TextError(_too_deep(), text, offset)
+            raise _nested(text, offset)
     if opened:
-        raise TextError("this parenthesis is never closed.", text, opened[-1])
+        raise TextError(
+            "this parenthesis is never closed.", text, opened[-1], code="text-never-closed"
+        )
     if piece in _OPEN_ENDED:
-        raise TextError("it ends too early.", text, len(text.rstrip()))
+        raise TextError("it ends too early.", text, len(text.rstrip()), code="text-ends-early")
 
 
-def _cannot_be_used(piece: str, grammar: Grammar) -> str:
-    return (
+def _not_allowed(piece: str, grammar: Grammar, text: str, offset: int, hint: str = "") -> TextError:
+    return TextError(
         f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, pi, "
-        "+ - * / **, parentheses and functions such as sqrt(...)."
+        f"+ - * / **, parentheses and functions such as sqrt(...){hint}.",
+        text,
+        offset,
+        code="text-not-allowed",
     )
 
 
-def _too_deep() -> str:
-    return f"it is nested deeper than {_DEEPEST} levels; write it flatter."
+def _nested(text: str, offset: int) -> TextError:
+    return TextError(
+        f"it is nested deeper than {_DEEPEST} levels; write it flatter.",
+        text,
+        offset,
+        code="text-nested",
+    )
 
 
 class _Reader:
     """Turns syntax into SymPy, node by node."""
 
     def __init__(
-        self, text: str, start: int, symbols: Mapping[str, sympy.Symbol], grammar: Grammar
+        self,
+        text: str,
+        start: int,
+        symbols: Mapping[str, sympy.Symbol],
+        grammar: Grammar,
+        elements: ElementCalls | None,
     ) -> None:
         self._text = text
         self._start = start
         self._symbols = symbols
         self._grammar = grammar
-        self._known = KnownValues({f.symbolic: f.number for f in grammar.functions.values()})
+        self._elements = elements
+        self._constants = ConstantValues({f.symbolic: f.number for f in grammar.functions.values()})
 
     def evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
         """Expression of a node that may be nested so deep, in so many functions."""
         if not depth:
-            raise self._error(node, _too_deep())
+            raise _nested(*self._at(node))
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
                 return self._constant(node, value)
@@ -198,35 +237,41 @@ class _Reader:
                 return self._chain(node, depth, calls)
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(node, name, arguments, depth, calls)
+            case ast.Call(func=ast.Name(id=name)) if self._is_element(name):
+                return self._element(node, name, depth, calls)
             case _:
                 piece = ast.unparse(node)
                 short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
-                raise self._error(node, _cannot_be_used(short, self._grammar))
+                raise _not_allowed(short, self._grammar, *self._at(node))
 
     def check_size(self, result: sympy.Expr) -> None:
         """Refuse what would not stay small and real when it is derived."""
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
-                raise TextError("it is too large; write it shorter.", self._text, 0)
+                raise TextError(
+                    "it is too large; write it shorter.", self._text, 0, code="text-too-large"
+                )
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
             if node.is_Number and node not in in_exponents:
                 self._check_number(node)
-            known = node.is_Symbol or node.is_Number or node.is_NumberSymbol
-            if not known and node.func not in self._grammar.nodes:
+            plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
+            if not plain and node.func not in self._grammar.nodes:
                 raise TextError(
                     f"it may not be real: it comes out with {type(node).__name__}, which has no "
                     "meaning here.",
                     self._text,
                     0,
+                    code="text-not-real",
                 )
-            if not self._known.fits(node):
+            if not self._constants.fits(node):
                 raise TextError(
                     "with the numbers of its constants a part of it has no value, or one beyond "
                     f"{LARGEST:g}; change the constants or what is made of them.",
                     self._text,
                     0,
+                    code=_CONSTANTS_TOO_LARGE,
                 )
         if max(most_terms(result), most_terms(with_numbers(result))) > MOST_TERMS:
             raise TextError(
@@ -234,14 +279,22 @@ class _Reader:
                 "smaller powers of sums, or fewer sines and cosines in a product.",
                 self._text,
                 0,
+                code="text-too-many-terms",
             )
 
     def _check_number(self, number: sympy.Expr) -> None:
         """Refuse a number that floating point does not hold."""
         if not _finite(number):
-            raise TextError("a number in it is too large for a float.", self._text, 0)
+            raise TextError(
+                "a number in it is too large for a float.", self._text, 0, code=_NUMBER_TOO_LARGE
+            )
         if number != 0 and float(number) == 0:
-            raise TextError("a number in it is too small for a float.", self._text, 0)
+            raise TextError(
+                "a number in it is too small for a float.",
+                self._text,
+                0,
+                code="text-number-too-small",
+            )
 
     def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
         if isinstance(value, int) and abs(value) < _EXACT:
@@ -253,13 +306,18 @@ class _Reader:
             return self._symbols[name]
         if name == "pi":
             return sympy.Float(math.pi)
-        known, functions = ", ".join(self._symbols), self._grammar.functions
+        there, functions = ", ".join(self._symbols), self._grammar.functions
         if name in functions:
-            raise self._error(node, f"{name} is a function; write {name}(...).")
-        raise self._error(
-            node,
-            f"there is no {self._grammar.names} {_shortened(name)}; there are {known}."
+            raise TextError(
+                f"{name} is a function; write {name}(...).",
+                *self._at(node),
+                code="text-function-not-called",
+            )
+        raise TextError(
+            f"there is no {self._grammar.names} {_shortened(name)}; there are {there}."
             f"{nearest(name, self._symbols)}",
+            *self._at(node),
+            code="text-unknown-name",
         )
 
     def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
@@ -280,9 +338,11 @@ class _Reader:
             return self._folded(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_power(node, left, right)
-        if isinstance(node.op, ast.Div) and 0 in (right, self._known.value(right)):
-            raise self._error(node.right, "this divides by zero.")
-        self._check_known(node, operation, left, right)
+        if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
+            raise TextError(
+                "this divides by zero.", *self._at(node.right), code="text-division-by-zero"
+            )
+        self._check_constants(node, operation, left, right)
         result = self._tried(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
             self._check_powers(node, result)
@@ -292,33 +352,72 @@ class _Reader:
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
         functions = self._grammar.functions
+        if self._is_element(name):
+            return self._element(node, name, depth, calls)
         if name not in functions:
-            listed = ", ".join(functions)
+            listed = ", ".join([*functions, *(self._elements.names if self._elements else ())])
             if name in self._symbols:
-                raise self._error(node, f"{name} is no function; write {name}*(...) for a product.")
-            raise self._error(
-                node,
+                raise TextError(
+                    f"{name} is no function; write {name}*(...) for a product.",
+                    *self._at(node),
+                    code="text-no-function",
+                )
+            raise TextError(
                 f"{_shortened(name)} cannot be used: there is no such function; there are "
                 f"{listed}.",
+                *self._at(node),
+                code="text-unknown-function",
             )
         function = functions[name]
         if len(arguments) != function.arguments:
-            raise self._error(
-                node,
+            raise TextError(
                 f"{name}(...) with {len(arguments)} arguments cannot be used; give "
                 f"{function.arguments}.",
+                *self._at(node),
+                code="text-argument-count",
             )
-        if not calls:
-            raise self._error(
-                node, f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it."
-            )
+        self._check_calls(node, calls)
         inner = [self.evaluated(argument, depth - 1, calls - 1) for argument in arguments]
         if all(value.is_Number for value in inner):
             return self._folded(node, function.number, *inner)
-        self._check_known(node, function.number, *inner)
+        self._check_constants(node, function.number, *inner)
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
+
+    def _check_calls(self, node: ast.AST, calls: int) -> None:
+        if not calls:
+            raise TextError(
+                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
+                *self._at(node),
+                code="text-calls-nested",
+            )
+
+    def _is_element(self, name: str) -> bool:
+        """Whether a call is one of friction or a load, and no product of what is declared."""
+        return (
+            self._elements is not None
+            and name in self._elements.names
+            and name not in self._symbols
+        )
+
+    def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
+        """Friction or a load by its name, its arguments like any expression."""
+        self._check_calls(node, calls)
+        arguments = [self.evaluated(each, depth - 1, calls - 1) for each in node.args]
+        named: dict[str, sympy.Expr] = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise _not_allowed("**", self._grammar, *self._at(node))
+            named[keyword.arg] = self.evaluated(keyword.value, depth - 1, calls - 1)
+        assert self._elements is not None  # noqa: S101  # as asked before
+        try:
+            made = self._tried(node, self._elements.made, name, arguments, named)
+        except ModelError as error:
+            raise TextError(str(error), *self._at(node), code=error.code) from error
+        for power in sorted(made.atoms(sympy.Pow), key=str):
+            self._check_exponent(node, *power.as_base_exp())
+        return made
 
     def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
         self._check_exponent(node, base, power)
@@ -330,8 +429,10 @@ class _Reader:
         """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
         numbers = with_numbers(exponent).atoms(sympy.Number)
         if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
-            raise self._error(
-                node, f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **."
+            raise TextError(
+                f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **.",
+                *self._at(node),
+                code="text-logarithm-multiplied",
             )
 
     def _check_powers(self, node: ast.BinOp, result: sympy.Expr) -> None:
@@ -339,25 +440,31 @@ class _Reader:
         for factor in sympy.Mul.make_args(result):
             self._check_exponent(node, *factor.as_base_exp())
 
-    def _check_exponent(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
-        """A power of what is known is one number, and is looked at as such."""
-        value = self._known.value(power)
-        one_number = not power.is_Number and self._known.value(base) is not None
+    def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
+        """A power of constants is one number, and is looked at as such."""
+        value = self._constants.value(power)
+        one_number = not power.is_Number and self._constants.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
-            raise self._error(node.right, f"the power {power} is beyond {_LARGEST_POWER}.")
+            place = node.right if isinstance(node, ast.BinOp) else node
+            raise TextError(
+                f"the power {power} is beyond {_LARGEST_POWER}.",
+                *self._at(place),
+                code="text-power-too-large",
+            )
 
-    def _check_known(
+    def _check_constants(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
     ) -> None:
         """Refuse what is made of numbers and constants alone and is no number of a sane size."""
-        values = [self._known.value(part) for part in parts]
+        values = [self._constants.value(part) for part in parts]
         if not all(value is not None for value in values):
             return
         if not small(value := self._number(node, operation, *values)):
-            raise self._error(
-                node,
+            raise TextError(
                 f"this is {value:.3g} with the numbers of its constants; keep it within "
                 f"{LARGEST:g}.",
+                *self._at(node),
+                code=_CONSTANTS_TOO_LARGE,
             )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
@@ -380,25 +487,35 @@ class _Reader:
         try:
             value = operation(*numbers)
         except OverflowError as error:
-            raise self._error(node, "this number is too large.") from error
+            raise TextError(
+                "this number is too large.", *self._at(node), code=_NUMBER_TOO_LARGE
+            ) from error
         except CANNOT as error:
-            raise self._error(node, f"this has no value: {error}.") from error
+            raise TextError(
+                f"this has no value: {error}.", *self._at(node), code=_TEXT_NO_VALUE
+            ) from error
+        if value in (math.inf, -math.inf):
+            raise TextError("this number is too large.", *self._at(node), code=_NUMBER_TOO_LARGE)
         if isinstance(value, complex) or not math.isfinite(value):
-            what = "too large" if value in (math.inf, -math.inf) else f"{value}, not a real one"
-            raise self._error(node, f"this number is {what}.")
+            raise TextError(
+                f"this number is {value}, not a real one.", *self._at(node), code=_TEXT_NO_VALUE
+            )
         return float(value)
 
-    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: sympy.Expr) -> sympy.Expr:
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
         try:
             result = make(*parts)
         except CANNOT as error:
-            raise self._error(node, f"this has no value: {error}.") from error
+            raise TextError(
+                f"this has no value: {error}.", *self._at(node), code=_TEXT_NO_VALUE
+            ) from error
         if any(part in _NOT_FINITE for part in (result, *result.args)):
-            raise self._error(node, "this has no finite real value.")
+            raise TextError("this has no finite real value.", *self._at(node), code=_TEXT_NO_VALUE)
         return result
 
-    def _error(self, node: ast.AST, reason: str) -> TextError:
-        return TextError(reason, self._text, self._start + getattr(node, "col_offset", 0))
+    def _at(self, node: ast.AST) -> tuple[str, int]:
+        """The text, and where in it the node begins."""
+        return self._text, self._start + getattr(node, "col_offset", 0)
 
 
 def _shortened(name: str) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 from axisid.modeling.declaration import Axis
 from axisid.modeling.library import LIBRARY, library_axis
 from axisid.support.errors import ModelError
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 from .toml_axis import axis_from_toml
 
@@ -37,7 +37,7 @@ def load_axis(name: str | Path) -> Axis:
     """
     if not isinstance(name, (str, Path)):
         raise ModelError(
-            f"the axis is {given(name)}; give the name of one of the library, or of a file that "
+            f"the axis is {quoted(name)}; give the name of one of the library, or of a file that "
             "declares one."
         )
     name = str(name)

@@ -19,6 +19,8 @@ class TextError(UsageError):
         All of it.
     offset : int
         Of the offending character.
+    code : str
+        Of the mistake.
 
     Attributes
     ----------
@@ -28,7 +30,7 @@ class TextError(UsageError):
 
     code = "text-not-read"
 
-    def __init__(self, reason: str, text: str, offset: int) -> None:
+    def __init__(self, reason: str, text: str, offset: int, *, code: str = "") -> None:
         place = min(max(offset, 0), len(text))
         before = text[:place].split("\n")
         line, column = len(before), len(before[-1])
@@ -37,12 +39,12 @@ class TextError(UsageError):
         start = max(0, column - _SHOWN // 2)
         shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
         self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
-        super().__init__(f"{shown.strip()!r} cannot be read at {self.where}: {reason}")
+        super().__init__(f"{shown.strip()!r} cannot be read at {self.where}: {reason}", code=code)
         self.args = (reason, text, offset)  # for pickle
         self.reason = reason
 
 
-def nearest(name: str, known: Collection[str]) -> str:
-    """The known name that is most like a given one, as a question; empty if none is."""
-    close = difflib.get_close_matches(name[:50], list(known), 1)
+def nearest(name: str, names: Collection[str]) -> str:
+    """The name that is most like another one, as a question; empty if none is."""
+    close = difflib.get_close_matches(name[:50], list(names), 1)
     return f" Did you mean {close[0]!r}?" if close else ""

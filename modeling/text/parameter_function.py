@@ -143,9 +143,9 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
                 f"arithmetic, pi and {', '.join(_FUNCTIONS)}.",
                 code="not-in-functions",
             )
-    known = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
+    by_symbol = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     try:
-        unit = UnitReader(known, absolute=(_Abs,)).unit(function)
+        unit = UnitReader(by_symbol, absolute=(_Abs,)).unit(function)
     except UnitsError as error:
         raise UsageError(str(error), code="function-units") from error
     return ParameterFunction(function, unit, tuple(symbols.values()))
@@ -160,13 +160,15 @@ def _number(function: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
     return value if math.isfinite(value) else math.nan
 
 
-def _float(function: sympy.Expr, known: dict[sympy.Expr, float]) -> float:
-    if function not in known:
+def _float(function: sympy.Expr, values: dict[sympy.Expr, float]) -> float:
+    if function not in values:
         if function.is_Number or function.is_NumberSymbol:
             value: Any = float(function)
         else:
-            value = _FLOATS[function.func](*(_float(argument, known) for argument in function.args))
+            value = _FLOATS[function.func](
+                *(_float(argument, values) for argument in function.args)
+            )
         if isinstance(value, complex):
             raise ValueError("it is not real")
-        known[function] = value
-    return known[function]
+        values[function] = value
+    return values[function]

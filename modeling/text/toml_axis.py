@@ -7,6 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import DeclarationError, ModelError
 
+from .element_calls import ElementCalls
 from .toml_control import read_control
 from .toml_table import Symbols, Table, checked_name
 
@@ -54,7 +56,8 @@ _PARTS = (
     "experiment",
 )
 _DRIVEN_BY = ("profile", "scaled_by")
-_ENERGIES = ("kinetic", "potential", "dissipation", "generalised_force")
+_FORCE = "generalised_force"
+_ENERGIES = ("kinetic", "potential", "dissipation", _FORCE)
 
 
 def axis_from_toml(file: Path) -> Axis:
@@ -128,11 +131,8 @@ def _axis(root: Table) -> Axis | None:
     coordinate, moving = _coordinate(root)
     parameters, unknown = _parameters(root)
     signals, recorded = _signals(root)
-    known = _constants(
-        root,
-        {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")},
-        list(moving),
-    )
+    others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
+    constants = _constants(root, others, list(moving))
     fields = {
         "name": name or "axis",
         "title": root.text("title"),
@@ -140,8 +140,10 @@ def _axis(root: Table) -> Axis | None:
         "parameters": parameters,
         "signals": signals,
     }
-    dynamics = _dynamics(root, {**known, **unknown, **recorded, **moving} if moving else None)
-    drive = _drive(root, {**known, **recorded, **moving}) or Drive(gain=1.0)
+    elements = ElementCalls(coordinate or _stand_in(moving))
+    symbols = {**constants, **unknown, **recorded, **moving} if moving else None
+    dynamics = _dynamics(root, symbols, elements)
+    drive = _drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     parts = {
         "drive": drive,
         "control": read_control(root, recorded),
@@ -186,6 +188,13 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
         return None, {}
     motion = (name, f"d{name}", f"dd{name}")
     return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
+
+
+def _stand_in(moving: Symbols) -> Coordinate:
+    """A coordinate for elements to be read with where the unit of the declared one is wrong."""
+    with suppress(ModelError):
+        return Coordinate(next(iter(moving), "x"))
+    return Coordinate("x")
 
 
 def _parameters(root: Table) -> tuple[tuple[Parameter, ...] | None, Symbols]:
@@ -238,8 +247,8 @@ def _signal(root: Table, name: str) -> Signal | None:
 def _constants(root: Table, declared: Mapping[str, str], motion: list[str]) -> Symbols:
     """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     table = root.table("constants")
-    given = (G, Constant(math.pi, "1", "pi"))
-    symbols = {constant.name: constant.symbol for constant in given}
+    built_in = (G, Constant(math.pi, "1", "pi"))
+    symbols = {constant.name: constant.symbol for constant in built_in}
     for name in table.values:
         checked = checked_name(table, name, name, "a constant")
         if name in declared:
@@ -264,7 +273,9 @@ def _constants(root: Table, declared: Mapping[str, str], motion: list[str]) -> S
     return symbols
 
 
-def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]] | None:
+def _dynamics(
+    root: Table, symbols: Symbols | None, elements: ElementCalls
+) -> tuple[Any, dict[str, Any]] | None:
     """`newton` or `lagrange`, and what it takes; without symbols no expression can be read."""
     given = [key for key in ("newton", "lagrange") if key in root.values]
     if len(given) != 1:
@@ -276,15 +287,18 @@ def _dynamics(root: Table, symbols: Symbols | None) -> tuple[Any, dict[str, Any]
     if given == ["newton"]:
         table.only("inertia", "resistance")
         table.needs("inertia")
-        resistance = table.expressions("resistance", symbols)
+        resistance = table.expressions("resistance", symbols, elements)
         fields: dict[str, Any] = {
-            "inertia": table.expression("inertia", symbols),
+            "inertia": table.expression("inertia", symbols, elements),
             "resistance": resistance,
         }
         return (newton, fields) if table.fine else None
     table.only(*_ENERGIES)
     table.needs("kinetic")
-    fields = {key: table.expression(key, symbols) for key in _ENERGIES}
+    fields = {
+        key: table.expression(key, symbols, elements if key == _FORCE else None)
+        for key in _ENERGIES
+    }
     return (lagrange, fields) if table.fine else None
 
 

@@ -11,6 +11,7 @@ from axisid.modeling.quantities import check_name, expression, number
 from axisid.support.errors import ModelError
 
 from .dynamics import DYNAMICS
+from .element_calls import ElementCalls
 from .expression import read_expression
 from .mistakes import TextError, nearest
 
@@ -60,12 +61,12 @@ class Table:
         bare = key if re.fullmatch(r"[\w-]*(\[\d+\])?", key, re.ASCII) else repr(key[:60])
         return f"{self.path}.{bare}" if self.path and bare else self.path or bare
 
-    def only(self, *known: str) -> None:
-        """Refuse keys that are not among the known ones."""
+    def only(self, *keys: str) -> None:
+        """Refuse other keys than these."""
         for key in self.values:
-            if key not in known:
-                listed = f"the keys here are {', '.join(known)}" if known else "there are none here"
-                self.say(key, f"there is no such key; {listed}.{nearest(key, known)}")
+            if key not in keys:
+                listed = f"the keys here are {', '.join(keys)}" if keys else "there are none here"
+                self.say(key, f"there is no such key; {listed}.{nearest(key, keys)}")
 
     def needs(self, *keys: str) -> None:
         """Refuse the absence of keys."""
@@ -130,12 +131,22 @@ class Table:
         self.say(key, f"it is {listed!r}; give a list of tables, as in [{{ ... }}, {{ ... }}].")
         return []
 
-    def expression(self, key: str, symbols: Symbols) -> sympy.Expr:
-        """An expression as text, or a number; 0 if it is absent or wrong."""
+    def expression(
+        self, key: str, symbols: Symbols, elements: ElementCalls | None = None
+    ) -> sympy.Expr:
+        """An expression as text, or a number; 0 if it is absent or wrong.
+
+        Parameters
+        ----------
+        key : str
+        symbols : mapping of str to sympy.Symbol
+        elements : ElementCalls, optional
+            Friction and loads that the text may call.
+        """
         value = self.values.get(key, 0)
         if isinstance(value, str):
             try:
-                return read_expression(value, symbols, DYNAMICS)
+                return read_expression(value, symbols, DYNAMICS, elements)
             except TextError as error:
                 self.say(key, f"{error.where}: {error.reason}", error.pointer)
                 return sympy.S.Zero
@@ -145,13 +156,16 @@ class Table:
         self.number(key)
         return expression(value, key) if self.fine else sympy.S.Zero
 
-    def expressions(self, key: str, symbols: Symbols) -> list[sympy.Expr]:
+    def expressions(
+        self, key: str, symbols: Symbols, elements: ElementCalls | None = None
+    ) -> list[sympy.Expr]:
         """A list of expressions; one alone is a list of one."""
         value = self.values.get(key, [])
         if not isinstance(value, list):
-            return [self.expression(key, symbols)]
+            return [self.expression(key, symbols, elements)]
         items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
-        return [Table(self.path, items, self.mistakes).expression(k, symbols) for k in items]
+        inner = Table(self.path, items, self.mistakes)
+        return [inner.expression(k, symbols, elements) for k in items]
 
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
         """What is made, or None and a mistake."""

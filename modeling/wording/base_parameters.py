@@ -44,9 +44,9 @@ def describe_determined(base: BaseModel) -> str:
     if not found:
         return ""
     known = [f"{p.name} = {known_text(p)} {p.unit}" for p in base.known]
-    given = f", with {', '.join(known)} known" if known else ""
+    condition = f", with {', '.join(known)} known" if known else ""
     follows = "follows" if len(found) == 1 else "follow"
-    return f"{_listed(found)} {follows} from a record{given}"
+    return f"{_listed(found)} {follows} from a record{condition}"
 
 
 def _groups(

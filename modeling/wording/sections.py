@@ -40,7 +40,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             title="Inverse regressor",
             lines=(
                 *(Formula(name=p.symbol, unit=p.unit, column=c) for p, c in columns),
-                Formula(name="known", column=model.idm.known),
+                Formula(name="known", column=model.idm.intercept),
             ),
             note="the force is the sum of parameter times column, and known",
         ),
@@ -116,7 +116,7 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
     return [
         Section(
             title="Direct regressor",
-            lines=(*lines, Formula(name="known", column=ddm.regressor.known)),
+            lines=(*lines, Formula(name="known", column=ddm.regressor.intercept)),
             note="the acceleration is the sum of theta times column, and known",
         ),
         Section(

@@ -77,7 +77,7 @@ def _force(*motion: float, wanted: float) -> Callable[[Path, str], None]:
         made = build(axis, native=False)
         values = np.ones(len(made.parameters))
         direction = math.copysign(1.0, motion[1])
-        (got,) = made.rows("inverse_dynamics", *motion, direction, values)
+        (got,) = made.evaluate("inverse_dynamics", *motion, direction, values)
         assert math.isclose(got[0, 0], wanted, rel_tol=1e-9), got
 
     return after

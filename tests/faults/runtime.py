@@ -212,12 +212,12 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     ),
     (
         "masked samples of a function",
-        lambda: _axis().rows("idm_regressor", _MASKED, 0, 0, 0),
+        lambda: _axis().evaluate("idm_regressor", _MASKED, 0, 0, 0),
         "idm_regressor: q: 10 of the values are masked",
     ),
     (
         "a function that there is not",
-        lambda: _axis().rows("inverse", 0, 0, 0, 0),
+        lambda: _axis().evaluate("inverse", 0, 0, 0, 0),
         "axis 'emps2015' has no function 'inverse'; it has inverse_dynamics",
     ),
     (
@@ -313,6 +313,6 @@ MISUSES: tuple[Misuse, ...] = (
         name="a record without a position",
         call=lambda: Record(**_columns(position=None)),
         error=DataError,
-        says="there is no position; a record needs one",
+        says="there is no position, nor a velocity in its place; a record needs one",
     ),
 )

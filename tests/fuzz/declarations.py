@@ -69,6 +69,11 @@ _TEXTS = (
     *("b*tanh(dq/1e-12)", "c*sin(1e9*q)", "b*dq**20", "(M + b)*q", "M*dq**2/2", "b*atan2(dq, q)"),
     *("1e300*b*q", "1e-300*b*q", "b*1e400", "M - M", "0*b", "b*(q - q)", "sin(b)*q", "b**c*q"),
     *("p*q", "vs", "undeclared*q", "b*acos(2)", "c*max(9, acos(b))*q", "b*q**b", "abs(b)*q", "G"),
+    *("stribeck(c, q, velocity=vs)", "stribeck(c, q, velocity=0)", "coulomb(b**c, q)", "viscous()"),
+    *("stribeck(c, q, velocity=q)", "stribeck(c, q, velocity=b, exponent=1e9)", "viscous(b, dq)"),
+    *("cogging(c, 0, q, period=1e-300)", "cogging(c, c, q, period=p, harmonic=10**9)", "offset(c)"),
+    *("end_stop(q, lower=1, upper=0, stiffness=1)", "load_dependent(b, c, q)", "spring(k, q, M)"),
+    *("periodic_coulomb(q, dq, q, period=dq)", "gravity(1e308)", "cubic_spring(k**20, q, q)"),
 )
 #: Letters that mean something in TOML or in an expression.
 _LETTERS = ("=", "[", "]", "{", "}", '"', "'", ",", ".", "#", "\n", "\\", "*", "(", ")", "-", "é")

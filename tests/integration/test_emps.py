@@ -43,7 +43,7 @@ def test_instrumental_variables_from_the_cad_value(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
     prefilter = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
-    result = identify(emps, emps_record, prefilter, ["idm-iv", "ddm-iv"])
+    result = identify(emps, emps_record, prefilter, ["idm-iv", "ddm-iv"], start="nominal")
     inverse, direct = result["idm-iv"], result["ddm-iv"]
     assert inverse.iterates[0].physical.tolist() == [100.0, 0.0, 0.0, 0.0]
     assert len(inverse.iterates) - 1 <= 4

@@ -130,7 +130,8 @@ def test_error_without_a_code_of_its_own_has_that_of_its_class() -> None:
 
 
 @pytest.mark.parametrize(
-    "error", [DeclarationError("two mistakes:", ["a", "b\nc"]), TextError("why.", "a + ", 4)]
+    "error",
+    [DeclarationError("two mistakes:", ["a", "b\nc"]), TextError("why.", "a + ", 4, code="b")],
 )
 def test_errors_of_several_parts_survive_a_pickle(error: AxisidError) -> None:
     kept = pickle.loads(pickle.dumps(error))  # noqa: S301
@@ -162,7 +163,7 @@ def test_page_of_errors_lists_every_code(root: Path) -> None:
     assert "error_tables import page" in (root / "docs" / "errors.py").read_text(encoding="utf-8")
     listed = re.findall(r"^\| `([a-z0-9-]+)`", page(), re.MULTILINE)
     assert listed == sorted({error.code for error in coded_errors()})
-    assert {*CASES, "usage", "data", "text-not-read"} <= {*listed}
+    assert {*CASES, "usage", "data", "text-unknown-name"} <= {*listed}
 
 
 def _calls(root: Path) -> Iterator[ast.Call]:

@@ -40,10 +40,12 @@ def ls_against_iv(
     biases: Mapping[str, NoiseBias] | None = None,
     *,
     weak: bool,
+    alone: bool = False,
 ) -> Check | Missing:
     """Whether noise has biased least squares; nothing is told where the instruments are weak.
 
-    Intervals that miss for it are a note up to 1 % of the value, and a failure from there on.
+    Intervals that miss for it are a note up to 1 % of the value, and a failure from there on; or
+    where they are all that was asked for, `alone`.
     """
     if ls is None or iv is None:
         return Missing("idm-ls and idm-iv did not both give an estimate")
@@ -56,7 +58,7 @@ def ls_against_iv(
     figure, threshold = _bias_figure(ls, iv, far, [(biases or {})[name] for name in missing])
     return Check(
         name="least squares against instruments",
-        status=passed(not moved, matters=bool(large)),
+        status=passed(not moved, matters=bool(large) or alone),
         figure=figure,
         threshold=threshold,
         p_value=None if isinstance(endogeneity, Missing) else endogeneity.p_value,
@@ -65,8 +67,8 @@ def ls_against_iv(
         "form, the p-value) rejects at 1 % and a parameter differs by more than 10 %, which is "
         "then the figure, or where a HAC Hausman test of the difference rejects at 1 % and it is "
         "more than half a deviation of least squares, then the figure; up to 1 % of the value that "
-        "is a note",
-        meaning=_biased(ls, iv, moved, missing)
+        "is a note, where instruments were asked for too",
+        meaning=_biased(ls, iv, moved, missing, alone=alone)
         if moved
         else "least squares and instruments differ by less than the rules allow; a bias below "
         f"{_unseen(iv):.2g} % would not be seen{_rejected(endogeneity)}",
@@ -80,7 +82,7 @@ def _bias_figure(
     apart = _apart(ls, iv)
     distance = max(
         abs(each) / d if d > 0 else 0.0
-        for each, d in zip(apart.values(), np.sqrt(np.diag(iv.covariance)), strict=True)
+        for each, d in zip(apart.values(), np.sqrt(np.diag(iv.covariances["iid"])), strict=True)
     )
     if missing and not far:
         return max(bias.shift for bias in missing), MAX_UNSEEN_BIAS.value
@@ -106,11 +108,13 @@ def _percent(ls: Estimate, iv: Estimate) -> dict[str, float]:
 
 def _is_large(ls: Estimate, iv: Estimate, name: str) -> bool:
     """Whether a parameter that instruments know has moved by more than nobody would notice."""
-    known = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    return known and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
+    precise = iv.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    return precise and abs(_percent(ls, iv)[name]) / 100 > NEGLIGIBLE_BIAS.value
 
 
-def _biased(ls: Estimate, iv: Estimate, moved: list[str], missing: list[str]) -> str:
+def _biased(
+    ls: Estimate, iv: Estimate, moved: list[str], missing: list[str], *, alone: bool
+) -> str:
     """By how much least squares is off, and which of its intervals miss."""
     percent = _percent(ls, iv)
     listed = ", ".join(
@@ -120,7 +124,7 @@ def _biased(ls: Estimate, iv: Estimate, moved: list[str], missing: list[str]) ->
     intervals = f"; its 95 % interval of {', '.join(missing)} misses for it" if missing else ""
     return (
         f"least squares differs from the instruments, {listed}{intervals}: lower the cut-off, or "
-        "believe the instruments"
+        + (f"identify by instruments ({iv.method})" if alone else "believe the instruments")
     )
 
 
@@ -183,7 +187,7 @@ def self_test(iv: Estimate | None, direct: Estimate | None) -> Check | Missing:
     """The instrumental estimates of the two forms, which are one."""
     if iv is None or direct is None:
         return Missing("idm-iv and ddm-iv did not both give an estimate")
-    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariance)))
+    scale = np.maximum(np.abs(iv.physical), np.sqrt(np.diag(iv.covariances["iid"])))
     apart = float(np.max(np.abs(iv.physical - direct.physical) / np.where(scale > 0, scale, 1.0)))
     same = apart <= MAX_FORM_DIFFERENCE.value
     return Check(

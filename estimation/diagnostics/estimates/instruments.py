@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc, stdtr
+from scipy.special import stdtr
 
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, alike_corrected
-from axisid.estimation.regression import Covariance, factor, least_squares
+from axisid.estimation.regression import Covariance, factor, joint_p, least_squares
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.diagnostics import (
     CONTRADICTION_LEVEL,
@@ -82,7 +82,8 @@ class Endogeneity:
     Attributes
     ----------
     statistic, p_value : float
-        Wald statistic over its degrees of freedom, F distributed; never negative.
+        Wald statistic over its degrees of freedom, never negative; its p-value by Hotelling's T
+        squared with the effective degrees of freedom.
     by_parameter : tuple of float
         p-value of each column's residual from its instruments; NaN where instruments give the
         column exactly, or its residual is made of those of columns before it (friction of its own
@@ -107,12 +108,12 @@ def biased_parameters(
     """
     by_ls, by_iv = alike_corrected(ls, iv)
     apart = np.abs(by_ls - by_iv)
-    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariance))
+    far = apart > MAX_BIAS_DISTANCE.value * np.sqrt(np.diag(iv.covariances["iid"]))
     far &= apart > NEGLIGIBLE_BIAS.value * np.abs(by_iv)
     if not isinstance(endogeneity, Missing) and endogeneity.p_value < CONTRADICTION_LEVEL.value:
         most = MAX_RELATIVE_DEVIATION.value / 100
-        known = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
-        far |= known & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
+        precise = np.sqrt(np.diag(iv.covariances[iv.chosen])) < most * np.abs(by_iv)
+        far |= precise & (apart > NOTICEABLE_BIAS.value * np.abs(by_iv))
     return tuple(q.name for q, f in zip(iv.quantities, far, strict=True) if f)
 
 
@@ -226,14 +227,17 @@ def endogeneity(
     names = [str(i) for i in range(augmented.shape[1])]
     solution = least_squares(y, factor(augmented, names, neighbours=neighbours))
     extra, block = solution.theta[k:], covariance.matrix(solution)[k:, k:]
-    tested, dof = len(extra), len(y) - augmented.shape[1]
-    wald = float(extra @ np.linalg.solve(block, extra)) / tested
-    single = 2 * stdtr(dof, -np.abs(extra) / np.sqrt(np.diag(block)))
+    freedom = covariance.freedom(solution)[k:]
+    square = float(extra @ np.linalg.solve(block, extra))
+    chance = joint_p(
+        square, len(extra), float(freedom.min()), one_variance=covariance.has_one_variance
+    )
+    single = 2 * stdtr(freedom, -np.abs(extra) / np.sqrt(np.diag(block)))
     by_parameter = np.full(k, np.nan)
     by_parameter[noisy] = single
     return Endogeneity(
-        statistic=wald,
-        p_value=float(fdtrc(tested, dof, wald)),
+        statistic=square / len(extra),
+        p_value=chance,
         by_parameter=tuple(map(float, by_parameter)),
     )
 

@@ -123,16 +123,16 @@ def alignment_of(
     estimates, errors = [], []
     for delay in _DELAYS:
         left = rows.left(delay)
-        solution = least_squares(left - reduced.known, regressor)
+        solution = least_squares(left - reduced.intercept, regressor)
         estimates.append(solution.theta)
         errors.append(100 * np.linalg.norm(solution.residuals) / np.linalg.norm(left))
     found, percent = np.array(estimates), np.array(errors)
     best, at_the_end = _minimum(_DELAYS, percent), int(np.argmin(percent)) in (0, len(percent) - 1)
-    deviation = _deviation(rows, best, reduced.known, regressor)
+    deviation = _deviation(rows, best, reduced.intercept, regressor)
     if instruments is not None:
         start = min(max(best, 0.0), 1.0)
-        given = (start, reduced.known, regressor, *instruments)
-        best, deviation, at_the_end = _by_instruments(rows, *given)
+        arguments = (start, reduced.intercept, regressor, *instruments)
+        best, deviation, at_the_end = _by_instruments(rows, *arguments)
         if quiet is not None and not at_the_end:
             best -= _filter_shift(quiet, form, *instruments)
     slopes = np.gradient(found, _DELAYS, axis=0)
@@ -201,7 +201,7 @@ class _Rows:
 
         The recorded one's holds its noise.
         """
-        fitted = self.equations.regressor @ theta + self.equations.known
+        fitted = self.equations.regressor @ theta + self.equations.intercept
         change = _by_segment(fitted, self._starts, _slope)
         return self.data.reduce(change)
 
@@ -215,9 +215,9 @@ class _Rows:
         return [start for start, _ in self.data.record.spans[1:]]
 
 
-def _deviation(rows: _Rows, delay: float, known: Array, X: QrFactors) -> float:
+def _deviation(rows: _Rows, delay: float, intercept: Array, X: QrFactors) -> float:
     """Of the delay, to first order: ``y(t - d) = y(t - best) - (d - best) dy/dsample``."""
-    left = rows.left(delay) - known
+    left = rows.left(delay) - intercept
     change = rows.fitted_change(least_squares(left, X).theta)
     columns = np.column_stack([X.columns, change])
     try:
@@ -230,7 +230,7 @@ def _deviation(rows: _Rows, delay: float, known: Array, X: QrFactors) -> float:
 
 
 def _by_instruments(
-    rows: _Rows, start: float, known: Array, X: QrFactors, Z: Array, simulated: Array
+    rows: _Rows, start: float, intercept: Array, X: QrFactors, Z: Array, simulated: Array
 ) -> tuple[float, float, bool]:
     """The delay as one more parameter: it, its deviation, and whether it left what is searched.
 
@@ -242,7 +242,7 @@ def _by_instruments(
     try:
         extended = factor(np.column_stack([Z, rows.reduced_change(simulated)]), names)
         for _ in range(_STEPS):
-            left = rows.left(delay) - known
+            left = rows.left(delay) - intercept
             change = rows.fitted_change(instrumental_variables(left, X, instruments).theta)
             both = np.column_stack([X.columns, change])
             columns = factor(both, names, neighbours=X.neighbours)
@@ -270,8 +270,8 @@ def _filter_shift(quiet: FilteredRecord, form: InverseForm, Z: Array, simulated:
     made = 0.0 if still else hold_delay(law, quiet.period, clock_of(quiet.record))
     regressor = factor(reduced.regressor, quiet.axis.names, neighbours=quiet.neighbours)
     rows = _Rows(quiet, quiet.force, equations)
-    given = (rows, made, reduced.known, regressor, Z, simulated)
-    delay, deviation, at_the_end = _by_instruments(*given)
+    arguments = (rows, made, reduced.intercept, regressor, Z, simulated)
+    delay, deviation, at_the_end = _by_instruments(*arguments)
     return 0.0 if at_the_end or not np.isfinite(deviation) else delay - made
 
 

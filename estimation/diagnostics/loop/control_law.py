@@ -194,6 +194,8 @@ def _incomparable(law: ControlLaw, record: Record) -> LawCheck | Missing | None:
     if record.reference is None or record.control is None:
         clocks = f"{apart.note.text}; " if apart is not None else ""
         return Missing(f"{clocks}the record has no reference or no control")
+    if record.integrated:
+        return Missing("no position was recorded; the velocity's integral drifts away from it")
     if clock.step != 1 and (apart is not None or law_ratio(law, record.period, clock) is None):
         return Missing(
             f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "

@@ -51,9 +51,9 @@ def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool
     if np.allclose(clocks.times, np.round(clocks.times), rtol=0, atol=_COINCIDES):
         return 0.0  # every position that the law read is in the log
     noise = position_noise(record.position) * np.random.default_rng(0).normal(size=len(ticks))
-    given = control_along(axis, ticks, start)
+    undisturbed = control_along(axis, ticks, start)
     off = [
-        control_along(axis, replace(ticks, position=position), start) - given
+        control_along(axis, replace(ticks, position=position), start) - undisturbed
         for position in (ticks.position + noise, between(record.position[::2], clocks.times / 2))
     ]
     control = np.asarray(record.control)

@@ -60,6 +60,7 @@ def small_fault(
     if one := _one_gain(law, factors):
         return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
     values = np.array(list(scaled.values()))
+    alike = set(scaled) == set(factors) and np.ptp(values) < MAX_SCALE_ERROR.value
     what = (
         "the unit of the test signal"
         if set(scaled) == {INJECTED}
@@ -69,8 +70,8 @@ def small_fault(
     )
     every = "" if set(scaled) == {INJECTED} else "; what scales the control scales every estimate"
     return (
-        f"the recorded control is the declared law's but for its factors ({listed}): check "
-        f"{what}{every}"
+        f"the recorded control is the declared law's but for its factors ({listed}): "
+        f"{_common(law, float(np.median(values))) if alike else ''}check {what}{every}"
     )
 
 
@@ -94,6 +95,24 @@ def _one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
             found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
             found[-1] += f"{value:.5g}, and every other gain is right; declare that"
     return found[0] if len(found) == 1 else ""
+
+
+def _common(law: ControlLaw, factor: float) -> str:
+    """The gains that alone would be off by a factor (positive) of every product; or empty."""
+    powers = [product.as_powers_dict() for product, _ in law.terms]
+    alike = {name: {float(each.get(gain(name), 0)) for each in powers} for name in law.gains}
+    found = [
+        f"{name} is {factor ** (1 / power):.4g} times the declared one, "
+        f"{factor ** (1 / power) * law.gains[name]:.5g} for {law.gains[name]:.5g}"
+        for name, (power, *others) in alike.items()
+        if power and not others
+    ]
+    if not found or factor <= 0:
+        return ""
+    return (
+        f"either {' or '.join(found)}, or the control is recorded {factor:.4g} times as large as "
+        "it is, which scales every estimate: the law alone does not tell which; "
+    )
 
 
 def large_fault(
@@ -140,8 +159,8 @@ def large_fault(
         if abs(common / scale - 1) < MAX_FACTOR_ERROR.value:
             return f"{start}one unit stands for another, such as {what}"
     return (
-        f"{start}every gain is off by one factor; check the control's unit and scaling, and "
-        "the velocity filter"
+        f"{start}every gain is off by one factor; {_common(law, common)}check the control's unit "
+        "and scaling, and the velocity filter"
     )
 
 
@@ -150,9 +169,9 @@ def remedy_by_time(shift: int, delay: int | None) -> Remedy | None:
     if not shift or abs(shift) == MOST_SHIFT:
         return None
     wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
-    known = delay is not None and delay + shift >= 0
+    possible = delay is not None and delay + shift >= 0
     return Remedy.of(
-        f"declare delay={(delay or 0) + shift}, or, " if known else "",
+        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
         f"where the log writes the control {wrong}, move it with ",
         Setting("shift", f"control={-shift}"),
     )

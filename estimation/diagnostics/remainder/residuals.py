@@ -1,6 +1,7 @@
 """What an estimate's residuals say, as checks."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from axisid.estimation.checks import Check, passed
@@ -69,8 +70,10 @@ def _allowed(chosen: str) -> str:
     return said + ", which were not chosen here" * (not COVARIANCES[chosen].allows_autocorrelation)
 
 
-def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
-    """Whether the residuals follow the motion."""
+def residuals_against_motion(
+    tests: ResidualTests, estimate: Estimate, *, explained: bool = False
+) -> Check:
+    """Whether the residuals follow the motion; no matter where what they are is `explained`."""
     nothing = tests.cross_z <= tests.cross_limit
     relative = abs(tests.cross_correlation) / tests.cross_deviations
     row, column = divmod(int(relative.argmax()), relative.shape[1])
@@ -79,12 +82,13 @@ def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     of = "instrument" if estimate.Z is not None else "regressor's column"
     return Check(
         name="residuals against the motion",
-        status=passed(nothing),
+        status=passed(nothing, matters=not explained),
         figure=tests.cross_z,
         threshold=tests.cross_limit,
         p_value=tests.cross_p,
         source="largest correlation of the residuals with an instrument (a regressor's column for "
-        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them",
+        "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
+        "a note where another check names what is wrong",
         meaning="the residuals do not follow the motion"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
@@ -93,16 +97,29 @@ def residuals_against_motion(tests: ResidualTests, estimate: Estimate) -> Check:
     )
 
 
-def normality(tests: ResidualTests, estimate: Estimate) -> Check:
+def normality(
+    tests: ResidualTests, estimate: Estimate, away: NDArray[np.bool_] | None = None
+) -> Check:
     """Whether outliers decide the estimate.
 
     What is tested is noise alone; intervals rest on all that is left, the filter's own error too,
-    which may be most of it.
+    which may be most of it. Where an axis turns, the filter and whatever the model lacks of
+    friction leave most: that is told of by checks of its own, and counts once.
+
+    Parameters
+    ----------
+    tests : ResidualTests
+    estimate : Estimate
+    away : (n,) array of bool, optional
+        Rows that are not near reversals or rests; all by default.
     """
     rows = len(estimate.y)
     left = tests.excess_kurtosis
     if estimate.noise_free is not None:
         left = min(left, excess_kurtosis(estimate.residuals))
+    if away is not None and LARGE_SAMPLE.value <= away.sum() < rows:
+        sides = (estimate.residuals[away], estimate.net_residuals[away])
+        left = min(left, *map(excess_kurtosis, sides))
     normal = tests.jarque_bera_p >= SIGNIFICANCE_LEVEL.value
     shape = "heavier" if tests.excess_kurtosis > 0 else "lighter"
     return Check(

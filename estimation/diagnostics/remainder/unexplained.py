@@ -332,9 +332,10 @@ def _by_time(line: Line, preferred: Estimate, prefilter: Prefilter) -> str:
 
 
 def _by_position(line: Line, preferred: Estimate) -> str:
-    unit, period = preferred.form.axis.axis.coordinate.unit, 1 / line.frequency
+    q, period = preferred.form.axis.axis.coordinate, 1 / line.frequency
+    given = f"(a, b, {q.name}, period={period:.3g})"
     return (
-        f"a ripple over the position, every {period:.3g} {unit}, is {100 * line.share:.0f} % of "
-        f"the residuals' power: declare it, cogging(a, b, q, period={period:.3g}), or "
-        "periodic_coulomb where it changes with the direction"
+        f"a ripple over the position, every {period:.3g} {q.unit}, is {100 * line.share:.0f} % of "
+        f"the residuals' power: declare cogging{given}, or periodic_coulomb{given} where it "
+        "changes with the direction"
     )

@@ -14,22 +14,22 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy
 
 from .dialect import Dialect, Line, is_comment, is_number
-from .tail import DROP_TAIL, complete_rows
+from .tail import DROP_TAIL, complete_lines
 from .time_stamps import NoStampsError, StampHistory, is_stamp, stamp_seconds
 
 #: What the time stamps of each column have shown so far.
 Origins = defaultdict[int, StampHistory]
 
 
-def without_comments(rows: Iterable[Line]) -> list[Line]:
-    """Rows without the lines that are for the reader's eye."""
-    return [row for row in rows if not is_comment(row[1])]
+def without_comments(lines: Iterable[Line]) -> list[Line]:
+    """Lines without those that are for the reader's eye."""
+    return [line for line in lines if not is_comment(line[1])]
 
 
 def text_columns(
-    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None = None
+    source: str, lines: list[Line], dialect: Dialect, origins: Origins | None = None
 ) -> dict[str, Column]:
-    """Columns of rows of text.
+    """Columns of lines of text.
 
     An empty cell is nan. A column of time stamps counts seconds from the first; any other column
     that holds text refuses to be read, with the place of its first such cell.
@@ -38,26 +38,26 @@ def text_columns(
     ----------
     source : str
         File name, for messages.
-    rows : list of (int, str)
+    lines : list of (int, str)
         Line numbers and texts, without the header and without comments.
     dialect : Dialect
     origins : defaultdict of int to StampHistory, optional
-        What the time stamps of each column have shown, from one block of rows to the next.
+        What the time stamps of each column have shown, from one block of lines to the next.
 
     Raises
     ------
     DataError
         A row has not as many cells as the header names columns.
     """
-    numeric = _numeric(dialect, rows[0][1])
-    values = _parse([line for _, line in rows], dialect, numeric)
+    numeric = _numeric(dialect, lines[0][1])
+    values = _parse([line for _, line in lines], dialect, numeric)
     if values is None:
-        return _parse_slowly(source, rows, dialect, origins)
+        return _parse_slowly(source, lines, dialect, origins)
     origins = defaultdict(StampHistory) if origins is None else origins
-    numbers = [number for number, _ in rows]
+    numbers = [number for number, _ in lines]
     columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
-        cells = [_plain(line, dialect)[k] for _, line in rows]
+        cells = [_plain(line, dialect)[k] for _, line in lines]
         columns[k] = _of_text(source, dialect, k, numbers, cells, origins)
     return _named(dialect, columns)
 
@@ -120,21 +120,21 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _parse_slowly(
-    source: str, rows: list[Line], dialect: Dialect, origins: Origins | None
+    source: str, lines: list[Line], dialect: Dialect, origins: Origins | None
 ) -> dict[str, Column]:
     """Cell by cell."""
     whole, origins = origins is None, defaultdict(StampHistory) if origins is None else origins
     width = len(dialect.names)
-    values = np.full((len(rows), width), np.nan)
+    values = np.full((len(lines), width), np.nan)
     stumbles: dict[int, int] = {}
     texts: list[list[str]] = []
-    for number, line in rows:
+    for number, line in lines:
         try:
             cells = dialect.cells(line)
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
-            tail = _tail_hint(rows, number, dialect, whole=whole)
+            tail = _tail_hint(lines, number, dialect, whole=whole)
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
                 f"columns ({', '.join(dialect.names)}). ",
@@ -147,12 +147,12 @@ def _parse_slowly(
             elif cell:
                 stumbles.setdefault(k, len(texts))
         texts.append(cells)
-    numbers = [number for number, _ in rows]
+    numbers = [number for number, _ in lines]
     columns = {}
     for k in range(width):
         if k in stumbles:
             cells, row = [text[k] for text in texts], stumbles[k]
-            advice = _tail_hint(rows, numbers[row], dialect, whole=whole)
+            advice = _tail_hint(lines, numbers[row], dialect, whole=whole)
             columns[k] = _of_text(source, dialect, k, numbers, cells, origins, row, advice)
         else:
             columns[k] = loaded_column(values[:, k])
@@ -182,10 +182,10 @@ def _of_text(
     return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
 
 
-def _tail_hint(rows: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:
+def _tail_hint(lines: list[Line], number: int, dialect: Dialect, *, whole: bool) -> Remedy | None:
     """More to do about a line that is one of the last, in a log that is read whole."""
-    count = complete_rows(rows, dialect) if whole else len(rows)
-    ends = count < len(rows) and number >= rows[count][0]
+    count = complete_lines(lines, dialect) if whole else len(lines)
+    ends = count < len(lines) and number >= lines[count][0]
     return Remedy.of(", or leave the end of the log out with ", DROP_TAIL) if ends else None
 
 

@@ -47,30 +47,30 @@ def cut_number(cells: Sequence[str], ends: Sequence[str], *, ended: bool) -> str
         Whether the last line has its end.
     """
     *above, last = map(_written, cells)
-    known = [number for number in above if number is not None]
+    numbers = [number for number in above if number is not None]
     fewest = MIN_NUMBERS_BEFORE_ENDED_CUT if ended else MIN_NUMBERS_BEFORE_CUT
-    if last is None or len(known) < fewest.value:
+    if last is None or len(numbers) < fewest.value:
         return ""
     if len({*ends[:-1]}) == 1 and not ends[0].isalnum() and ends[-1] != ends[0]:
         return f"the lines above end with {ends[0]!r}"
-    if last.power < min(n.power for n in known) == max(n.power for n in known):
+    if last.power < min(n.power for n in numbers) == max(n.power for n in numbers):
         return "the numbers above it have a longer exponent"
-    decimals = min(n.decimals for n in known)
-    if last.decimals < decimals == max(n.decimals for n in known):
+    decimals = min(n.decimals for n in numbers)
+    if last.decimals < decimals == max(n.decimals for n in numbers):
         return f"the numbers above it have {decimals - 1} decimals"
-    return "" if ended else _by_value(last, known)
+    return "" if ended else _by_value(last, numbers)
 
 
-def _by_value(last: _WrittenNumber, known: Sequence[_WrittenNumber]) -> str:
+def _by_value(last: _WrittenNumber, numbers: Sequence[_WrittenNumber]) -> str:
     """Why a number is none that goes on from those above it, where missing digits explain it."""
-    powers = [n.power for n in known if n.power]
-    values = np.array([n.value for n in known])
+    powers = [n.power for n in numbers if n.power]
+    values = np.array([n.value for n in numbers])
     expected = 2 * values[-1] - values[-2]
     bend = float(np.abs(np.diff(values, 2)).max())
     whole = last.power >= min(powers, default=1)
-    if whole or not _explained(last, expected, 2 * bend, known):
+    if whole or not _explained(last, expected, 2 * bend, numbers):
         return ""
-    fewest, digits = min(n.decimals for n in known), min(n.whole for n in known)
+    fewest, digits = min(n.decimals for n in numbers), min(n.whole for n in numbers)
     if last.decimals < fewest:
         return f"every number above it has {fewest - 1} decimals or more"
     if not last.decimals and last.whole < digits:
@@ -97,15 +97,15 @@ def _written(cell: str) -> _WrittenNumber | None:
 
 
 def _explained(
-    last: _WrittenNumber, expected: float, reach: float, known: Sequence[_WrittenNumber]
+    last: _WrittenNumber, expected: float, reach: float, numbers: Sequence[_WrittenNumber]
 ) -> bool:
     """Whether digits that are missing would bring a number to within reach of what is expected."""
     along = abs(expected) if not last.mantissa else float(np.sign(last.mantissa)) * expected
     size, unit = abs(last.mantissa), 10.0 ** -max(last.decimals - 1, 0)
-    missing = 0 if last.decimals else max(max(n.whole for n in known) - last.whole, 0)
-    exponents = {n.exponent for n in known if n.power > last.power}
+    missing = 0 if last.decimals else max(max(n.whole for n in numbers) - last.whole, 0)
+    exponents = {n.exponent for n in numbers if n.power > last.power}
     # A whole number among whole numbers has no decimals that may be missing.
-    least_missing = 0 if any(n.decimals for n in known) or last.power else 1
+    least_missing = 0 if any(n.decimals for n in numbers) or last.power else 1
     powers = np.array([*range(least_missing, missing + 1), *exponents], dtype=float)
     with np.errstate(all="ignore"):  # what no number holds explains nothing
         scales = 10.0**powers

@@ -150,7 +150,7 @@ class _Reading:
     comma: bool
     width: int
     first: int
-    rows: int
+    table_rows: int
     fit: tuple[float, bool, bool, int]
 
 
@@ -177,8 +177,10 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
         readings = [r for r in readings if r.width > 1 or not r.comma]
-    most = max(reading.rows for reading in readings)
-    readings = [reading for reading in readings if reading.rows >= MIN_TABLE_ROW_SHARE.value * most]
+    most = max(reading.table_rows for reading in readings)
+    readings = [
+        reading for reading in readings if reading.table_rows >= MIN_TABLE_ROW_SHARE.value * most
+    ]
     best = max(readings, key=lambda reading: reading.fit)  # the first of equals
     return best.separator, best.comma, best.width, best.first
 
@@ -256,8 +258,8 @@ def _header(
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
-    known = [c for c in filled if is_unit(c) and not is_number(c)]
-    return any(cells) and 2 * len(known) >= len(filled)
+    units = [c for c in filled if is_unit(c) and not is_number(c)]
+    return any(cells) and 2 * len(units) >= len(filled)
 
 
 def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:

@@ -69,11 +69,11 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _without_comments(body: Sequence[Line], separator: str, width: int) -> tuple[list[Line], int]:
-    """Rows without the cell after the last column, and how many had one."""
-    rows, comments = [], 0
+    """Lines without the cell after the last column, and how many had one."""
+    lines, comments = [], 0
     for number, line in body:
         cells = line.split(separator)
         comments += len(cells) == width + 1 and bool(cells[-1].strip())
         kept = cells[:-1] if len(cells) == width + 1 else cells
-        rows.append((number, separator.join(kept)))
-    return rows, comments
+        lines.append((number, separator.join(kept)))
+    return lines, comments

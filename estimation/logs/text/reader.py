@@ -18,7 +18,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 from .columns import Origins, text_columns, without_comments
 from .dialect import Line, sniff
 from .labview import is_labview, plain_lines
-from .tail import complete_rows, cut_notes, without_tail
+from .tail import complete_lines, cut_notes, without_tail
 from .time_stamps import StampHistory
 from .twincat import is_twincat, read_twincat
 
@@ -74,7 +74,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         notes=dialect.notes + notes,
         doubts=doubts,
         repairs=repairs,
-        incomplete=0 if drop_tail else len(body) - complete_rows(body, dialect, ended=ended),
+        incomplete=0 if drop_tail else len(body) - complete_lines(body, dialect, ended=ended),
     )
 
 

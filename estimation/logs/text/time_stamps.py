@@ -210,12 +210,14 @@ def _ahead_by_place(zones: Sequence[str], days: _Whole, local: _Whole) -> _Whole
     minutes = local // (60 * _SECOND)
     names = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
     which = np.array([names[zone] for zone in zones], dtype=np.int64)
-    moments, rows = np.unique(np.column_stack([which, days, minutes]), axis=0, return_inverse=True)
+    moments, moment_of = np.unique(
+        np.column_stack([which, days, minutes]), axis=0, return_inverse=True
+    )
     first, second = (
         np.array([_ahead([*names][k], day, minute, fold) for k, day, minute in moments.tolist()])
         for fold in (0, 1)
     )
-    ahead, later = first[rows.ravel()], second[rows.ravel()]
+    ahead, later = first[moment_of.ravel()], second[moment_of.ravel()]
     twice = ahead != later
     seconds = days * _DAY + local // _SECOND - ahead
     back = np.diff(seconds, prepend=seconds[0]) < -_HOUR // 4

@@ -94,12 +94,12 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
             f"{source}: the export of TwinCAT Scope has no samples below its heads.",
             code="twincat-without-samples",
         )
-    rows = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
+    body = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
     channels = _channels(source, heads)
-    comma = any("," in line for _, line in rows[:200]) and separator != ","
+    comma = any("," in line for _, line in body[:200]) and separator != ","
     times = {c.time for c in channels}
     width = 1 + max(c.value for c in channels)
-    values = _values(source, rows, separator, width, times, comma=comma)
+    values = _values(source, body, separator, width, times, comma=comma)
     clocks = {k: values[k] * _MILLISECOND for k in times}
     notes = [f"TwinCAT Scope export, {how_written(separator, comma=comma)}"]
     notes += [
@@ -150,7 +150,7 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
 
 def _values(
     source: str,
-    rows: Sequence[Line],
+    lines: Sequence[Line],
     separator: str,
     width: int,
     times: set[int],
@@ -159,7 +159,7 @@ def _values(
 ) -> list[Array]:
     """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
     try:
-        table = [_cells(line, separator, width, comma=comma) for _, line in rows]
+        table = [_cells(line, separator, width, comma=comma) for _, line in lines]
         origin = float(table[0][0])
         if origin < _FILETIME:
             return list(np.array(table, dtype=float).T)
@@ -170,7 +170,7 @@ def _values(
             columns[k] = [_since(start, cell) for cell in columns[k]]
         return [np.array(column, dtype=float) for column in columns]
     except ValueError as error:
-        raise _malformed(source, rows, separator, width, comma=comma) from error
+        raise _malformed(source, lines, separator, width, comma=comma) from error
 
 
 def _cells(line: str, separator: str, width: int, *, comma: bool) -> list[str]:
@@ -187,10 +187,10 @@ def _since(start: int, cell: str) -> str:
 
 
 def _malformed(
-    source: str, rows: Sequence[Line], separator: str, width: int, *, comma: bool
+    source: str, lines: Sequence[Line], separator: str, width: int, *, comma: bool
 ) -> DataError:
     """The row that no table can hold."""
-    for number, line in rows:
+    for number, line in lines:
         try:
             cells = _cells(line, separator, width, comma=comma)
         except ValueError:
@@ -211,8 +211,8 @@ def _malformed(
 
 def _cut_short(heads: list[list[str]], clocks: list[Array]) -> list[str]:
     """What is said of samples that end before the end that the head gives."""
-    given = {cells[0]: cells[1].strip() for cells in heads if len(cells) > 1}
-    start, end = (given.get(label, "") for label in _SPAN)
+    head = {cells[0]: cells[1].strip() for cells in heads if len(cells) > 1}
+    start, end = (head.get(label, "") for label in _SPAN)
     if not (start.isdecimal() and end.isdecimal()):
         return []
     wanted = (int(end) - int(start)) * _TICK
@@ -229,12 +229,12 @@ def _column(name: str, channel: _Channel, values: list[Array], clock: Array) -> 
     A sample that lacks its value or its time alone stays, and is told by whoever needs it.
     """
     samples = values[channel.value]
-    left_out = np.isnan(samples) & np.isnan(clock)
+    dropped = np.isnan(samples) & np.isnan(clock)
     repeated = np.zeros(len(samples), dtype=bool)
     repeated[1:] = (samples[1:] == samples[:-1]) & (clock[1:] == clock[:-1])
-    left_out |= repeated
-    if left_out.any():  # columns of one clock share its array
-        samples, clock = samples[~left_out], clock[~left_out]
+    dropped |= repeated
+    if dropped.any():  # columns of one clock share its array
+        samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
     return loaded_column(samples, unit=channel.unit, clock=clock, label=channel.name, note=note)

@@ -4,5 +4,6 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
+from .motion_role import motion_role as motion_role
 from .roles import RoleColumns as RoleColumns
 from .units import modulus_si as modulus_si

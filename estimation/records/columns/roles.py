@@ -1,6 +1,6 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -8,13 +8,14 @@ from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds.records import MIN_NAME_SIMILARITY
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
+from .motion_role import motion_role
 from .scaling import is_scaling
 from .units import assumed_units_text, check_no_counts, scaled, to_si
 
-_NEEDED = ("position",)
+_ON_REQUEST = ("velocity", "acceleration")  # a column that only bears the name is left out
 _CLOCKS = "the file's own clocks are taken"
 _COMPARED = 1000  # columns that a name is compared with
 
@@ -23,8 +24,9 @@ class RoleColumns:
     """Columns by role, in SI, with what was assumed on the way.
 
     Of the columns that only the axis declares, the time may be missing where the period is given or
-    the file has clocks of its own, the reference and a test signal always, and the control where
-    there is a force. The signals that the axis declares may not.
+    the file has clocks of its own, the reference, a test signal, velocity and acceleration always,
+    the position where there is a velocity, and the control where there is a force. The signals that
+    the axis declares may not.
     """
 
     def __init__(
@@ -131,12 +133,15 @@ class RoleColumns:
         others = {role: s for role, s in self.samples.items() if role != "time"}
         if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
             return ""
-        rows, needed = len(self.samples["time"].values), len(others["position"].values)
-        if rows == needed:
+        moving = motion_role(others)
+        there, needed = len(self.samples["time"].values), len(others[moving].values)
+        if there == needed:
             return ""
         name = self.names.pop("time")
         del self.samples["time"]
-        return f"the column {name!r} has {rows} rows, the position {needed}: {_CLOCKS} in its place"
+        return (
+            f"the column {name!r} has {there} rows, the {moving} {needed}: {_CLOCKS} in its place"
+        )
 
 
 def _injected_at(axis: Axis | None, given: str | None) -> str | None:
@@ -162,6 +167,7 @@ def _choose(
     roles = ROLES if axis is None else axis.roles
     _check_requested(requested, roles)
     declared = dict(axis.columns) if axis is not None else {}
+    asked = {*requested, *declared}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
     unfit: dict[str, str] = {}
@@ -174,9 +180,9 @@ def _choose(
             wanted = head if name is None else wanted
         if name is not None:
             chosen[role] = (name, unit.strip(), role in requested)
-        elif holds := table.holds(wanted):
+        elif (holds := table.holds(wanted)) and (role in asked or role not in _ON_REQUEST):
             unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
-        elif role in requested or role in declared or role in _NEEDED or role not in ROLES:
+        elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
     if unfit:
         raise DataError(
@@ -184,11 +190,21 @@ def _choose(
             Remedy.of("give one of real numbers, or of time stamps, with ", _to_name(unfit), "."),
             code="no-numbers",
         )
+    unasked = _unasked(chosen, asked)
     without = _without(table, missing, chosen, has_period=has_period)
     if any(role in requested or role not in without for role in missing):
         raise _lacking(table, chosen, missing, declared=bool(declared))
     _check_apart(table, chosen)
-    return chosen, tuple(without.values())
+    return chosen, (*without.values(), *unasked)
+
+
+def _unasked(chosen: dict[str, tuple[str, str, bool]], asked: Container[str]) -> list[str]:
+    """Leave out what only bears the name of a measured derivative; what is said of it."""
+    left = [role for role in _ON_REQUEST if role in chosen and role not in asked]
+    return [
+        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
+        for role in left
+    ]
 
 
 def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> None:
@@ -201,7 +217,7 @@ def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> N
             )
         if not isinstance(column, str):
             raise UsageError(
-                f"the column for the {role} is {given(column)}; give its name, or a Column.",
+                f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
                 code="column-type",
             )
 
@@ -231,6 +247,10 @@ def _without(
         spared["time"] = _CLOCKS
     if "force" in chosen:
         spared["control"] = "so the control law is not compared with the record"
+    if "velocity" in chosen:
+        spared["position"] = "so it is the velocity's integral"
+    spared["velocity"] = "so it is the position's derivative"
+    spared["acceleration"] = "so it is the velocity's derivative"
     spared["reference"] = "so least squares only, no instruments"
     spared["injected"] = "so no test signal is reckoned with"
     return {
@@ -252,9 +272,9 @@ def _lacking(
     Where the axis has not `declared` its columns, those of the other roles count as missing too.
     """
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
-    wanting = [role for role in ROLES if role != "injected"]
+    wanting = [role for role in ROLES if role not in (*_ON_REQUEST, "injected")]
     others = [role for role in wanting if role not in chosen and role not in missing]
-    others = [] if declared or not set(_NEEDED) & set(missing) else others
+    others = [] if declared or "position" not in missing else others
     also = f", nor one named {' or '.join(others)}" if others else ""
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
     close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, known_unit
+from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, is_unit, label_unit
 from axisid.estimation.thresholds.records import MIN_COUNTS
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.modeling.quantities import Unit, parse_unit
@@ -15,6 +15,13 @@ from axisid.support.remedy import Remedy, Setting
 
 from .scaling import ScalingError, read_scaling
 
+#: Of the roles that are no length or angle, where no axis says more.
+_UNITS: dict[str, tuple[str, ...]] = {
+    "control": (),
+    "force": ("N", "N m"),
+    "velocity": ("m/s", "rad/s"),
+    "acceleration": ("m/s^2", "rad/s^2"),
+}
 _EXAMPLE = Setting("columns", "position=NAME:counts*360deg/4096/50+0.2deg")
 
 
@@ -29,10 +36,15 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
     if axis is not None and role not in ROLES:
         return tuple(signal.unit for signal in axis.signals if signal.name == role)
     if axis is None:
-        return {"force": ("N", "N m"), "control": ()}.get(role, ("m", "rad"))
-    if role == "control":
-        return (axis.drive.unit,)
-    return (str(axis.coordinate.force_unit) if role == "force" else axis.coordinate.unit,)
+        return _UNITS.get(role, ("m", "rad"))
+    q = axis.coordinate
+    units = {
+        "control": axis.drive.unit,
+        "force": str(q.force_unit),
+        "velocity": str(q.velocity_unit),
+        "acceleration": str(q.acceleration_unit),
+    }
+    return (units.get(role, q.unit),)
 
 
 def to_si(
@@ -70,7 +82,7 @@ def to_si(
     """
     wrong = UsageError if requested else DataError
     wanted = expected_units(role, axis, injected_at)
-    found = known_unit(unit)
+    found = label_unit(unit)
     named = Setting("columns", f"{role}=NAME:UNIT")
     if found is None:
         counts: Remedy | None = None
@@ -169,16 +181,16 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     """
     if role not in ("position", "reference"):
         return
-    known = values[np.isfinite(values)]
-    if not known.size or np.any(known != np.round(known)):
+    finite = values[np.isfinite(values)]
+    if not finite.size or np.any(finite != np.round(finite)):
         return
-    if len(np.unique(known)) < MIN_COUNTS.value:
+    if len(np.unique(finite)) < MIN_COUNTS.value:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     example = "5mm/4096" if unit == "m" else "360deg/4096"
     raise DataError(
         f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
-        f"{known.min():.9g} to {known.max():.9g}: those are counts of an encoder; ",
+        f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; ",
         Remedy.of(
             "say what one of them is, as in ",
             Setting("columns", f"{role}={name}:counts*{example}"),

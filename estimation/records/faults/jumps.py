@@ -28,7 +28,7 @@ class Jumps:
         self.last = np.empty(0)  # sample
         self.open = np.zeros(1)  # the last step whose neighbours are known, and the one after it
         self.steps = 0  # whose neighbours are known
-        self.rows = np.empty(0, dtype=np.int64)
+        self.places = np.empty(0, dtype=np.int64)
         self.sizes = np.empty(0)
         self.middles: list[float] = []  # median steps of the blocks
 
@@ -52,10 +52,10 @@ class Jumps:
         inner, around = queue[1:-1], np.maximum(queue[:-2], queue[2:])
         large = np.flatnonzero(inner > MIN_JUMP.value * (self.most - self.least))
         large = large[around[large] < MAX_STEP_BESIDE_JUMP.value * inner[large]]
-        rows = np.concatenate([self.rows, self.steps + large])
+        places = np.concatenate([self.places, self.steps + large])
         sizes = np.concatenate([self.sizes, inner[large]])
         kept = sizes > MIN_JUMP.value * (self.most - self.least)
-        self.rows, self.sizes = rows[kept], sizes[kept]
+        self.places, self.sizes = places[kept], sizes[kept]
         self.steps += len(inner)
         self.open = queue[-2:].copy()
 
@@ -64,7 +64,7 @@ class Jumps:
         self._decide(np.zeros(1))
         middle = np.median(self.middles) if self.middles else 0.0
         quiet = self.sizes * MAX_STEP_BESIDE_JUMP.value > middle
-        return self.rows[quiet], self.sizes[quiet]
+        return self.places[quiet], self.sizes[quiet]
 
 
 def remaining_jumps_note(
@@ -99,13 +99,13 @@ def jump_note(
     source: str, jumps: Jumps, axis: Axis | None, modulus: Modulus | None = None
 ) -> Note | None:
     """The same of jumps that were looked for block by block."""
-    rows, sizes = jumps.found()
-    if not len(rows):
+    places, sizes = jumps.found()
+    if not len(places):
         return None
     size = float(np.median(sizes))
-    times = f" ({len(rows)} such jumps)" if len(rows) > 1 else ""
+    times = f" ({len(places)} such jumps)" if len(places) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
-    found = f"the position jumps by {size:.4g} {unit} before data row {rows[0] + 2}{times}"
+    found = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
     if modulus is not None:
         raise DataError(
             f"{source}: {found}, which the modulus {modulus} does not undo; ",

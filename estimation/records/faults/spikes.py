@@ -54,9 +54,9 @@ def spike_notes(
         clock = samples[role].clock
         shown = [
             f"by {size:+.4g} {unit}".rstrip()
-            + (f" in data row {row + 1}" if numbered else "")
-            + ("" if clock is None else f" at {clock[row]:.9g} s")
-            for row, size in found[:_SHOWN]
+            + (f" in data row {place + 1}" if numbered else "")
+            + ("" if clock is None else f" at {clock[place]:.9g} s")
+            for place, size in found[:_SHOWN]
         ]
         more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
         sentences.append(
@@ -81,24 +81,25 @@ def spikes(values: Array) -> list[tuple[int, float]]:
     )
     # A spike bends at its tip by as much as it is large, or nearly.
     tips = np.flatnonzero(bends > MIN_SPIKE_TIP.value * least) + 1
-    rows = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
-    rows = rows[(rows >= _REACH) & (rows < len(values) - _REACH)]
+    places = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
+    places = places[(places >= _REACH) & (places < len(values) - _REACH)]
     windows = np.lib.stride_tricks.sliding_window_view(values, around)
-    off = dict(zip(rows, values[rows] - np.median(windows[rows - _REACH], axis=1), strict=True))
+    middles = np.median(windows[places - _REACH], axis=1)
+    off = dict(zip(places, values[places] - middles, strict=True))
     found = [
-        (int(row), float(values[row] - (values[row - _REACH] + values[row + _REACH]) / 2))
-        for row, size in off.items()
+        (int(place), float(values[place] - (values[place - _REACH] + values[place + _REACH]) / 2))
+        for place, size in off.items()
         if abs(size) > least
-        and all(abs(size) >= abs(off.get(row + k, 0.0)) for k in range(-_REACH, _REACH + 1))
-        and _is_quiet(values, int(row), abs(float(size)))
+        and all(abs(size) >= abs(off.get(place + k, 0.0)) for k in range(-_REACH, _REACH + 1))
+        and _is_quiet(values, int(place), abs(float(size)))
     ]
     return sorted(found, key=lambda spike: -abs(spike[1]))
 
 
-def _is_quiet(values: Array, row: int, size: float) -> bool:
+def _is_quiet(values: Array, place: int, size: float) -> bool:
     """Whether the signal goes on after a spike as before it, but for a part of its size."""
-    before = values[max(row - _REACH - _BEYOND, 0) : row - _REACH + 1]
-    after = values[row + _REACH : row + _REACH + _BEYOND + 1]
+    before = values[max(place - _REACH - _BEYOND, 0) : place - _REACH + 1]
+    after = values[place + _REACH : place + _REACH + _BEYOND + 1]
     if len(before) < 2 or len(after) < 2:
         return False
     steps = np.concatenate([np.diff(before), np.diff(after)])

@@ -13,7 +13,7 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Remedy, Setting
 
 Places = NDArray[np.int64]
-#: First row, the one after the last, and by how many moduli.
+#: First sample, the one after the last, and by how many moduli.
 _Move = tuple[int, int, int]
 
 #: A modulus of a turn.
@@ -90,6 +90,18 @@ def unwrapped(
     DataError
         The position is not within one modulus, or jumps by something else: it is not wrapped by it.
     """
+    if "position" not in samples:
+        raise DataError(
+            f"{source}: there is no position whose jumps by {modulus} could be undone; ",
+            Remedy.of(
+                "name it with ",
+                Setting("columns", "position=NAME"),
+                ", or ",
+                Setting("wrap", given=False),
+                ".",
+            ),
+            code="no-position-to-wrap",
+        )
     repaired, counts = dict(samples), {}
     for role in ("position", "reference"):
         if role not in samples:
@@ -181,10 +193,10 @@ def _check_seams(
     nowhere = [np.nan]
     beside = np.concatenate([nowhere, steady[:-1]]) + np.concatenate([steady[1:], nowhere])
     bends = steps - beside / 2
-    known = np.isfinite(bends)
+    finite = np.isfinite(bends)
     seams = np.setdiff1d(places, gaps)
-    seams = seams[known[seams]]
-    elsewhere = np.abs(bends[known & smooth])
+    seams = seams[finite[seams]]
+    elsewhere = np.abs(bends[finite & smooth])
     if not len(seams) or not len(elsewhere):
         return
     left = float(np.median(np.abs(bends[seams])))

@@ -129,18 +129,18 @@ def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
     uneven : bool
         Whether short steps may be jitter; else a rare one is a clock that was set back a little.
     """
-    rows = np.flatnonzero(np.isfinite(time))
-    known = time[rows]
-    steps = np.diff(known)
+    timed = np.flatnonzero(np.isfinite(time))
+    finite = time[timed]
+    steps = np.diff(finite)
     typical = float(np.median(steps)) if len(steps) else 0.0
     back = steps <= 0 if uneven else steps * MAX_EVEN_STEP.value < typical
     places = np.flatnonzero(back)
     if not places.size or not typical > 0 or not is_rare(len(places), len(steps)):
         return time, 0, ""
     shifts = np.zeros(len(time))
-    shifts[rows[places + 1]] = RESTARTED_CLOCK_STEP.value * typical - steps[places]
+    shifts[timed[places + 1]] = RESTARTED_CLOCK_STEP.value * typical - steps[places]
     shown = [
-        f"before data row {rows[k + 1] + 1}, from {known[k]:.9g} s to {known[k + 1]:.9g} s"
+        f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
         for k in places[:_SHOWN]
     ]
     more = [f"{len(places) - _SHOWN} more"] if len(places) > _SHOWN else []

@@ -22,6 +22,7 @@ from axisid.commands.options.several_options import (
     columns_of_option,
     skip_bad_option,
 )
+from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices.methods import comparing
 from axisid.presentation.console import ProgressLine
 
@@ -91,6 +92,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @columns_of_option
 @skip_bad_option
 @leave_out_option
+@start_option()
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
@@ -106,6 +108,7 @@ def compare(
     columns_of: tuple[tuple[int, str], ...],
     skip_bad: bool,
     left_out: tuple[str, ...],
+    started_at: str,
     no_native: bool,
     json_file: str | None,
     force: bool,
@@ -124,7 +127,7 @@ def compare(
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    given = axis_and_records(
+    inputs = axis_and_records(
         named[0],
         record,
         reading,
@@ -132,8 +135,8 @@ def compare(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
-    given.say_set_aside()
-    first, data = given.axis, given.records
+    inputs.say_set_aside()
+    first, data = inputs.axis, inputs.records
 
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import compare as run
@@ -148,7 +151,7 @@ def compare(
     with ProgressLine("comparing") as line:
         built = {name: build(axis, native=not no_native) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data[0].period)
-        result = run(built, data, filtered, method, progress=line)
+        result = run(built, data, filtered, method, progress=line, start=started_at)
     put_result(result, json_file)
 
 

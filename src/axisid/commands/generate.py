@@ -118,9 +118,9 @@ def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool
 
     manifests = [file for file in files if file.name == MANIFEST and file.is_file()]
     generated = {file.parent for file in manifests if is_earlier(file, "generate")}
-    for known in (True, False):
-        chosen = {file: "generate" for file in files if (file.parent in generated) == known}
-        check_replaced(chosen, "--output", axes, force=force or known)
+    for earlier in (True, False):
+        chosen = {file: "generate" for file in files if (file.parent in generated) == earlier}
+        check_replaced(chosen, "--output", axes, force=force or earlier)
 
 
 def _output_option(output: Path) -> list[str]:

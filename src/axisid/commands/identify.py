@@ -25,19 +25,22 @@ from axisid.commands.options.several_options import (
     sharing_options,
     skip_bad_option,
 )
+from axisid.commands.options.start_option import start_option
 from axisid.estimation.choices.covariances import assumptions, covariance_names, takes_lags
-from axisid.estimation.choices.methods import method_names
+from axisid.estimation.choices.methods import is_iteration, method_names
 from axisid.presentation.console import ProgressLine
 
 from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 
-def _check_idle(covariance: str, json_file: str | None) -> None:
+def _check_idle(method: str, covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
     check_needed(("--validate-window",), ("--validate",))
+    if method != "all" and not is_iteration(method):
+        check_idle("--start", f"is of instruments, which --method {method} does without")
     if not takes_lags(covariance):
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
     if json_file == "-":
@@ -127,6 +130,10 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
     metavar="N",
     help="Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
 )
+@start_option(
+    "Of instruments: least squares where its simulated loop follows the record, or the nominal "
+    "values, as published."
+)
 @click.option(
     "--draws",
     type=click.IntRange(2, 1_000_000),
@@ -175,6 +182,7 @@ def identify(
     skip_bad: bool,
     covariance: str,
     lags: int | None,
+    started_at: str,
     draws: int | None,
     full: bool,
     stream: bool,
@@ -206,15 +214,9 @@ def identify(
         identify_streamed(axis, log, method, filtering, reading, json_file, left_out)
         return
     own_columns = columns_by_place(columns_of, len(record))
-    _check_idle(covariance, json_file)
-    if figures is not None:
-        from axisid.presentation.drawing import NAMES
-
-        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
-        drawn = {f"{name}{i}.{figure_format}": "figure" for name in NAMES for i in numbers}
-        check_folder(figures, "--figures", drawn, force=force)
-
-    given = axis_and_records(
+    _check_idle(method, covariance, json_file)
+    _check_figures(figures, figure_format, len(record), force=force)
+    inputs = axis_and_records(
         axis,
         record,
         reading,
@@ -227,28 +229,29 @@ def identify(
     )
     if further:
         sharing.check_validates()
-    shared = sharing.of(max(len(record), 1), given.used)
+    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.identification import identify as run
     from axisid.estimation.signals import FilteredRecord
 
-    generated, first = given.axis, given.records[0]
+    generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)
     held = tuple(window_of(text, "--validate-window") for text in second_windows)
     others = [reading.record(each, generated, held) for each in further]
-    for other in others:
-        _ = FilteredRecord.bind(generated, other, prefilter).signals  # refused before the long part
+    for other in others:  # refused before the long part
+        _ = FilteredRecord.bind(generated, other, prefilter).signals
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = run(
             generated,
-            given.records,
+            inputs.records,
             prefilter,
             None if method == "all" else [method],
             lags=lags,
             covariance=covariance,
             skip_bad=skip_bad,
+            start=started_at,
             **shared,
-        ).with_set_aside(given.set_aside)
+        ).with_set_aside(inputs.set_aside)
     from axisid.presentation.report import Outputs
 
     outputs = Outputs(
@@ -261,3 +264,14 @@ def identify(
         command=shlex.join(["axisid", *sys.argv[1:]]),
     )
     put_identification(result, json_file, others, draws or 0, outputs, full=full)
+
+
+def _check_figures(folder: str | None, form: str, records: int, *, force: bool) -> None:
+    """Refuse a folder of figures that holds others of the same names."""
+    if folder is None:
+        return
+    from axisid.presentation.drawing import NAMES
+
+    numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
+    drawn = {f"{name}{i}.{form}": "figure" for name in NAMES for i in numbers}
+    check_folder(folder, "--figures", drawn, force=force)

@@ -24,8 +24,8 @@ def identify_streamed(
     own = "--stream identifies a RECORD by idm-ls alone"
     if record is None:
         raise click.UsageError(f"{own}; name its file.")
-    known = ("--method",) if method in ("all", "idm-ls") else ()
-    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *known), own)
+    method_option = ("--method",) if method in ("all", "idm-ls") else ()
+    check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option), own)
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import identify_stream
     from axisid.modeling.declaration import leave_out

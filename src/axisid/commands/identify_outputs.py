@@ -25,7 +25,7 @@ def put_identification(
 ) -> None:
     """Write the result, then print it, and fail if a method came to nothing."""
     from axisid.estimation.studies import validate
-    from axisid.presentation.text import left_out_notes
+    from axisid.presentation.text import missing_notes
     from axisid.presentation.views import as_blocks
     from axisid.support.errors import EstimationError, UsageError
     from axisid.support.remedy import as_options
@@ -64,4 +64,4 @@ def put_identification(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(left_out_notes(result.failed, as_options)))
+        raise EstimationError("; ".join(missing_notes(result.failed, as_options)))

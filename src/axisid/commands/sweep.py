@@ -26,6 +26,7 @@ from axisid.commands.options.several_options import (
     sharing_options,
     skip_bad_option,
 )
+from axisid.commands.options.start_option import start_option
 from axisid.presentation.console import ProgressLine
 
 _FIGURES = (".png", ".svg", ".pdf")
@@ -48,6 +49,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 @sharing_options
 @skip_bad_option
 @leave_out_option
+@start_option()
 @click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
@@ -64,6 +66,7 @@ def sweep(
     sharing: Sharing,
     skip_bad: bool,
     left_out: tuple[str, ...],
+    started_at: str,
     no_native: bool,
     json_file: str | None,
     figure: str | None,
@@ -76,13 +79,8 @@ def sweep(
     """
     targets = [Target("--json", json_file, "sweep"), Target("--figure", figure, "figure")]
     check_targets(targets, (*record, axis), force=force)
-    if figure is not None and Path(figure).suffix not in _FIGURES:
-        raise click.BadParameter(
-            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
-        )
-    if figure is not None:
-        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
-    given = axis_and_records(
+    _check_figure(figure)
+    inputs = axis_and_records(
         axis,
         record,
         reading,
@@ -91,13 +89,13 @@ def sweep(
         skip_bad=skip_bad,
         own_columns=columns_by_place(columns_of, len(record)),
     )
-    given.say_set_aside()
-    shared = sharing.of(max(len(record), 1), given.used)
+    inputs.say_set_aside()
+    shared = sharing.of(max(len(record), 1), inputs.used)
 
     from axisid.estimation.studies import default_cutoffs
     from axisid.estimation.studies import sweep as run
 
-    generated, data = given.axis, given.records
+    generated, data = inputs.axis, inputs.records
     cutoffs = default_cutoffs(1 / data[0].period, lowest, highest, points)
     with ProgressLine(f"sweeping {generated.axis.name}") as line:
         result = run(
@@ -107,6 +105,7 @@ def sweep(
             filtering.prefilter(),
             progress=line,
             skip_bad=skip_bad,
+            start=started_at,
             **shared,
         )
     if json_file != "-":
@@ -118,6 +117,17 @@ def sweep(
 
         _drawn(lambda: sweep_figure(result, Path(figure)), figure)
         click.echo(f"wrote {figure}", err=json_file == "-")
+
+
+def _check_figure(figure: str | None) -> None:
+    """Refuse a figure that cannot be drawn, before anything is computed."""
+    if figure is None:
+        return
+    if Path(figure).suffix not in _FIGURES:
+        raise click.BadParameter(
+            f"{figure!r}: the name must end in {', '.join(_FIGURES)}", param_hint="--figure"
+        )
+    import axisid.presentation.drawing  # noqa: F401
 
 
 def _drawn(draw: Callable[[], None], figure: str) -> None:

@@ -9,8 +9,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.real_numbers import is_real
+from axisid.support.user_values import is_among, quoted
 
 from .targets import TARGETS, Target
 
@@ -53,11 +53,11 @@ def export(
     target = _target(to)
     if not is_real(dead_zone):
         raise UsageError(
-            f"the dead zone is {given(dead_zone)}; give a speed of 0 or more.",
+            f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more.",
             code="dead-zone-type",
         )
     if dead_zone and not target.language:
-        languages = ", ".join(known.name for known in TARGETS if known.language)
+        languages = ", ".join(each.name for each in TARGETS if each.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
     fitted = fitted_axis(result, axis)
     chosen = fitted.chosen(method)
@@ -71,9 +71,9 @@ def _target(name: object) -> Target:
     for target in TARGETS:
         if is_among(name, (target.name,)):
             return target
-    known = ", ".join(target.name for target in TARGETS)
+    names = ", ".join(target.name for target in TARGETS)
     raise UsageError(
-        f"there is no target {given(name)}; choose from {known}.", code="unknown-target"
+        f"there is no target {quoted(name)}; choose from {names}.", code="unknown-target"
     )
 
 

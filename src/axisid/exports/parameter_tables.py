@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Sequence
 
-from axisid.estimation.estimates import COVARIANCES, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
 from axisid.presentation.saved import FittedAxis
@@ -96,6 +96,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         lines.append(
             f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
             f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
+            f"{_centred(v)}"
         )
     return "\n".join(lines) + "\n"
 
@@ -115,8 +116,13 @@ def _declared(parameter: Parameter, v: Value) -> str:
     if parameter.description:
         fields["description"] = _text(parameter.description)
     listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
-    said = f"  # outside its bound {broken[0]}" if broken else ""
+    said = f"  # outside its bound {broken[0]}" if broken else _centred(v)
     return f"{parameter.name} = {{ {listed} }}{said}"
+
+
+def _centred(v: Value) -> str:
+    """What a value is without the filter's bias, where its interval is noticeably about that."""
+    return f"  # {v.corrected!r} {CORRECTED}" if v.is_shifted else ""
 
 
 def _text(text: str) -> str:
@@ -144,6 +150,10 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
             for estimate in estimates
         ]
         lines.append(" & ".join(cells) + r" \\")
+        found = [estimate.get(name) for estimate in estimates]
+        if any(v is not None and v.is_shifted for v in found):
+            centres = (f"${_centre(v)}$" if v is not None else "--" for v in found)
+            lines.append(" & ".join([rf"\quad {CORRECTED}", "", *centres]) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
 
 
@@ -154,11 +164,24 @@ def with_deviation(value: Value) -> str:
     ----------
     value : Value
     """
-    size = max(abs(value.value), value.deviation)
-    power = 0
-    if size and not _PLAIN[0] <= size < _PLAIN[1]:
-        power = max(math.floor(math.log10(size)), _LEAST_POWER)
+    power = _power(value)
     scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
     places = decimals(sd) if sd > 0 else 6
     figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
     return rf"({figures}) \cdot 10^{{{power}}}" if power else figures
+
+
+def _centre(value: Value) -> str:
+    """What `with_deviation` gives of the centre of a value's interval, without the deviation."""
+    power = _power(value)
+    sd = value.deviation / 10.0**power
+    figures = f"{value.corrected / 10.0**power:.{decimals(sd) if sd > 0 else 6}f}"
+    return rf"{figures} \cdot 10^{{{power}}}" if power else figures
+
+
+def _power(value: Value) -> int:
+    """Of ten, for the very large or small; else 0."""
+    size = max(abs(value.value), value.deviation)
+    if not size or _PLAIN[0] <= size < _PLAIN[1]:
+        return 0
+    return max(math.floor(math.log10(size)), _LEAST_POWER)

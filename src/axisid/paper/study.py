@@ -64,7 +64,7 @@ def run_study(progress: Progress | None = None) -> Study:
     filters = with_progress(
         (APPROPRIATE, INAPPROPRIATE), progress, lambda f: f"filter of {f.cutoff:g} Hz"
     )
-    return Study(*(identify(axis, record, prefilter) for prefilter in filters))
+    return Study(*(identify(axis, record, prefilter, start="nominal") for prefilter in filters))
 
 
 def study_document(study: Study) -> Document:

@@ -11,8 +11,8 @@ from axisid.estimation.records import Record
 from axisid.estimation.studies import Sweep
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
+from axisid.support.user_values import is_among, quoted
 
 _LIBRARIES = ("pandas", "polars")
 
@@ -41,7 +41,7 @@ def _library(library: str | None) -> str:
             )
     if not is_among(library, _LIBRARIES):
         raise UsageError(
-            f"there is no dataframe of {given(library)}; give pandas or polars.",
+            f"there is no dataframe of {quoted(library)}; give pandas or polars.",
             code="unknown-dataframe",
         )
     if find_spec(library) is None:

@@ -59,10 +59,10 @@ from axisid.presentation.text import (
     validation_document,
 )
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Wording, as_arguments
+from axisid.support.user_values import is_among, quoted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -213,7 +213,7 @@ def _part(result: Identification, record: int | None) -> Identification:
 
 def _no_record(record: object, count: int) -> UsageError:
     return UsageError(
-        f"there is no record {given(record)}; give a number from 1 to {count}.",
+        f"there is no record {quoted(record)}; give a number from 1 to {count}.",
         code="no-such-record",
     )
 
@@ -256,5 +256,5 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
     listed = ", ".join(there)
     choose = f"; choose from {listed}" if listed else ""
     return UsageError(
-        f"{type(result).__name__} has no figure {given(what)}{choose}.", code="unknown-figure"
+        f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="unknown-figure"
     )

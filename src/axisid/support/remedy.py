@@ -160,6 +160,9 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "shift": Argument(
             of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping("shift")
         ),
+        "between": Argument(
+            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping("between")
+        ),
         "decimate": Argument(
             of="Prefilter", name="decimate", call=_PREFILTER, written=_number("decimate")
         ),
@@ -173,7 +176,9 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             call="summary({})",
             written=_number("draws"),
         ),
+        "method": Argument(of="compare", name="method", written=_text("method")),
         "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
+        "start": Argument(of="identify", name="start", written=_text("start")),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
         "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),

@@ -139,7 +139,7 @@ def targets(axis: Axis, values: np.ndarray, *, native: bool = True) -> Targets:
     if native:
         made.native.library()
         found["C"] = lambda x, v, a: float(
-            made.rows("inverse_dynamics", x, v, a, np.sign(v), own)[0][0, 0]
+            made.evaluate("inverse_dynamics", x, v, a, np.sign(v), own)[0][0, 0]
         )
     return found
 
@@ -323,7 +323,7 @@ def test_a_model_that_was_multiplied_out_is_refused(name: str) -> None:
     row = replace(
         model.idm,
         columns=tuple(sympy.expand(column) for column in model.idm.columns),
-        known=sympy.expand(model.idm.known),
+        intercept=sympy.expand(model.idm.intercept),
     )
     still = expanded.xreplace({q.acceleration: sympy.S.Zero})
     acceleration = (FORCE - still) / expanded.diff(q.acceleration)

@@ -69,7 +69,7 @@ def driven(drive: Drive) -> Axis:
 
 def test_an_inverse_that_undoes_the_force_is_taken() -> None:
     axis = build(driven(CubedDrive(gain=1.0, limit=10.0)), native=False)
-    (control,) = axis.rows("drive_control", 16.0, 0.0, 0.0)
+    (control,) = axis.evaluate("drive_control", 16.0, 0.0, 0.0)
     assert control[0, 0] == pytest.approx(2.0, rel=1e-12)
 
 
@@ -92,14 +92,14 @@ def test_a_constant_that_is_no_number_is_refused_by_name(cube: object) -> None:
 @pytest.mark.parametrize("limit", [1e-9, 1e9, math.inf])
 def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
     axis = build(driven(Drive(gain=gain, limit=limit)), native=False)
-    assert axis.rows("drive_force", 1.0, 0.0, 0.0)[0][0, 0] == gain
+    assert axis.evaluate("drive_force", 1.0, 0.0, 0.0)[0][0, 0] == gain
 
 
 @pytest.mark.parametrize("name", LIBRARY)
 def test_the_drives_of_the_library_are_right(name: str) -> None:
     axis = build(load_axis(name), native=False)
     gain = axis.axis.drive.gain
-    assert axis.rows("drive_control", gain, 0.0, 0.0)[0][0, 0] == pytest.approx(1.0, rel=1e-15)
+    assert axis.evaluate("drive_control", gain, 0.0, 0.0)[0][0, 0] == pytest.approx(1.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("slope", [None, 0.999, -1.0])

@@ -60,12 +60,12 @@ def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
     model, axis = model_of(name), axis_of(name)
     theta = [data.draw(POSITIVE if i == 0 else NUMBERS) for i in range(len(axis.parameters))]
 
-    row, known = axis.rows("idm_regressor", *motion)
+    row, known = axis.evaluate("idm_regressor", *motion)
     lost = CANCELLED.get(name, 1e-10) * (1 + np.abs(motion).max() ** 2)
     assert row.ravel() == pytest.approx(
         evaluator(name, "idm")(*motion, *theta), rel=1e-12, abs=lost
     )
-    (force,) = axis.rows("inverse_dynamics", *motion, theta)
+    (force,) = axis.evaluate("inverse_dynamics", *motion, theta)
     added = np.abs(row.ravel() * theta).sum() + np.abs(known).sum()
     lost = CANCELLED.get(name, 1e-10) * (1 + added)
     expected = evaluator(name, "force")(*motion, *theta)
@@ -73,14 +73,16 @@ def test_functions_equal_the_symbolic_model_at_random_points_and_at_zero(
     assert row.ravel() @ theta + known.ravel() == pytest.approx(
         force.ravel(), rel=1e-9, abs=1e-9 + 1e-12 * added
     )
-    (acceleration,) = axis.rows("direct_dynamics", *motion, theta)
-    push, rest = (axis.rows("direct_dynamics", *motion[:2], f, 0.0, theta)[0] for f in (1.0, 0.0))
+    (acceleration,) = axis.evaluate("direct_dynamics", *motion, theta)
+    push, rest = (
+        axis.evaluate("direct_dynamics", *motion[:2], f, 0.0, theta)[0] for f in (1.0, 0.0)
+    )
     lost = 1e-9 + 1e-10 * added * np.abs(push - rest).max()
     expected = evaluator(name, "acceleration")(*motion, *theta)
     assert acceleration.ravel() == pytest.approx(expected, rel=1e-9, abs=lost)
     if isinstance(model.ddm, Missing):
         return
-    row, known = axis.rows("ddm_regressor", *motion)
+    row, known = axis.evaluate("ddm_regressor", *motion)
     lost = CANCELLED.get(name, 1e-10) * (1 + np.abs(motion).max() ** 2)
     assert row.ravel() == pytest.approx(
         evaluator(name, "ddm")(*motion, *theta), rel=1e-12, abs=lost
@@ -113,9 +115,9 @@ def test_inverse_undoes_direct_dynamics(
 ) -> None:
     theta = rng.uniform(1, 100, len(library_axis.parameters))
     q, dq, tau, s = rng.normal(size=(4, 50))
-    (ddq,) = library_axis.rows("direct_dynamics", q, dq, tau, s, theta)
-    (back,) = library_axis.rows("inverse_dynamics", q, dq, ddq, s, theta)
-    (rest,) = library_axis.rows("inverse_dynamics", q, dq, 0 * ddq, s, theta)
+    (ddq,) = library_axis.evaluate("direct_dynamics", q, dq, tau, s, theta)
+    (back,) = library_axis.evaluate("inverse_dynamics", q, dq, ddq, s, theta)
+    (rest,) = library_axis.evaluate("inverse_dynamics", q, dq, 0 * ddq, s, theta)
     assert np.all(np.abs(back[:, 0] - tau) <= 1e-9 + 1e-12 * np.abs(rest[:, 0]))
 
 
@@ -123,10 +125,10 @@ def test_many_samples_give_the_rows_of_single_samples(
     library_axis: GeneratedAxis, rng: np.random.Generator
 ) -> None:
     motion = rng.normal(size=(4, 7))
-    rows, _ = library_axis.rows("idm_regressor", *motion)
+    rows, _ = library_axis.evaluate("idm_regressor", *motion)
     assert rows.shape == (7, len(library_axis.parameters))
     for k in range(7):
-        single, _ = library_axis.rows("idm_regressor", *motion[:, k])
+        single, _ = library_axis.evaluate("idm_regressor", *motion[:, k])
         assert np.array_equal(single[0], rows[k])
 
 
@@ -135,7 +137,7 @@ def test_plant_step_has_order_four(emps2015: GeneratedAxis) -> None:
     M, Fv, Fc, dq, tau = 2.0, 8.0, 1.0, 0.7, 3.0
 
     def error(step: float) -> float:
-        dq_next = emps2015.rows("plant_step", 0.0, dq, [tau], 1.0, [M, Fv, Fc], step)[1]
+        dq_next = emps2015.evaluate("plant_step", 0.0, dq, [tau], 1.0, [M, Fv, Fc], step)[1]
         steady = (tau - Fc) / Fv
         return abs(dq_next[0, 0] - (steady + (dq - steady) * np.exp(-Fv / M * step)))
 
@@ -171,7 +173,7 @@ def test_rows_of_column_results_are_sample_by_sample(rng: np.random.Generator) -
     for native in (True, False):
         axis = build(load_axis("emps"), native=native)
         axis.native.library()
-        control, state = axis.rows("control_law", *law_inputs)
+        control, state = axis.evaluate("control_law", *law_inputs)
         assert control.shape == (4, 1)
         assert np.array_equal(state, np.column_stack([law_inputs[1], np.full(4, 5.0)]))
 

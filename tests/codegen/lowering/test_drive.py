@@ -29,9 +29,9 @@ def states(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def test_control_that_makes_a_force_makes_it(name: str, rng: np.random.Generator) -> None:
     axis = build(load_axis(name), native=False)
     control, q, dq = states(rng)
-    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    force = axis.evaluate("drive_force", control, q, dq)[0][:, 0]
     np.testing.assert_array_equal(force, axis.axis.drive.gain * control)
-    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-15)
 
 
@@ -43,7 +43,7 @@ def test_a_force_that_is_a_gain_is_its_own_slope_to_the_bit(
     axis = build(load_axis(name), native=False)
     made = states(rng)
     np.testing.assert_array_equal(
-        axis.force_by_gain(*made), axis.rows("drive_force", *made)[0][:, 0]
+        axis.force_by_gain(*made), axis.evaluate("drive_force", *made)[0][:, 0]
     )
 
 
@@ -61,9 +61,9 @@ def test_force_by_the_motion_is_generated_too(
 ) -> None:
     axis = build(braked(emps2015.declared), native=native)
     control, q, dq = states(rng)
-    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    force = axis.evaluate("drive_force", control, q, dq)[0][:, 0]
     np.testing.assert_allclose(force, axis.axis.drive.gain * control - BRAKE * dq, rtol=1e-13)
-    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-12, atol=1e-12)
 
 
@@ -107,8 +107,8 @@ def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator
     drive = names["Magnet"](gain=-3.0, unit="A", relative_sd=0.01)
     axis = build(replace(load_axis("emps2015"), drive=drive), native=False)
     control, q, dq = states(rng)
-    force = axis.rows("drive_force", control, q, dq)[0][:, 0]
+    force = axis.evaluate("drive_force", control, q, dq)[0][:, 0]
     np.testing.assert_allclose(force, -3.0 * control * np.abs(control), rtol=1e-15)
-    back = axis.rows("drive_control", force, q, dq)[0][:, 0]
+    back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-14)
     np.testing.assert_allclose(axis.force_by_gain(control, q, dq), force, rtol=1e-15)

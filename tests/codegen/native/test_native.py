@@ -125,7 +125,9 @@ def test_rows_equal_the_virtual_machine_bit_for_bit_or_to_rounding(
         ("idm_regressor", (*motion, direction)),
     ):
         for native, virtual in zip(
-            library.rows(function, arguments), machine.rows(function, *arguments), strict=True
+            library.evaluate(function, arguments),
+            machine.evaluate(function, *arguments),
+            strict=True,
         ):
             assert native == pytest.approx(virtual, rel=1e-13, abs=1e-13)
 
@@ -157,7 +159,8 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1), np.ones(4)]
     step[3] = np.array([1e-5])
     forces = [
-        lib.rows("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0] for lib in (old, edited)
+        lib.evaluate("closed_loop_step", [*step, np.array([1e-3])])[4][0, 0]
+        for lib in (old, edited)
     ]
     assert forces[1] / forces[0] == pytest.approx(70.0 / axis.drive.gain)
 
@@ -366,7 +369,9 @@ def test_library_of_something_else_under_the_right_name_is_built_again(cache: Pa
     digest = _digest(path, path.name)
     path.with_suffix(".sha256").write_text(digest)
     assert cached_library(text_of("emps")) == path
-    assert np.all(np.isfinite(fresh().rows("direct_dynamics", 0.0, 0.0, 1.0, 1.0, np.ones(4))[0]))
+    assert np.all(
+        np.isfinite(fresh().evaluate("direct_dynamics", 0.0, 0.0, 1.0, 1.0, np.ones(4))[0])
+    )
     fresh().native.library()  # this process has the other one under the name; the next does not
     out, err = in_process().communicate(timeout=120)
     assert out.strip() == path.name, err
@@ -417,7 +422,7 @@ def test_rows_refuse_wrong_arguments_before_they_reach_memory() -> None:
     q = np.zeros(5)
     for arguments in ((q, q), (q, q, q, q, np.ones(2)), (q, q, q[:3], q, np.ones(3))):
         with pytest.raises(UsageError, match="direct_dynamics"):
-            axis.rows("direct_dynamics", *arguments)
+            axis.evaluate("direct_dynamics", *arguments)
 
 
 @pytest.mark.parametrize(
@@ -443,8 +448,8 @@ def test_what_is_not_a_number_loses_against_min_and_max_as_in_casadi(cache: Path
     built = build(axis)
     library = built.native.library()
     assert library is not None, built.native.refusal
-    native = library.rows("idm_regressor", ([0.5], [0.0], [0.0], [0.0]))
-    virtual = build(axis, native=False).rows("idm_regressor", 0.5, 0.0, 0.0, 0.0)
+    native = library.evaluate("idm_regressor", ([0.5], [0.0], [0.0], [0.0]))
+    virtual = build(axis, native=False).evaluate("idm_regressor", 0.5, 0.0, 0.0, 0.0)
     for a, b in zip(native, virtual, strict=True):
         assert np.array_equal(a, b)
 
@@ -469,7 +474,7 @@ def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
     path.with_suffix(".sha256").write_text(_digest(path, path.name))
     assert cached_library(text_of("emps")) == path
     axis = fresh()
-    assert axis.rows("idm_regressor", 0.0, 1.0, 2.0, 1.0)[0].tolist() == [[2.0, 1.0, 1.0, 1.0]]
+    assert axis.evaluate("idm_regressor", 0.0, 1.0, 2.0, 1.0)[0].tolist() == [[2.0, 1.0, 1.0, 1.0]]
     library = axis.native.library()
     assert library is not None
     assert library.simulate

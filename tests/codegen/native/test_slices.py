@@ -99,7 +99,7 @@ def test_long_evaluation_ends_at_once_at_an_interrupt() -> None:
 
     def run() -> None:
         while True:
-            axis.rows("inverse_dynamics", *motion, axis.nominal)
+            axis.evaluate("inverse_dynamics", *motion, axis.nominal)
 
     assert interrupted_after(run, 0.5) < 0.6
 
@@ -111,13 +111,13 @@ def test_slices_change_no_bit(
     axis = build(load_axis("crank"), native=native)
     assert (axis.native.library() is not None) == native
     arguments = (*rng.normal(size=(4, 5000)), axis.nominal)
-    whole = axis.rows("idm_regressor", *arguments[:4])
+    whole = axis.evaluate("idm_regressor", *arguments[:4])
     monkeypatch.setattr(module, "_FIRST", 7)
-    for a, b in zip(whole, axis.rows("idm_regressor", *arguments[:4]), strict=True):
+    for a, b in zip(whole, axis.evaluate("idm_regressor", *arguments[:4]), strict=True):
         assert a.tobytes() == b.tobytes()
-    assert axis.rows("inverse_dynamics", *arguments)[0].shape == (5000, 1)
+    assert axis.evaluate("inverse_dynamics", *arguments)[0].shape == (5000, 1)
     none = [np.empty(0)] * 4
-    assert [each.shape for each in axis.rows("idm_regressor", *none)] == [(0, 4), (0, 1)]
+    assert [each.shape for each in axis.evaluate("idm_regressor", *none)] == [(0, 4), (0, 1)]
 
 
 def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,7 +83,7 @@ def test_library_that_crashes_is_refused_and_never_kept(cache: Path, name: str) 
     )
     assert native.library() is None
     assert f"it ends its process ({how})" in native.refusal
-    assert native.rows("direct_dynamics") is None
+    assert native.evaluator("direct_dynamics") is None
     assert not list(cache.glob("*.so"))
 
 
@@ -139,7 +139,7 @@ def test_no_interpreter_means_the_virtual_machine(monkeypatch: pytest.MonkeyPatc
 def test_other_systems_mean_the_virtual_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(os, "getuid")
     native = build(load_axis("emps")).native
-    assert native.rows("direct_dynamics") is None
+    assert native.evaluator("direct_dynamics") is None
     assert native.library() is None
     assert native.refusal == "it needs a POSIX system, such as Linux or macOS"
 

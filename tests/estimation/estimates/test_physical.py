@@ -228,14 +228,14 @@ def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares
 ) -> None:
     known = replace(emps2015, base=base_model(fix(emps2015.axis, M=100.0)))
     estimate = identify(known, twin, methods="idm-ls")["idm-ls"]
-    distance = Distance(BaseMap(known.base), estimate.physical, estimate.covariance)
+    distance = Distance(BaseMap(known.base), estimate.physical, estimate.covariances["iid"])
     y, regressor = estimate.y - 100.0 * estimate.X[:, 0], estimate.X[:, 1:]
     expected = np.linalg.lstsq(regressor, y, rcond=None)[0]
     found = distance.minimum()
     assert found.theta == pytest.approx([100.0, *expected], rel=1e-9)
     variance = estimate.residuals @ estimate.residuals / (len(y) - 1)
     influence = distance.influence(found.theta, 2)
-    assert (influence @ estimate.covariance @ influence.T)[1:, 1:] == pytest.approx(
+    assert (influence @ estimate.covariances["iid"] @ influence.T)[1:, 1:] == pytest.approx(
         variance * np.linalg.inv(regressor.T @ regressor), rel=1e-7
     )
     restricted = y - regressor @ expected

@@ -146,7 +146,9 @@ def test_any_two_clocks_follow_an_independent_integrator(ratio: float) -> None:
     # Each row, just before and just after a sample, satisfies the model.
     axis = stage(law)
     for s in (loop.signals, signals_before(axis, THETA, loop)):
-        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        row, known = axis.evaluate(
+            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
+        )
         off = np.abs(row @ THETA + known[:, 0] - s.force)
         moving = s.velocity != 0
         assert off[moving].max() < 1e-9 * np.abs(s.force).max()

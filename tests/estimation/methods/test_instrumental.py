@@ -55,7 +55,7 @@ def test_a_white_reference_lets_the_instruments_end(
     axis, record = white(name, amplitude, seed, noisy=noisy)
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
     last, before = (estimate.iterates[k].physical for k in (-1, -2))
-    moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariance))
+    moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariances["iid"]))
     assert moved.max() <= 2 * CONVERGED.value
     assert not any("jumps with the parameters" in remark.text for remark in estimate.remarks)
 

@@ -90,7 +90,7 @@ def test_linearised_force_is_the_force_where_it_is_linearised() -> None:
     for dq in (0.3, -0.02, 1e-6):
         motion = {x.symbol: 0.1, x.velocity: dq, x.acceleration: 2.0, "direction": np.sign(dq)}
         point = {**motion, **values}
-        left = (row + model.idm.known - model.force).subs(point)
+        left = (row + model.idm.intercept - model.force).subs(point)
         assert float(left) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -99,13 +99,14 @@ def test_columns_are_the_slopes_of_the_inverse_dynamics(rng: np.random.Generator
     motion = (*rng.normal(size=(3, 40)), np.sign(rng.normal(size=40)))
     motion = (motion[0], np.abs(motion[1]) * motion[3], motion[2], motion[3])
     theta = np.array([6.2, 14.0, 7.5, 4.0, 0.6, 1.5])
-    row, known = axis.rows("idm_regressor", *motion, theta)
-    (force,) = axis.rows("inverse_dynamics", *motion, theta)
+    row, known = axis.evaluate("idm_regressor", *motion, theta)
+    (force,) = axis.evaluate("inverse_dynamics", *motion, theta)
     assert row @ theta + known[:, 0] == pytest.approx(force[:, 0])
     for j in range(6):
         step = 1e-6 * theta[j] * (np.arange(6) == j)
         ahead, behind = (
-            axis.rows("inverse_dynamics", *motion, theta + way)[0][:, 0] for way in (step, -step)
+            axis.evaluate("inverse_dynamics", *motion, theta + way)[0][:, 0]
+            for way in (step, -step)
         )
         assert row[:, j] == pytest.approx((ahead - behind) / (2 * step[j]), abs=1e-6)
 
@@ -114,7 +115,7 @@ def test_columns_are_finite_at_rest() -> None:
     """x**p log(x) is 0 at 0; as floating-point numbers it would be 0 times minus infinity."""
     axis = build(stribeck_axis(d, exponent=d.symbol))
     theta = [6.2, 14.0, 7.5, 4.0, 0.1, 1.5]
-    row, known = axis.rows("idm_regressor", [0.0], [0.0], [1.0], [0.5], theta)
+    row, known = axis.evaluate("idm_regressor", [0.0], [0.0], [1.0], [0.5], theta)
     assert np.all(np.isfinite(row))
     assert row[0, 4:] == pytest.approx([0.0, 0.0])
     assert np.isfinite(known).all()
@@ -129,7 +130,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
     s_, y = data.signals, data.reduce(data.signals.force)
 
     def residuals(theta: np.ndarray) -> np.ndarray:
-        (force,) = axis.rows(
+        (force,) = axis.evaluate(
             "inverse_dynamics", s_.position, s_.velocity, s_.acceleration, s_.direction, theta
         )
         return y - data.reduce(force[:, 0])
@@ -141,7 +142,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
     jacobian = found.jac
     variance = float(found.fun @ found.fun) / (len(y) - 1)
     covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
-    assert np.diag(estimate.covariance) == pytest.approx(np.diag(covariance), rel=1e-3)
+    assert np.diag(estimate.covariances["iid"]) == pytest.approx(np.diag(covariance), rel=1e-3)
 
 
 def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identification) -> None:
@@ -157,7 +158,7 @@ def test_instruments_solve_their_nonlinear_equations(
     assert iv.Z is not None
     data = bound_record(axis, record, FILTER)
     reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
-    residuals = reduced.left - reduced.known - reduced.regressor @ iv.physical
+    residuals = reduced.left - reduced.intercept - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
     assert np.abs(seen).max() < 1e-2
 

@@ -77,3 +77,40 @@ def test_interval_misses_where_both_tests_reject_and_it_matters(
 ) -> None:
     bias = NoiseBias(difference=1.0, deviation=0.1, p_value=p, joint_p_value=joint, shift=shift)
     assert bias.misses is misses
+
+
+def test_least_squares_alone_is_held_against_instruments(emps2015: GeneratedAxis) -> None:
+    noisy = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    quiet = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(0.05))
+    found = {}
+    for name, machine in {"noisy": noisy, "quiet": quiet}.items():
+        (columns,) = records(machine, _reference(), 1, 5)
+        record = read_record(columns, emps2015)
+        alone, all_of_it = (
+            identify(emps2015, record, methods=["idm-ls"]),
+            identify(emps2015, record),
+        )
+        found[name] = alone
+        ours, theirs = (r.diagnosis.noise_biases["idm-ls"]["M"] for r in (alone, all_of_it))
+        assert ours.difference == pytest.approx(theirs.difference)
+        assert ours.misses == theirs.misses
+    noisy_check, quiet_check = (
+        next(c for c in r.verdict if c.name == "least squares against instruments")
+        for r in (found["noisy"], found["quiet"])
+    )
+    assert (noisy_check.status, quiet_check.status) == ("fail", "pass")
+    assert "identify by instruments (idm-iv)" in noisy_check.meaning
+    assert "moved by noise" in found["noisy"].summary()
+
+
+def test_least_squares_alone_says_why_nothing_is_told_without_a_reference(
+    emps2015: GeneratedAxis,
+) -> None:
+    machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    (columns,) = records(machine, _reference(), 1, 5)
+    columns = {name: each for name, each in columns.items() if name != "reference"}
+    result = identify(emps2015, read_record(columns, emps2015), methods=["idm-ls"])
+    check = next(c for c in result.verdict if c.name == "least squares against instruments")
+    assert check.status == "not evaluated"
+    assert "no reference" in check.meaning
+    assert result.diagnosis.noise_biases == {}

@@ -172,7 +172,7 @@ def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
             axis,
             stretched,
             rows.regressor,
-            rows.left - rows.known,
+            rows.left - rows.intercept,
             rows=len(rows.left),
             source="the record",
             without_turns=True,

@@ -101,7 +101,7 @@ def test_draws_are_seeded(result: Identification) -> None:
         ({"draws": 1.5}, "bad-draws"),
         ({"covariance": "white"}, "covariance-not-there"),
         ({"function": "M + Fv"}, "function-units"),
-        ({"function": "mass"}, "text-not-read"),
+        ({"function": "mass"}, "text-unknown-name"),
     ],
 )
 def test_misuse_is_explained(

@@ -69,10 +69,10 @@ def test_one_identification_low_passes_each_motion_once(
     filtered: list[Array] = []
     motion = SampledFilter.motion
 
-    def counted(self: SampledFilter, position: Array) -> object:
+    def counted(self: SampledFilter, position: Array, *measured: Array | None) -> object:
         if self.settings.cutoff == result_filter.cutoff:  # the check of the law smooths as it needs
             filtered.append(position)
-        return motion(self, position)
+        return motion(self, position, *measured)
 
     result_filter = Prefilter()
     monkeypatch.setattr(SampledFilter, "motion", counted)

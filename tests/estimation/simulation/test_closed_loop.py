@@ -46,7 +46,9 @@ MOTIONS = {
 def check_rows(axis: GeneratedAxis, loop: Simulation, theta: np.ndarray) -> None:
     """Force, motion and friction direction satisfy the model at every sample."""
     for s in (loop.signals, signals_before(axis, theta, loop)):
-        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        row, known = axis.evaluate(
+            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
+        )
         error = np.abs(row @ theta + known[:, 0] - s.force)
         assert error.max() < 1e-10 * np.abs(s.force).max()
         assert np.abs(s.direction).max() <= 1

@@ -81,8 +81,8 @@ def test_restitution_is_what_the_docstring_says_for_small_dissipation() -> None:
 def test_stop_is_known_and_silent_between_its_ends() -> None:
     model = derive(bouncing(0.5).axis)
     assert model.idm.columns == (x.acceleration,)
-    assert model.idm.known != 0
-    _, known = bouncing(0.5).rows(
+    assert model.idm.intercept != 0
+    _, known = bouncing(0.5).evaluate(
         "idm_regressor", [0.0, STOP, 0.2], [9.0] * 3, [0.0] * 3, [1.0] * 3
     )
     assert known[:2, 0].tolist() == [0, 0]

@@ -199,9 +199,9 @@ def test_rows_of_a_loop_satisfy_the_model(kind: str, between: str) -> None:
     theta = np.array([TRUTH[name] for name in axis.names])
     loop = simulate(axis, theta, record.reference, T, signals=dict(record.signals))
     motion = (loop.position, loop.velocity, loop.acceleration, loop.direction)
-    row, known = axis.rows("idm_regressor", *motion, *loop.recorded)
+    row, known = axis.evaluate("idm_regressor", *motion, *loop.recorded)
     assert row @ theta + known[:, 0] == pytest.approx(loop.force, abs=1e-9)
-    made = axis.rows("drive_force", loop.control, *motion[:2], *loop.recorded)[0][:, 0]
+    made = axis.evaluate("drive_force", loop.control, *motion[:2], *loop.recorded)[0][:, 0]
     assert made == pytest.approx(loop.force, abs=1e-10)
 
 

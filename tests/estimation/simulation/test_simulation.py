@@ -88,7 +88,9 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     theta = axis.nominal
     loop = simulate(axis, theta, motion_of(axis), period_of(axis))
     for s in (loop.signals, signals_before(axis, theta, loop)):
-        row, known = axis.rows("idm_regressor", s.position, s.velocity, s.acceleration, s.direction)
+        row, known = axis.evaluate(
+            "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
+        )
         error = np.abs(row @ theta + known[:, 0] - s.force)
         assert error.max() < 1e-9 * np.abs(s.force).max()
     assert set(np.unique(loop.mode)) <= {-1.0, 0.0, 1.0}

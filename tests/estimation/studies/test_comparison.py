@@ -22,6 +22,7 @@ from axisid import (
     friction_ladder,
     identify,
     load_axis,
+    read_record,
     simulate,
     twin_record,
 )
@@ -31,6 +32,7 @@ from axisid.estimation import Comparison
 from axisid.estimation.signals import SampledFilter
 from axisid.estimation.studies.comparison import _recommend
 from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks
+from benchmarks.machines import Machine, records, white
 from tests.axes.bodies import body
 from tests.axes.drives import braked
 from tests.refusals import refuses
@@ -480,3 +482,21 @@ def test_ladder_and_axes_together(run: Run, files: Path) -> None:
     names = [c["name"] for c in result["candidates"]]
     assert names == ["viscous", "Coulomb", "offset", "directional", "quadratic", "stage"]
     assert result["same"] == [["Coulomb", "stage"]]
+
+
+def test_least_squares_that_noise_moves_is_told(ladder: dict[str, GeneratedAxis]) -> None:
+    axis = ladder["Coulomb"]
+    rough = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
+    time = 1e-3 * np.arange(8000)
+    waves = np.minimum(1.0, time / 0.5) * 0.02 * np.sin(2 * np.pi * time)
+    (columns,) = records(rough, waves, 1, 3)
+    two = {name: ladder[name] for name in ("viscous", "Coulomb")}
+    record = read_record(columns, axis)
+    found = compare(two, record)
+    assert found.recommended == "Coulomb"
+    assert found.noise_biases["M"].misses
+    assert found.to_dict()["noise_bias"]["M"]["misses"] is True
+    assert "compare by instruments" in " ".join(found.summary().split())
+    by_instruments = compare(two, record, method="idm-iv")
+    assert by_instruments.noise_biases == {}
+    assert "compare by instruments" not in by_instruments.summary()

@@ -12,7 +12,7 @@ from axisid import Prefilter, Record, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
-from axisid.estimation.studies.anew import as_normal, least_mean_square
+from axisid.estimation.studies.reestimate import as_normal, least_mean_square
 from axisid.estimation.studies.validation import MethodValidation
 from axisid.presentation.report.page import report_html
 
@@ -116,7 +116,7 @@ def test_a_mass_a_tenth_larger_does_not_hold_and_is_named(emps2015: GeneratedAxi
     heavy["M"] *= 1.1
     changed = replace(own, experiment=replace(own.experiment, truth=heavy))
     other = validate(result, twin_record(changed, position_noise=1e-7, seed=5))
-    assert all(v.anew is not None and "M" in v.anew.changed for v in other)
+    assert all(v.reestimate is not None and "M" in v.reestimate.changed for v in other)
     text = " ".join(str(other).split())
     assert "the estimates hold" not in text
     assert f"estimated anew it has M {heavy['M']:.3g}" in text

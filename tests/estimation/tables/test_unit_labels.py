@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from axisid.estimation.tables.unit_labels import known_unit, split_label, split_labels
+from axisid.estimation.tables.unit_labels import label_unit, split_label, split_labels
 from axisid.modeling.quantities.units import parse_unit
 
 
@@ -34,14 +34,14 @@ from axisid.modeling.quantities.units import parse_unit
     ],
 )
 def test_factors(text: str, factor: float, coherent: str) -> None:
-    found = known_unit(text)
+    found = label_unit(text)
     assert found is not None
     assert found[0] == pytest.approx(factor, rel=1e-15)
     assert found[1].same_dimension(parse_unit(coherent))
 
 
 def test_newton_metre_and_nanometre_are_told_apart() -> None:
-    torque, length = known_unit("Nm"), known_unit("nm")
+    torque, length = label_unit("Nm"), label_unit("nm")
     assert torque is not None
     assert length is not None
     assert torque[0] == 1.0
@@ -56,7 +56,7 @@ def test_names_that_differ_by_their_units_only_stay_as_written() -> None:
 
 @pytest.mark.parametrize("text", ["counts", "Hz", "NM", "MM", "", "deg/", "m m m m m m m" * 20])
 def test_unknown_units_are_not_guessed(text: str) -> None:
-    assert known_unit(text) is None
+    assert label_unit(text) is None
 
 
 @pytest.mark.parametrize(

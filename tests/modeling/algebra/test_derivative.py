@@ -87,7 +87,7 @@ def test_a_spring_of_unknown_exponent_is_finite_where_it_is_free() -> None:
     p = Parameter("p", "1", nominal=1.5)
     contact = K * Max(0, turn.symbol) ** (p.symbol + 1) / (p.symbol + 1)
     declared = energetic(parameters=(K, p), potential=contact)
-    rows, _ = build(declared, native=False).rows(
+    rows, _ = build(declared, native=False).evaluate(
         "idm_regressor",
         *np.array([[-1.0, 0.0, 0.25], 3 * [0.0], 3 * [1.0], 3 * [0.0]]),
         [1, 2, 1.5],

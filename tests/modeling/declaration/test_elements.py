@@ -217,7 +217,7 @@ def test_element_is_a_regressor_column_in_generated_code(
     axis = build(composed(element, parameters=tuple(found)), native=False)
     x, v = rng.uniform(-1, 1, (2, 50))
     theta = [0.0, *[{"a": A, "b": B}[f.name] for f in found]]
-    force = axis.rows("inverse_dynamics", x, v, 0.0 * x, np.sign(v), theta)[0][:, 0]
+    force = axis.evaluate("inverse_dynamics", x, v, 0.0 * x, np.sign(v), theta)[0][:, 0]
     expected = [closed(xi, vi) for xi, vi in zip(x, v, strict=True)]
     assert force == pytest.approx(expected, rel=1e-12, abs=1e-12)
 

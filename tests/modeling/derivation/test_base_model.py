@@ -372,7 +372,7 @@ def test_force_is_that_of_as_few_base_parameters_as_its_weights_have_rank(
         columns = [float(c.subs(moved)) for c in model.idm.columns]
         beta = base.at(list(theta.values()))
         assert beta == pytest.approx([float(e.subs(theta)) for e in base.expressions], abs=1e-9)
-        known = float(model.idm.known.subs(moved))
+        known = float(model.idm.intercept.subs(moved))
         force = float(axis.force.subs(theta | moved))
         assert float(np.dot(columns, beta)) + known == pytest.approx(force, rel=1e-9, abs=1e-9)
         rows.append(columns)

@@ -47,7 +47,7 @@ def substituted(model: AxisModel) -> sympy.Expr:
     assert not isinstance(model.parameter_map, Missing)
     row = model.ddm.regressor
     terms = zip(row.columns, model.parameter_map.forward, strict=True)
-    return sum((c * t for c, t in terms), row.known)
+    return sum((c * t for c, t in terms), row.intercept)
 
 
 CASES = {
@@ -69,7 +69,9 @@ CASES = {
 def test_regressors_reproduce_both_dynamics(name: str) -> None:
     model = derive(CASES[name])
     parameters = [p.symbol for p in model.axis.parameters]
-    force = sum(c * p for c, p in zip(model.idm.columns, parameters, strict=True)) + model.idm.known
+    force = (
+        sum(c * p for c, p in zip(model.idm.columns, parameters, strict=True)) + model.idm.intercept
+    )
     assert sympy.expand(force - model.force) == 0
     assert sympy.simplify(substituted(model) - model.acceleration) == 0
 

@@ -118,7 +118,7 @@ def test_friction_in_pieces_of_the_position_has_its_columns_and_its_force() -> N
     assert not model.base.changed
     made = build(declared, native=False)
     assert not made.has_direction
-    rows, known = made.rows("idm_regressor", [-1.0, 1.0], 0.5, 2.0, 1.0)
+    rows, known = made.evaluate("idm_regressor", [-1.0, 1.0], 0.5, 2.0, 1.0)
     assert rows.tolist() == [[2, 0.5, 0], [2, 0, 0.5]]
     assert not known.any()
 
@@ -148,7 +148,7 @@ def test_three_pieces_with_products_of_parameters() -> None:
     model = derive(rotor(pieces, parameters=(m, F, G)))
     assert [str(e) for e in model.base.expressions] == ["J", "Fg*m", "F*m"]
     made = build(rotor(pieces, parameters=(m, F, G)), native=False)
-    rows, _ = made.rows("idm_regressor", [-2.0, 0.0, 2.0], 0.0, 0.0, 0.0)
+    rows, _ = made.evaluate("idm_regressor", [-2.0, 0.0, 2.0], 0.0, 0.0, 0.0)
     assert np.array_equal(rows[:, 1:], [[0, 1], [0, 0], [-1, 0]])
 
 

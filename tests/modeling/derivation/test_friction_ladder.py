@@ -255,3 +255,18 @@ def test_what_is_known_of_one_direction_stays_known() -> None:
 def test_an_axis_without_friction_gets_it() -> None:
     axis = energetic(coordinate=x, inertia=m, parameters=(k,), potential=k * x.symbol**2 / 2)
     assert names(friction_ladder(axis)["Coulomb"]) == ["m", "k", "Fv", "Fc"]
+
+
+def test_levels_that_have_the_constant_force_in_them_are_not_bounded() -> None:
+    """A weight of 150 N makes a Coulomb friction of 40 N one of -110 N in one direction."""
+    bounded = replace(c, lower=0.0, upper=100.0)
+    damped = replace(b, lower=0.0)
+    axis = stage(
+        b * x.velocity, c * sympy.sign(x.velocity), w * 1, parameters=(m, damped, bounded, w)
+    )
+    by_name = {p.name: p for p in friction_ladder(axis)["directional"].parameters}
+    for level in ("cp", "cm"):
+        assert not by_name[level].is_bounded
+    for coefficient in ("bp", "bm"):
+        assert by_name[coefficient].lower == 0.0
+    assert {p.name: p for p in friction_ladder(axis)["Coulomb"].parameters}["c"] == bounded

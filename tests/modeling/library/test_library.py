@@ -175,8 +175,8 @@ def test_newton_and_lagrange_give_the_same_regressors(name: str) -> None:
         assert (first is None) == (second is None)
         if first is None or second is None:
             continue
-        left = rows(one, (*first.columns, first.known))
-        right = rows(other, (*second.columns, second.known))
+        left = rows(one, (*first.columns, first.intercept))
+        right = rows(other, (*second.columns, second.intercept))
         assert np.abs(left - right).max(axis=0) == pytest.approx(
             0, abs=1e-10 * (1 + np.abs(left).max(axis=0)).max()
         )

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisid import ModelError, build, derive, fix, load_axis
+import axisid.elements
+from axisid import Coordinate, ModelError, Parameter, build, derive, fix, load_axis, newton
 from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.modeling.declaration import ELEMENTS
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.errors import DeclarationError
 from tests.bounded import within
@@ -368,7 +370,7 @@ resistance = ["Fv*dq", "Fc*sign(dq)", "Fa*cos(2*pi*q/pitch)", "Fb*sin(2*pi*q/pit
 def test_constants_and_profile_are_those_of_python(load: Loader, rng: np.random.Generator) -> None:
     ours, library = build(load(MOTOR)), build(load_axis("linear_motor"))
     motion = (*rng.normal(size=(3, 20)), np.sign(rng.normal(size=20)), rng.normal(size=5))
-    (one,), (other,) = (axis.rows("inverse_dynamics", *motion) for axis in (ours, library))
+    (one,), (other,) = (axis.evaluate("inverse_dynamics", *motion) for axis in (ours, library))
     assert one == pytest.approx(other, rel=1e-12)
     assert load(MOTOR).unchecked_terms == ()
 
@@ -414,3 +416,100 @@ def test_wrong_constants_and_profiles_are_told(
     with pytest.raises(ModelError) as told:
         load(MOTOR, (old, new))
     assert re.search(message, str(told.value))
+
+
+#: Every element as text gives it: the call, and the units of its parameters.
+CALLS = {
+    "viscous(a, q)": {"a": "N/(m/s)"},
+    "asymmetric_viscous(a, b, q)": {"a": "N/(m/s)", "b": "N/(m/s)"},
+    "coulomb(a, q)": {"a": "N"},
+    "coulomb(a*q**2, q)": {"a": "N/m^2"},
+    "asymmetric_coulomb(a, b, q)": {"a": "N", "b": "N"},
+    "quadratic(a, q)": {"a": "N/(m/s)^2"},
+    "stribeck(a, q, velocity=0.01)": {"a": "N"},
+    "stribeck(a, q, velocity=0.01, exponent=1)": {"a": "N"},
+    "stribeck(excess=a, coordinate=q, velocity=2e-2/2, exponent=1.5)": {"a": "N"},
+    "load_dependent(a, 30, q)": {"a": "1"},
+    "periodic_coulomb(a, b, q, period=0.01)": {"a": "N", "b": "N"},
+    "cogging(a, b, q, period=0.01, harmonic=2)": {"a": "N", "b": "N"},
+    "2*cogging(0, b, q, period=0.01) + offset(a)": {"a": "N", "b": "N"},
+    "gravity(a)": {"a": "kg"},
+    "spring(a, q, 0.02)": {"a": "N/m"},
+    "spring(a, q, rest=0.02)": {"a": "N/m"},
+    "cubic_spring(a, q)": {"a": "N/m^3"},
+    "offset(a) + end_stop(q, lower=-0.1, upper=0.1, stiffness=1e5)": {"a": "N"},
+}
+
+
+def _with_element(folder: Path, call: str, units: dict[str, str], unit: str = "m") -> Axis:
+    listed = "".join(f'{name} = {{ unit = "{each}" }}\n' for name, each in units.items())
+    file = folder / "axis.toml"
+    file.write_text(
+        f'name = "made"\ncoordinate = {{ name = "q", unit = "{unit}" }}\n'
+        f'drive = {{ gain = 1.0 }}\n[parameters]\nM = {{ unit = "kg" }}\n{listed}'
+        f'[newton]\ninertia = "M"\nresistance = ["{call}"]\n'
+    )
+    return load_axis(file)
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_elements_are_those_of_python(tmp_path: Path, call: str) -> None:
+    q = Coordinate("q", unit="m")
+    mass, *others = (Parameter(n, u) for n, u in {"M": "kg", **CALLS[call]}.items())
+    known = {"q": q, **{p.name: p for p in others}}
+    made = {name: getattr(axisid.elements, name) for name in ELEMENTS}
+    term = eval(call, {"__builtins__": {}}, {**made, **known})  # noqa: S307  # text of this file
+    expected = newton(
+        "made",
+        coordinate=q,
+        parameters=(mass, *others),
+        inertia=mass,
+        resistance=(term,),
+        drive=axisid.elements.Drive(gain=1.0),
+    )
+    ours = _with_element(tmp_path, call, CALLS[call])
+    assert ours.force == expected.force
+
+
+def test_every_element_is_tried() -> None:
+    tried = {name for name in ELEMENTS for call in CALLS if f"{name}(" in call}
+    others = {"gravity_moment", "motor_inertia"}  # of a rotary axis, and of its inertia
+    assert tried | others == set(ELEMENTS)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ("stribeck(a, q)", r"write stribeck\(excess, q, velocity=..., exponent=2\)"),
+        ("stribeck(a, q, velocity=0.01, width=2)", r"write stribeck\("),
+        ("stribeck(a, dq, velocity=0.01)", r"the coordinate of stribeck\(...\) is dq; give q"),
+        ("stribeck(a, q, velocity=-0.01)", "give a positive number"),
+        ("stribeck(a, q, velocity=0.01, exponent=500)", "the power -?500 is beyond 20"),
+        ("cogging(a, a, q, period=0.01, harmonic=1.5)", "give a whole number"),
+        ("a*sign(dq=1)", "cannot be used"),
+        ("a = 2", "'=' cannot be used"),
+        ("viscous(a, q==0)", "cannot be used"),
+        ("viscous(a, q, **q)", "cannot be used"),
+        ("viscus(a, q)", "viscus cannot be used: there is no such function"),
+        (
+            "viscous(viscous(viscous(viscous(viscous(viscous(viscous(a,q),q),q),q),q),q),q)",
+            "deeper",
+        ),
+    ],
+)
+def test_wrong_elements_are_told(tmp_path: Path, call: str, message: str) -> None:
+    with pytest.raises(DeclarationError, match=message):
+        _with_element(tmp_path, call, {"a": "N"})
+
+
+def test_a_parameter_may_have_the_name_of_an_element(tmp_path: Path) -> None:
+    assert str(_with_element(tmp_path, "offset", {"offset": "N"}).force).endswith("+ offset")
+    with pytest.raises(DeclarationError, match=r"offset is no function; write offset\*"):
+        _with_element(tmp_path, "offset(2)", {"offset": "N"})
+
+
+def test_elements_of_an_axis_whose_unit_is_wrong_are_read_all_the_same(tmp_path: Path) -> None:
+    with pytest.raises(DeclarationError) as told:
+        _with_element(tmp_path, "viscous(a, q)", {"a": "N/(m/s)"}, unit="yd")
+    assert "coordinate.unit" in str(told.value)
+    assert "viscous" not in str(told.value)

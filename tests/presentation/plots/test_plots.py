@@ -151,14 +151,14 @@ def test_friction_is_shown_by_rows_of_whole_weight_alone(
     estimate = found["idm-ls"]
     shown = friction(found, estimate)
     assert isinstance(shown, Friction)
-    assert shown.left_out > 0
-    assert len(shown.velocity) == len(estimate.y) - shown.left_out
+    assert shown.skipped > 0
+    assert len(shown.velocity) == len(estimate.y) - shown.skipped
     _, viscosity, coulombs = estimate.physical
     at, mean, _ = shown.binned.T
     law = viscosity * at + coulombs * np.sign(at)
     assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
     plot = there(friction_plot(found, estimate))
-    assert f"Without {shown.left_out} rows by the reversals" in plot.caption
+    assert f"Without {shown.skipped} rows by the reversals" in plot.caption
     assert not np.any(np.abs(shown.binned[:, 0]) < 1e-3)  # no bin mixes both directions
 
 

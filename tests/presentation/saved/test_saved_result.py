@@ -253,7 +253,7 @@ def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
     free = replace(
         axis, parameters=tuple(replace(p, known=None, known_sd=0.0) for p in axis.parameters)
     )
-    assert load_result(file, free).known_axis == axis, "the file says what was fixed"
+    assert load_result(file, free).own_axis == axis, "the file says what was fixed"
 
 
 def test_what_bends_warns_as_the_live_estimate_does(emps2015: Any, twin: Any) -> None:

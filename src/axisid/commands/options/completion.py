@@ -21,8 +21,8 @@ def complete_axis(
     ctx: click.Context, param: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Axes of the library and declarations in this folder; elsewhere any file."""
-    known = [*library_names(), *(p.name for p in sorted(Path().glob("*")) if _declares(p))]
-    found = [CompletionItem(name) for name in known if name.startswith(incomplete)]
+    names = [*library_names(), *(p.name for p in sorted(Path().glob("*")) if _declares(p))]
+    found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
     return found or complete_file(ctx, param, incomplete)
 
 

@@ -58,7 +58,7 @@ def check_idle(option: str, why: str) -> None:
 
 def check_allowed(allowed: Iterable[str], what: str) -> None:
     """Refuse options beyond those that a way to run knows."""
-    known = {*allowed}
-    beyond = [option for option in given_options() if option not in known]
+    kept = {*allowed}
+    beyond = [option for option in given_options() if option not in kept]
     if beyond:
         raise click.UsageError(f"{what}; leave out {' and '.join(beyond)}.")

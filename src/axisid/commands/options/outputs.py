@@ -189,15 +189,20 @@ def check_folder(
     if folder is None:
         return
     place = os.path.abspath(folder) if str(folder) else ""
-    known = place
-    while deep and known and not os.path.lexists(known) and known != os.path.dirname(known):
-        known = os.path.dirname(known)
-    fits = os.path.isdir(known) or (
-        not os.path.lexists(known) and os.path.isdir(os.path.dirname(known))
+    existing = place
+    while (
+        deep
+        and existing
+        and not os.path.lexists(existing)
+        and existing != os.path.dirname(existing)
+    ):
+        existing = os.path.dirname(existing)
+    fits = os.path.isdir(existing) or (
+        not os.path.lexists(existing) and os.path.isdir(os.path.dirname(existing))
     )
     if not fits:
         _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
-    probe = os.path.join(known, next(iter(files))) if os.path.isdir(known) else known
+    probe = os.path.join(existing, next(iter(files))) if os.path.isdir(existing) else existing
     if problem := _unwritable(probe):
         _refuse(str(folder), problem, option)
     inside = {Path(folder, name): kind for name, kind in files.items()}

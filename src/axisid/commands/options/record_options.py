@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import click
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Window = tuple[float | None, float | None]
 
 _GIGABYTE = 1e9
+_SHIFTS = "N in samples or a time, as in control=1 or control=2ms"
+_BETWEEN = "as in velocity=spline or velocity=linear"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +35,7 @@ class Reading:
     mask: Literal["clipped"] | None
     tail: Literal["drop"] | None
     shift: dict[str, str]
+    between: dict[str, str]
     window: tuple[Window, ...]
     max_memory: float | None
 
@@ -55,6 +58,7 @@ class Reading:
             mask=self.mask,
             tail=self.tail,
             shift=self.shift,
+            between=cast(Any, self.between),
         )
         return read_record(
             file,
@@ -99,9 +103,9 @@ _OPTIONS = (
     click.option(
         "--columns",
         metavar="ROLE=NAME[:UNIT],...",
-        help="Columns by name or number (#3); roles: time, position, reference, control, force, "
-        "injected (a test signal), signals that AXIS declares; units such as mm, deg, ms, mA, or a "
-        "scaling: "
+        help="Columns by name or number (#3); roles: time, position, velocity and acceleration "
+        "(measured), reference, control, force, injected (a test signal), signals that AXIS "
+        "declares; units such as mm, deg, rpm, ms, mA, or a scaling: "
         "position=inc:counts*360deg/4096/50+0.2deg.",
     ),
     click.option(
@@ -130,6 +134,12 @@ _OPTIONS = (
         metavar="ROLE=N,...",
         help="Move a column N samples to later times, or by a time such as 2ms, where the log "
         "wrote it too early: control=1.",
+    ),
+    click.option(
+        "--between",
+        metavar="ROLE=HOW,...",
+        help="What a measured velocity, acceleration or force is between its values, where they "
+        "are written in every few samples alone: spline, linear or held.",
     ),
     click.option(
         "--resample", metavar="HZ|auto", help="Uneven or different times onto an even grid."
@@ -192,6 +202,7 @@ def record_options(command: Callable[..., None], *, ends: bool = True) -> Callab
         tail: Literal["drop"] | None,
         windows: tuple[str, ...],
         shifts: str | None,
+        between: str | None,
         max_memory: float | None,
         start: float | None = None,
         stop: float | None = None,
@@ -206,7 +217,8 @@ def record_options(command: Callable[..., None], *, ends: bool = True) -> Callab
             wrap=wrap,
             mask=mask,
             tail=tail,
-            shift=_amounts(shifts),
+            shift=_amounts(shifts, "--shift", "N", _SHIFTS),
+            between=_amounts(between, "--between", "HOW", _BETWEEN),
             window=_windows(start, stop, windows),
             max_memory=_bytes(max_memory),
         )
@@ -288,15 +300,14 @@ def window_of(text: str, option: str) -> Window:
     return start, stop
 
 
-def _amounts(shifts: str | None) -> dict[str, str]:
+def _amounts(text: str | None, option: str, what: str, such: str) -> dict[str, str]:
+    """What is said of columns by role."""
     found: dict[str, str] = {}
-    for pair in shifts.split(",") if shifts else ():
+    for pair in text.split(",") if text else ():
         role, equals, amount = (part.strip() for part in pair.partition("="))
         if not equals or not role or not amount or role in found:
             raise click.BadParameter(
-                f"{pair!r} is not ROLE=N with each role once, N in samples or a time, as in "
-                "control=1 or control=2ms",
-                param_hint="--shift",
+                f"{pair!r} is not ROLE={what} with each role once, {such}", param_hint=option
             )
         found[role] = amount
     return found

@@ -10,6 +10,8 @@ from .identification import estimate_dict as estimate_dict
 from .identification import identification_dict as identification_dict
 from .identification import identification_document as identification_document
 from .identification import record_dict as record_dict
+from .same_members import number as number
+from .same_members import read_as as read_as
 from .stream import stream_dict as stream_dict
 from .sweep import sweep_dict as sweep_dict
 from .validation import validation_dict as validation_dict

@@ -13,6 +13,7 @@ from axisid.presentation.schema import (
     WrittenHeldOut,
     WrittenHeldOutBlocks,
     WrittenNestedTest,
+    WrittenNoiseBias,
     WrittenParameterCheck,
     plain,
 )
@@ -26,6 +27,7 @@ from .identification import (
     prefilter_document,
     record_document,
 )
+from .same_members import written_as
 
 
 def comparison_dict(comparison: Comparison) -> dict[str, Any]:
@@ -50,6 +52,7 @@ def comparison_document(comparison: Comparison) -> WrittenComparison:
         recommended=c.recommended,
         tied=tuple(c.tied),
         reason=c.reason,
+        noise_bias={n: written_as(WrittenNoiseBias, bias) for n, bias in c.noise_biases.items()},
     )
 
 

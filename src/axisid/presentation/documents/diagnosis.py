@@ -7,11 +7,10 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.diagnostics.estimates import Endogeneity, Excitation, InstrumentTests
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
+from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
 from axisid.estimation.diagnostics.loop import Alignment, LawCheck
-from axisid.estimation.moves import Band, LackOfFit
-from axisid.estimation.noise import Attenuation, NoiseBias
+from axisid.estimation.noise import Attenuation
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
@@ -37,6 +36,8 @@ from axisid.support.arrays import Array, finite, finite_tree
 from axisid.support.missing import Missing
 from axisid.support.remedy import Setting, as_options
 
+from .same_members import written_as
+
 #: How the meaning of a law's check begins that could not be made.
 NOT_EVALUATED = "not evaluated: "
 
@@ -58,27 +59,36 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     """
     return {
         "judged": diagnosis.preferred,
-        "law_check": law_document(diagnosis.law),
         "instruments": _instruments(diagnosis.instruments),
         "endogeneity": _endogeneity(diagnosis.endogeneity, names),
-        "excitation": {e.name: _excitation(e) for e in diagnosis.excitation},
-        "alignment": alignment_document(diagnosis.alignment, names),
-        "verdict": tuple(map(check_document, diagnosis.verdict)),
-        "lack_of_fit": UNSET
-        if diagnosis.lack_of_fit is None
-        else lack_of_fit_document(diagnosis.lack_of_fit),
+        "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
+        **record_members(diagnosis, names),
         "model_bands": {
-            method: {name: _band(band) for name, band in of_one.items()}
+            method: {
+                name: written_as(WrittenBand, band, interval_95=band.interval)
+                for name, band in of_one.items()
+            }
             for method, of_one in diagnosis.bands.items()
             if of_one
         }
         or UNSET,
         "noise_bias": {
-            method: {name: _noise_bias(bias) for name, bias in of_one.items()}
+            method: {name: written_as(WrittenNoiseBias, bias) for name, bias in of_one.items()}
             for method, of_one in diagnosis.noise_biases.items()
         }
         or UNSET,
         "attenuation": _attenuation(diagnosis.attenuation),
+    }
+
+
+def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result, by member of its document."""
+    left = found.lack_of_fit
+    return {
+        "law_check": law_document(found.law),
+        "alignment": _alignment(found.alignment, names),
+        "verdict": tuple(map(_check, found.verdict)),
+        "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
     }
 
 
@@ -88,29 +98,14 @@ def law_document(check: LawCheck | Missing) -> WrittenLawCheck:
         return WrittenLawCheck(
             passed=None, meaning=f"{NOT_EVALUATED}{check.note.worded(as_options)}"
         )
-    return WrittenLawCheck(
-        passed=check.passed,
-        factors=dict(check.factors),
-        residual_percent=check.residual_percent,
-        fitted_residual_percent=check.fitted_residual_percent,
-        delay=check.delay,
-        meaning=check.note.worded(as_options),
-    )
+    return written_as(WrittenLawCheck, check, meaning=check.note.worded(as_options))
 
 
 def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
     if tests is None:
         return None
     return WrittenInstruments(
-        columns=tuple(
-            WrittenStrength(
-                r_squared=finite(c.r_squared),
-                shea=finite(c.shea),
-                f=finite(c.f),
-                conditional_f=finite(c.conditional_f),
-            )
-            for c in tests.columns
-        ),
+        columns=tuple(written_as(WrittenStrength, column) for column in tests.columns),
         condition_number=finite(tests.condition_number),
     )
 
@@ -125,107 +120,29 @@ def _endogeneity(test: Endogeneity | Missing, names: Sequence[str]) -> WrittenEn
     )
 
 
-def alignment_document(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
+def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
     """The delay of the force; `names` are of the parameters where it has none of its own."""
     if isinstance(profile, Missing):
         return WrittenAlignment(best=None, reason=profile.note.worded(as_options))
-    return WrittenAlignment(
-        best=profile.best,
-        deviation=finite(profile.deviation),
-        at_the_end=profile.at_the_end,
-        by_instruments=profile.by_instruments,
-        sensitivity=dict(zip(profile.names or names, profile.sensitivity.tolist(), strict=True)),
-        delays=tuple(profile.delays.tolist()),
-        errors_percent=tuple(profile.errors_percent.tolist()),
-    )
-
-
-def lack_of_fit_document(found: LackOfFit) -> WrittenLackOfFit:
-    """What is left at phases of the reference that repeat."""
-    return WrittenLackOfFit(
-        period=found.period,
-        span=found.span,
-        times=found.times,
-        rows=found.rows,
-        share=found.share,
-        deviation=found.deviation,
-        chance=found.chance,
-        repeated=found.repeated,
-        noise=found.noise,
-        left=found.left,
-        smoothness=found.smoothness,
-        hac_excess={name: finite(ratio) for name, ratio in found.hac_excess.items()},
-        time=tuple(found.time.tolist()),
-        mean=tuple(found.mean.tolist()),
-        count=tuple(found.count.tolist()),
-    )
-
-
-def _band(band: Band) -> WrittenBand:
-    return WrittenBand(
-        deviation=band.deviation,
-        interval_95=band.interval,
-        groups=band.groups,
-        by=band.by,
-        exceeds=band.exceeds,
-    )
-
-
-def _noise_bias(bias: NoiseBias) -> WrittenNoiseBias:
-    return WrittenNoiseBias(
-        difference=bias.difference,
-        deviation=bias.deviation,
-        p_value=finite(bias.p_value),
-        joint_p_value=finite(bias.joint_p_value),
-        shift=bias.shift,
-        misses=bias.misses,
-    )
+    sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
+    return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
 
 
 def _attenuation(found: Attenuation | Missing) -> WrittenAttenuation | UnsetType:
-    if isinstance(found, Missing):
-        return UNSET
-    return WrittenAttenuation(
-        parameter=found.parameter,
-        inverse=found.inverse,
-        direct=found.direct,
-        r_squared=found.r_squared,
-        identity_error=found.identity_error,
-        shift=found.shift,
-    )
+    return UNSET if isinstance(found, Missing) else written_as(WrittenAttenuation, found)
 
 
-def _excitation(shown: Excitation) -> WrittenExcitation:
-    return WrittenExcitation(
-        share=shown.share,
-        inflation=finite(shown.inflation),
-        alike=shown.alike,
-        lacking=shown.lacking,
-        rows=shown.rows,
-        largest_share=finite(shown.largest_share),
-        natural=finite(shown.natural),
-    )
-
-
-def check_document(check: Check) -> WrittenCheck:
+def _check(check: Check) -> WrittenCheck:
     """One check; what is not finite becomes None."""
-    return WrittenCheck(
-        name=check.name,
-        status=check.status,
-        meaning=check.note.worded(as_options),
-        figure=finite_tree(check.figure),
-        threshold=finite_tree(check.threshold),
-        p_value=finite_tree(check.p_value),
-        source=check.source,
-        remedy=UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts)),
-    )
+    remedy = UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts))
+    return written_as(WrittenCheck, check, meaning=check.note.worded(as_options), remedy=remedy)
 
 
 def _part(part: str | Setting) -> str | WrittenSetting:
     """A text or a setting of a remedy."""
     if isinstance(part, str):
         return part
-    return WrittenSetting(name=part.name, value=part.value, given=part.given)
+    return written_as(WrittenSetting, part)
 
 
 def residual_document(tests: ResidualTests) -> WrittenResidualTests:

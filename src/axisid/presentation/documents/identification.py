@@ -94,6 +94,7 @@ def record_document(record: Record) -> WrittenRecord:
         sample_period=record.period,
         samples_sha256=record.digest,
         injected_at=cast(Any, record.injected_at or UNSET),
+        motion=cast(Any, UNSET if record.motion == ("position",) else record.motion),
         windows=record.windows or UNSET,
         signals=tuple(record.signals) or UNSET,
     )
@@ -161,11 +162,11 @@ def estimate_document(
         method=cast(Any, estimate.method),
         parameters={name: value_document(v) for name, v in estimate.parameters.items()},
         theta_ddm=_direct(estimate) if direct else None,
-        covariance=matrix(estimate.covariance),
+        covariance=matrix(estimate.covariances["iid"]),
         covariance_robust=matrix(estimate.covariances["robust"]),
         covariance_hac=matrix(estimate.covariances["hac"]),
         covariances=_further(estimate.covariances, estimate.chosen, _NAMED),
-        theta_ddm_covariance=matrix(estimate.ddm_covariance) if direct else None,
+        theta_ddm_covariance=matrix(estimate.ddm_covariances["iid"]) if direct else None,
         theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
         theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, _NAMED_DIRECT),
         correlation=matrix(estimate.correlation),
@@ -180,6 +181,7 @@ def estimate_document(
         if direct
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        started=cast(Any, estimate.started or UNSET),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },

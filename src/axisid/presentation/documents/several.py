@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET
 
 from axisid.estimation.diagnostics import Apart, RecordDiagnosis
 from axisid.estimation.identification import Identification, OfRecord
@@ -18,7 +17,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
 
-from .diagnosis import alignment_document, check_document, lack_of_fit_document, law_document
+from .diagnosis import record_members
 
 
 def several_members(
@@ -63,12 +62,7 @@ def _member(
         equation_error_percent=of_one.equation_error_percent,
         simulation_error_percent=of_one.simulation_error_percent,
         apart=None if isinstance(apart, Missing) else _apart(apart),
-        law_check=law_document(diagnosis.law),
-        alignment=alignment_document(diagnosis.alignment, ()),
-        verdict=tuple(map(check_document, diagnosis.verdict)),
-        lack_of_fit=UNSET
-        if diagnosis.lack_of_fit is None
-        else lack_of_fit_document(diagnosis.lack_of_fit),
+        **record_members(diagnosis, ()),
     )
 
 

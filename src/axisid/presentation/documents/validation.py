@@ -27,7 +27,7 @@ def validation_document(validation: Validation) -> WrittenValidation:
 
 
 def _method(validation: MethodValidation) -> WrittenMethodValidation:
-    v, anew = validation, validation.anew
+    v, again = validation, validation.reestimate
     return WrittenMethodValidation(
         method=v.method,
         equation_error_percent=finite_tree(v.equation_error_percent),
@@ -40,10 +40,10 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
         own_simulation_error_percent=finite_tree(v.own_simulation_error_percent),
         own_tracking_error_percent=finite_tree(v.own_tracking_error_percent),
         anew=None
-        if anew is None
-        else finite_tree(dict(zip(anew.names, anew.physical.tolist(), strict=True))),
+        if again is None
+        else finite_tree(dict(zip(again.names, again.physical.tolist(), strict=True))),
         anew_distances=None
-        if anew is None
-        else finite_tree(dict(zip(anew.names, anew.distances.tolist(), strict=True))),
-        anew_share_percent=None if anew is None else finite_tree(anew.share_percent),
+        if again is None
+        else finite_tree(dict(zip(again.names, again.distances.tolist(), strict=True))),
+        anew_share_percent=None if again is None else finite_tree(again.share_percent),
     )

@@ -114,6 +114,11 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     )
 
 
+def _start(estimate: Estimate) -> str:
+    known = {"least-squares": "least squares", "nominal": "the nominal values"}
+    return known.get(estimate.started, "its start")
+
+
 def convergence_plot(estimate: Estimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
     if not estimate.iterates:
@@ -127,7 +132,7 @@ def convergence_plot(estimate: Estimate) -> Plot | Missing:
     return Plot(
         name="convergence",
         title=TITLES["convergence"],
-        caption=f"{estimate.method.upper()} from the nominal values, iteration 0, in "
+        caption=f"{estimate.method.upper()} from {_start(estimate)}, iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
         f"more than {CONVERGED.value:g} of them, the dashed line.",

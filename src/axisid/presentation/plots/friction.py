@@ -54,8 +54,8 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 
 
 def _without(found: Friction) -> str:
-    if not found.left_out:
+    if not found.skipped:
         return ""
     return (
-        f" Without {found.left_out} rows by the reversals, rests and ends that the fit leaves out."
+        f" Without {found.skipped} rows by the reversals, rests and ends that the fit leaves out."
     )

@@ -70,6 +70,8 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     except (ModelError, DataError, EstimationError) as error:
         return Missing.of(error.note)
     time, unit = _times(record), result.axis.axis.coordinate.unit
+    if record.integrated:
+        return Missing("no position was recorded, beside which the simulated one could be drawn")
     recorded, simulated = reference - record.position, reference - position
     positions = (
         Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
@@ -82,11 +84,13 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
     kept = result.data.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    given = "the reference alone" if record.injected is None else "reference and test signal alone"
+    driven_by = (
+        "the reference alone" if record.injected is None else "reference and test signal alone"
+    )
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from {given}. "
+        caption=f"The closed loop simulated with {estimate.method.upper()} from {driven_by}. "
         f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label=_time_label(record),
@@ -116,7 +120,8 @@ def record_plot(result: Identification) -> Plot:
             return time, values
         return whole.clock, whole.values
 
-    position = [line("position", *drawn("position", record.position), "measured")]
+    recorded = "integral of the velocity" if record.integrated else "position"
+    position = [line(recorded, *drawn("position", record.position), "measured")]
     if record.reference is not None:
         x, y = drawn("reference", record.reference)
         position.append(Series(label="reference", x=x, y=y, broad=True))
@@ -124,6 +129,8 @@ def record_plot(result: Identification) -> Plot:
     lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
     panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
+        ("velocity", str(q.velocity_unit), record.velocity, "measured"),
+        ("acceleration", str(q.acceleration_unit), record.acceleration, "measured"),
         ("control", drive.unit, record.control, "warm"),
         ("force", str(q.force_unit), result.data.force, "model"),
         (
@@ -149,11 +156,11 @@ def record_plot(result: Identification) -> Plot:
         for signal in result.axis.axis.signals
         if signal.name in record.signals
     ]
-    left_out = len(record) - int(result.data.used.sum())
+    unused = len(record) - int(result.data.used.sum())
     dropped = (
-        f" Shaded: {left_out} samples that have no weight in the fit; rows that reach into them "
+        f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
         "keep the weight of the others."
-        if left_out
+        if unused
         else ""
     )
     if record.windows:
@@ -188,7 +195,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
         curves = tuple(_curve(sweep, quantity.name, each) for each in drawn)
         label = labelled(quantity.name, quantity.unit)
         panels.append(Panel(label=label, series=curves, span=_span(curves)))
-    marks = [(sweep.recommended, "recommended")]
+    marks = [] if sweep.recommended is None else [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
     return Plot(
@@ -276,7 +283,7 @@ def _swept(sweep: Sweep, *, cut: bool) -> str:
         sentences.append("The scale is the instruments', so that least squares may leave a panel.")
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
     sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*sentences, f"Recommended: {sweep.recommended:g} Hz, {sweep.reason}."])
+    return " ".join([*sentences, f"Recommended: {sweep.recommendation}."])
 
 
 def _times(record: Record) -> Array:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.estimates import CORRECTED, Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
 from axisid.estimation.noise import NoiseBias
@@ -14,7 +14,8 @@ from axisid.presentation.formulas import decimals, significant, true_minus
 from axisid.presentation.html import prose_html, table_html
 from axisid.presentation.text import (
     draws_table,
-    left_out_notes,
+    iterations,
+    missing_notes,
     moves_notes,
     physical_notes,
     preferred_physical,
@@ -152,14 +153,14 @@ def _cells(
 ) -> tuple[Cell, ...]:
     """Value, interval, deviation and relative deviation.
 
-    The estimator's own value is a note where it is another number than the interval's centre.
+    The interval's centre is a note where it is noticeably another number, as in the text.
     """
     digits = decimals(value.deviation)
     low, high = (_number(end, digits) for end in value.interval)
     centre, fitted = _number(value.corrected, digits), _number(value.value, digits)
     relative = value.relative_deviation_percent
     return (
-        NotedText(centre, note="" if centre == fitted else f"{fitted} as fitted"),
+        NotedText(fitted, note=f"{centre} {CORRECTED}" if value.is_shifted else ""),
         f"{low} … {high}"
         if bias is None or not bias.misses
         else NotedText(f"{low} … {high}", note=f"{_signed(bias, digits)} by noise"),
@@ -201,7 +202,7 @@ def errors_table(estimates: Sequence[Estimate]) -> Table:
             _percent(e.equation_error_percent),
             _percent(e.simulation_error_percent),
             str(len(e.y)),
-            str(len(e.iterates) - 1) if e.iterates else "-",
+            iterations(e),
         )
         for e in estimates
     )
@@ -221,15 +222,15 @@ def _notes(result: Identification, wording: Wording) -> str:
     ]
     if any(e.filter_bias is not None for e in result.estimates.values()):
         notes.append(
-            "Values are without the prefilter's own bias, and without that of the position's noise "
-            "where no reference was recorded, which are found on the loop simulated with the "
-            "estimate; below them the value as fitted, where it is another."
+            "Intervals are without the prefilter's own bias, and without that of the position's "
+            "noise where no reference was recorded, which are found on the loop simulated with the "
+            "estimate; below a value what it is without them, where that is another."
         )
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
     notes += moves_notes(result.diagnosis)
     notes += shared_remarks(list(result.estimates.values()), wording)
-    notes += left_out_notes({**result.skipped, **result.failed}, wording)
+    notes += missing_notes({**result.skipped, **result.failed}, wording)
     return _note_lines(notes)
 
 

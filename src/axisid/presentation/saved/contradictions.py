@@ -17,7 +17,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 from .estimate import (
     written_covariances,
@@ -49,7 +49,7 @@ def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
     for estimate in document.estimates:
         if estimate.chosen_covariance not in COVARIANCES:
             raise DataError(
-                f"{file} has intervals by the covariance {given(estimate.chosen_covariance)}, "
+                f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
                 f"which this program does not have (it has {', '.join(COVARIANCES)}); "
                 "register it as the program did that wrote the file, or identify again.",
                 code="unknown-saved-covariance",

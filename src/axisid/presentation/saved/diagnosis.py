@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET
@@ -19,19 +20,16 @@ from axisid.estimation.diagnostics.loop import Alignment, LawCheck
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.noise import NO_ATTENUATION, Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests
-from axisid.presentation.documents import NOT_EVALUATED
+from axisid.presentation.documents import NOT_EVALUATED, number, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
-    WrittenAttenuation,
-    WrittenBand,
     WrittenCheck,
     WrittenEndogeneity,
-    WrittenExcitation,
     WrittenIdentification,
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
-    WrittenNoiseBias,
+    WrittenMember,
     WrittenResidualTests,
     WrittenSetting,
 )
@@ -47,98 +45,59 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
     return Diagnosis(
         preferred=written.judged,
-        law=_law(written.law_check),
         instruments=_instruments(written.instruments),
         endogeneity=_endogeneity(written.endogeneity),
-        excitation=tuple(_excitation(name, e) for name, e in written.excitation.items()),
-        alignment=_alignment(written.alignment, units),
-        verdict=tuple(map(_check, written.verdict)),
-        lack_of_fit=_lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
+        excitation=tuple(
+            read_as(Excitation, e, {"inflation": math.inf}, name=name)
+            for name, e in written.excitation.items()
+        ),
+        **_of_record(written, units),
         bands={
-            method: {name: _band(band) for name, band in of_one.items()}
+            method: {
+                name: read_as(Band, band, interval=band.interval_95)
+                for name, band in of_one.items()
+            }
             for method, of_one in (written.model_bands or {}).items()
         },
         noise_biases={
-            method: {name: _noise_bias(bias) for name, bias in of_one.items()}
+            method: {name: read_as(NoiseBias, bias) for name, bias in of_one.items()}
             for method, of_one in (written.noise_bias or {}).items()
         },
-        attenuation=_attenuation(written.attenuation) if written.attenuation else NO_ATTENUATION,
+        attenuation=read_as(Attenuation, written.attenuation)
+        if written.attenuation
+        else NO_ATTENUATION,
         records=tuple(
-            RecordDiagnosis(
-                law=_law(member.law_check),
-                alignment=_alignment(member.alignment, units),
-                lack_of_fit=_lack_of_fit(member.lack_of_fit) if member.lack_of_fit else None,
-                verdict=tuple(map(_check, member.verdict)),
-                apart=read_apart(member.apart),
-            )
+            RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
             for member in written.records or ()
         ),
     )
 
 
+def _of_record(
+    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
+) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result."""
+    return {
+        "law": _law(written.law_check),
+        "alignment": _alignment(written.alignment, units),
+        "verdict": tuple(map(_check, written.verdict)),
+        "lack_of_fit": _lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
+    }
+
+
 def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
-    return LackOfFit(
-        period=written.period,
-        span=written.span,
-        times=written.times,
-        rows=written.rows,
-        share=written.share,
-        deviation=written.deviation,
-        chance=written.chance,
-        repeated=written.repeated,
-        noise=written.noise,
-        left=written.left,
-        smoothness=written.smoothness,
-        hac_excess={name: _known(ratio, math.inf) for name, ratio in written.hac_excess.items()},
-        time=frozen(written.time),
-        mean=frozen(written.mean),
-        count=frozen(written.count),
-    )
-
-
-def _band(written: WrittenBand) -> Band:
-    return Band(
-        deviation=written.deviation,
-        interval=written.interval_95,
-        groups=written.groups,
-        by=written.by,
-        exceeds=written.exceeds,
-    )
-
-
-def _noise_bias(written: WrittenNoiseBias) -> NoiseBias:
-    return NoiseBias(
-        difference=written.difference,
-        deviation=written.deviation,
-        p_value=_known(written.p_value, math.nan),
-        joint_p_value=_known(written.joint_p_value, math.nan),
-        shift=written.shift,
-    )
-
-
-def _attenuation(written: WrittenAttenuation) -> Attenuation:
-    return Attenuation(
-        parameter=written.parameter,
-        inverse=written.inverse,
-        direct=written.direct,
-        r_squared=written.r_squared,
-        identity_error=written.identity_error,
-        shift=written.shift,
-    )
+    excess = {name: number(ratio, math.inf) for name, ratio in written.hac_excess.items()}
+    return read_as(LackOfFit, written, hac_excess=excess)
 
 
 def _check(written: WrittenCheck) -> Check:
     remedy = None if written.remedy is UNSET else Remedy.of(*map(_part, written.remedy))
     said = "" if remedy is None else remedy.worded(as_options)
-    return Check(
-        name=written.name,
-        status=written.status,
+    return read_as(
+        Check,
+        written,
         meaning=written.meaning.removesuffix(said),
         remedy=remedy if written.meaning.endswith(said) else None,
-        figure=written.figure,
-        threshold=written.threshold,
-        p_value=written.p_value,
-        source=written.source,
     )
 
 
@@ -167,15 +126,10 @@ def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
         return None
     return InstrumentTests(
         columns=tuple(
-            Strength(
-                r_squared=_known(c.r_squared),
-                shea=_known(c.shea),
-                f=_known(c.f, math.inf),
-                conditional_f=_known(c.conditional_f, math.inf),
-            )
-            for c in written.columns
+            read_as(Strength, column, {"f": math.inf, "conditional_f": math.inf})
+            for column in written.columns
         ),
-        condition_number=_known(written.condition_number, math.inf),
+        condition_number=number(written.condition_number, math.inf),
     )
 
 
@@ -183,22 +137,9 @@ def _endogeneity(written: WrittenEndogeneity | None) -> Endogeneity | Missing:
     if written is None:
         return NO_ENDOGENEITY
     return Endogeneity(
-        statistic=_known(written.statistic),
-        p_value=_known(written.p_value),
-        by_parameter=tuple(map(_known, written.p_values.values())),
-    )
-
-
-def _excitation(name: str, written: WrittenExcitation) -> Excitation:
-    return Excitation(
-        name=name,
-        share=written.share,
-        inflation=_known(written.inflation, math.inf),
-        alike=written.alike,
-        lacking=written.lacking,
-        rows=_known(written.rows),
-        largest_share=_known(written.largest_share),
-        natural=_known(written.natural),
+        statistic=number(written.statistic),
+        p_value=number(written.p_value),
+        by_parameter=tuple(map(number, written.p_values.values())),
     )
 
 
@@ -212,7 +153,7 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
         errors_percent=frozen(written.errors_percent or ()),
         physical=frozen(np.full((len(delays), len(sensitivity)), math.nan)),  # in no document
         best=written.best,
-        deviation=_known(written.deviation),
+        deviation=number(written.deviation),
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
         sensitivity=sensitivity,
@@ -225,23 +166,23 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
     """The tests of the residuals of a document."""
     w, normality, crossed = written, written.normality, written.cross_correlation
     return ResidualTests(
-        durbin_watson=_known(w.durbin_watson),
-        ljung_box=_known(w.ljung_box.statistic),
-        ljung_box_p=_known(w.ljung_box.p_value),
+        durbin_watson=number(w.durbin_watson),
+        ljung_box=number(w.ljung_box.statistic),
+        ljung_box_p=number(w.ljung_box.p_value),
         ljung_box_freedom=w.ljung_box.lags,
-        jarque_bera=_known(normality.jarque_bera),
-        jarque_bera_p=_known(normality.p_value),
-        skewness=_known(normality.skewness),
-        excess_kurtosis=_known(normality.excess_kurtosis),
-        runs_z=_known(w.runs.z),
-        runs_p=_known(w.runs.p_value),
+        jarque_bera=number(normality.jarque_bera),
+        jarque_bera_p=number(normality.p_value),
+        skewness=number(normality.skewness),
+        excess_kurtosis=number(normality.excess_kurtosis),
+        runs_z=number(w.runs.z),
+        runs_p=number(w.runs.p_value),
         autocorrelation=_array(w.autocorrelation.values),
-        bound=_known(w.autocorrelation.bound_95),
+        bound=number(w.autocorrelation.bound_95),
         cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
         cross_deviations=_array(crossed.deviations),
-        cross_z=_known(crossed.largest),
-        cross_limit=_known(crossed.limit_95),
-        cross_p=_known(crossed.p_value),
+        cross_z=number(crossed.largest),
+        cross_limit=number(crossed.limit_95),
+        cross_p=number(crossed.p_value),
         normal_quantiles=_array(normality.normal_quantiles),
         residual_quantiles=_array(normality.residual_quantiles),
         run_lengths=np.array(w.runs.lengths, dtype=np.int64),
@@ -249,9 +190,4 @@ def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
 
 
 def _array(values: Sequence[float | None]) -> Array:
-    return frozen([*map(_known, values)])
-
-
-def _known(value: object, otherwise: float = math.nan) -> float:
-    """A figure; of one that was not finite, or not written, what it was most likely."""
-    return value if isinstance(value, float) else otherwise
+    return frozen([*map(number, values)])

@@ -21,9 +21,9 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
+from axisid.support.user_values import is_among, quoted
 
 from .diagnosis import read_residual_tests
 
@@ -130,8 +130,8 @@ class SavedEstimate(Presentable):
 
     @property
     def covariance(self) -> Array:
-        """Of the physical parameters for independent residuals; see `covariances` for others."""
-        return self.covariances["iid"]
+        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
+        return self.covariances[self.chosen]
 
     @cached_property
     def ddm_covariances(self) -> Mapping[str, Array]:
@@ -198,6 +198,11 @@ class SavedEstimate(Presentable):
                 strict=True,
             )
         )
+
+    @property
+    def started(self) -> str:
+        """Where the iteration started; empty for least squares, and in older files."""
+        return self.document.started or ""
 
     @cached_property
     def residual_tests(self) -> ResidualTests:
@@ -269,7 +274,7 @@ class SavedEstimate(Presentable):
         written = self.document.drawn or {}
         if not is_among(function, written):
             raise UsageError(
-                f"the file holds no draws of {given(function)} by {self.method}; identify again "
+                f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
                 "and write some.",
                 code="no-saved-draws",
             )
@@ -278,7 +283,7 @@ class SavedEstimate(Presentable):
         if not (draws is None or (is_whole(draws) and draws == held)):
             raise UsageError(
                 f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{given(draws)}; identify again and write as many.",
+                f"{quoted(draws)}; identify again and write as many.",
                 code="other-saved-draws",
             )
         return drawn
@@ -288,9 +293,8 @@ class SavedEstimate(Presentable):
 
         The map of a direct model bends too; of that the file has each parameter's own part.
         """
-        covariance = self.covariances[self.chosen]
-        first = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
-        scaled = hessian @ covariance
+        first = math.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))
+        scaled = hessian @ self.covariance
         second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
         return float(max(own, 0.0, *self.curvatures[gradient != 0]))

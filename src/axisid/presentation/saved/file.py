@@ -18,8 +18,8 @@ from axisid.presentation.schema import (
 )
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
-from axisid.support.given import given
 from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
 from .contradictions import contradiction, refuse_contradictions
 from .identification import SavedIdentification
@@ -59,7 +59,7 @@ def read_fit(file: str | Path) -> SavedIdentification | WrittenStream:
 def _path(file: object) -> Path:
     if not isinstance(file, (str, Path)):
         raise UsageError(
-            f"the result is {given(file)}; ",
+            f"the result is {quoted(file)}; ",
             Remedy.of("give the file of a result of identify, ", AS_WRITTEN, "."),
             code="result-type",
         )

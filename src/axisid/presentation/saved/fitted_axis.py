@@ -10,8 +10,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import is_among, quoted
 
 from .estimate import named
 from .file import joined_model, read_fit
@@ -67,7 +67,7 @@ class FittedAxis:
             return self.preferred
         if not is_among(method, self.estimates):
             raise UsageError(
-                f"the result has no estimate by {given(method)}; it has "
+                f"the result has no estimate by {quoted(method)}; it has "
                 f"{', '.join(self.estimates)}.",
                 code="not-estimated-by",
             )
@@ -98,7 +98,7 @@ def fitted_axis(
     if isinstance(result, Identification):
         return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
-        return _identified(result, derive(result.known_axis), result.signature)
+        return _identified(result, derive(result.own_axis), result.signature)
     saved = result if isinstance(result, SavedIdentification) else read_fit(result)
     document = saved.document if isinstance(saved, SavedIdentification) else saved
     file = saved.file if isinstance(saved, SavedIdentification) else str(result)

@@ -26,8 +26,8 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
-from axisid.support.given import given
 from axisid.support.presentable import Presentable, view_of
+from axisid.support.user_values import quoted
 
 from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
@@ -49,6 +49,8 @@ class SavedRecord:
         Of the samples, as `Record.digest`.
     injected_at : str or None
         What a recorded test signal was added to.
+    motion : tuple of str
+        What of the motion was measured.
     windows : tuple of (float, float)
         As of a `Record`.
     signals : tuple of str
@@ -62,6 +64,7 @@ class SavedRecord:
     masked: tuple[tuple[int, int], ...]
     digest: str
     injected_at: str | None = None
+    motion: tuple[str, ...] = ("position",)
     windows: tuple[tuple[float, float], ...] = ()
     signals: tuple[str, ...] = ()
 
@@ -153,7 +156,7 @@ class SavedIdentification(Presentable):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {given(method)}; choose from {', '.join(self.estimates)}.",
+                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
                 code="not-in-file",
             )
         return self.estimates[name]
@@ -195,10 +198,10 @@ class SavedIdentification(Presentable):
         UsageError
             It is none of the library, and was not given.
         """
-        return build(self.known_axis)
+        return build(self.own_axis)
 
     @property
-    def known_axis(self) -> Axis:
+    def own_axis(self) -> Axis:
         """The declaration of the axis; a `UsageError` where it is not known."""
         if self.declared is None:
             raise UsageError(
@@ -322,6 +325,7 @@ def _record(written: WrittenRecord) -> SavedRecord:
         masked=written.masked,
         digest=written.samples_sha256,
         injected_at=written.injected_at or None,
+        motion=written.motion or ("position",),
         windows=written.windows or (),
         signals=written.signals or (),
     )

@@ -19,9 +19,9 @@ from axisid.presentation.plots import (
 )
 from axisid.presentation.text import estimate_document, identification_document
 from axisid.support.errors import UsageError
-from axisid.support.given import given, is_among
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
+from axisid.support.user_values import is_among, quoted
 
 from .estimate import SavedEstimate
 from .identification import SavedIdentification
@@ -73,7 +73,7 @@ def saved_plot(estimate: SavedEstimate, what: str) -> Plot | Missing:
     """
     if not is_among(what, _PLOTS):
         raise UsageError(
-            f"the file of a result has no rows of its record, which the figure {given(what)} "
+            f"the file of a result has no rows of its record, which the figure {quoted(what)} "
             f"needs; identify again, or choose from {', '.join(_PLOTS)}.",
             code="no-saved-rows",
         )

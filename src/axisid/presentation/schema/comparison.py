@@ -6,6 +6,7 @@ from typing import Annotated
 from msgspec import UNSET, UnsetType
 
 from .base import JsonObject, about
+from .diagnosis import WrittenNoiseBias
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord
 
@@ -99,3 +100,10 @@ class WrittenComparison(
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
+    noise_bias: Annotated[
+        Mapping[str, WrittenNoiseBias],
+        about(
+            "Of the recommended candidate, least squares less instruments by parameter; empty "
+            "where it is by instruments, or these tell nothing."
+        ),
+    ]

@@ -1,7 +1,7 @@
 """One method's estimate."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
@@ -51,6 +51,10 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         tuple[Mapping[str, float], ...] | None, about("The same of the direct model, SI.")
     ]
     iteration_simulation_errors_percent: tuple[float, ...]
+    started: Annotated[
+        Literal["least-squares", "nominal"] | UnsetType,
+        about("Where the iteration started; left out for least squares."),
+    ] = UNSET
     curvatures: Annotated[
         Mapping[str, float | None],
         about(

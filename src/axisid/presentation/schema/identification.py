@@ -181,7 +181,7 @@ class WrittenIdentification(
 class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
     """What `axisid sweep --json` writes."""
 
-    recommended_cutoff: Annotated[float, about("Hz")]
+    recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]
     reason: str
     failures: Annotated[
         Mapping[str, str],

@@ -12,13 +12,22 @@ class WrittenRepair(JsonObject, frozen=True, kw_only=True):
     """What was done to the data, once."""
 
     kind: Literal[
-        "tail", "wrap", "clipped", "empty", "clock", "resample", "gaps", "shift", "window"
+        "tail",
+        "wrap",
+        "clipped",
+        "empty",
+        "clock",
+        "resample",
+        "gaps",
+        "shift",
+        "window",
+        "between",
     ]
     count: Annotated[
         int,
         about(
             "Lines or samples left out, samples moved, jumps undone, samples masked, rows made, "
-            "gaps."
+            "values drawn between others, gaps."
         ),
     ]
     text: str
@@ -67,13 +76,18 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
     samples_sha256: Annotated[
         str,
         about(
-            "Of the samples: of time, position, reference, control and force, as far as there are, "
-            "the role, then the values as 64-bit floats; and of recorded signals the name."
+            "Of the samples: of time, position, velocity, acceleration, reference, control, force "
+            "and test signal, as far as there are, the role, and of recorded signals the name, "
+            "then the values as 64-bit floats."
         ),
     ]
     injected_at: Annotated[
         Literal["control", "reference"] | UnsetType,
         about("What a recorded test signal was added to."),
+    ] = UNSET
+    motion: Annotated[
+        tuple[Literal["position", "velocity", "acceleration"], ...] | UnsetType,
+        about("What of the motion was measured; absent where it is the position alone."),
     ] = UNSET
     windows: Annotated[
         tuple[tuple[float, float], ...] | UnsetType,

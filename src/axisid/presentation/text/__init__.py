@@ -6,10 +6,11 @@ In: a result. Out: a document of blocks. Knows nothing of how statistics are com
 from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
 from .estimate import estimate_document as estimate_document
+from .estimate import iterations as iterations
 from .identification import diagnosis_blocks as diagnosis_blocks
 from .identification import draws_table as draws_table
 from .identification import identification_document as identification_document
-from .identification import left_out_notes as left_out_notes
+from .identification import missing_notes as missing_notes
 from .identification import preferred_physical as preferred_physical
 from .identification import shared_remarks as shared_remarks
 from .identification import verdict_block as verdict_block

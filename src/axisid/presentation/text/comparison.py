@@ -23,13 +23,15 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_arguments
+from axisid.support.remedy import Note, Remedy, Setting, Wording, as_arguments
 
 from .quantity import quantity
 from .record import listed_facts, record_facts, rows_text, several_rows_text
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
+#: What to blame for values beyond their bounds where another candidate explains more.
+_LACKING = Note("its parameters take up what it lacks, which other candidates have")
 #: What the notes, by number, add where a candidate is partially linear.
 _OF_NONLINEAR = MappingProxyType(
     {
@@ -264,15 +266,37 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
 
 def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
     """Parameters beyond their bounds, and a control law that is not the declared one."""
-    checks = ((each.name, within_bounds(each.estimate)) for each in c.candidates)
+    checks = (
+        (each.name, within_bounds(each.estimate, None if each.name in c.tied else _LACKING))
+        for each in c.candidates
+    )
     faults = [
         f"{name}: {check.note.worded(wording)}."
         for name, check in checks
         if isinstance(check, Check) and check.status == "fail"
     ]
+    if moved := [name for name, bias in c.noise_biases.items() if bias.misses]:
+        faults.append(_moved_by_noise(c, moved, wording))
     if not isinstance(c.law, Missing) and not c.law.passed:
         faults.append(f"Believe nothing before this is mended: {c.law.note.worded(wording)}.")
     return [Sentence(text=fault) for fault in faults]
+
+
+def _moved_by_noise(c: Comparison, names: Sequence[str], wording: Wording) -> str:
+    """Which parameters of the recommended candidate noise moves, and how far."""
+    values = c[c.recommended or ""].estimate.parameters
+    listed = ", ".join(
+        f"{n} by {c.noise_biases[n].difference:+.2g} {values[n].unit}, "
+        f"{c.noise_biases[n].shift:.2g} deviations"
+        for n in names
+    )
+    advice = Remedy.of(
+        f"Noise moves {c.method} of {c.recommended}, as instruments tell: {listed}; compare by "
+        "instruments (",
+        Setting("method", "idm-iv"),
+        ").",
+    )
+    return advice.worded(wording)
 
 
 def _notes(c: Comparison) -> list[str]:
@@ -290,9 +314,10 @@ def _notes(c: Comparison) -> list[str]:
         "are not independent, so these overrate every further parameter: shown for comparison with "
         "publications.",
         "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
-        "restrictions, F distributed), and Takeuchi's criterion TIC, AIC with the penalty "
-        "2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the smallest. Where residuals stay alike "
-        "for long, the Wald test still rejects too often: a true model in 1 of 5 at the worst.",
+        "restrictions; p by Hotelling's T^2 with the effective degrees of freedom), and Takeuchi's "
+        "criterion TIC, AIC with the penalty 2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the "
+        "smallest. Where residuals stay alike for long, the Wald test still rejects too often: a "
+        "true model in 1 of 5 at the worst.",
         "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
         "where the held-out error is no larger without it.",
         "Recommended: of the candidates whose held-out equation error is within one standard error "
@@ -311,6 +336,8 @@ def _rows(c: Comparison) -> str:
     used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
     measured = c.record.force is not None
     if len(c.records) == 1:
-        return rows_text(c.data.sampling, used, drive, measured=measured)
+        motion = c.record.motion
+        return rows_text(c.data.sampling, used, drive, measured=measured, motion=motion)
     samplings = [data.sampling for data in c.problem.data]
-    return several_rows_text(samplings, used, drive, measured=measured)
+    motions = [data.record.motion for data in c.problem.data]
+    return several_rows_text(samplings, used, drive, measured=measured, motions=motions)

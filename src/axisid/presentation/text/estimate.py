@@ -5,6 +5,8 @@ from axisid.presentation.blocks import Column, Document, Table, text_columns
 
 from .quantity import quantity
 
+_STARTS = {"least-squares": "LS", "nominal": "nominal"}
+
 
 def estimate_document(estimate: Estimate) -> Document:
     """Every parameter with its deviation and interval, and the errors."""
@@ -28,6 +30,14 @@ def estimate_document(estimate: Estimate) -> Document:
         title=f"{estimate.method.upper()}; sd: {about}",
     )
     return (table,)
+
+
+def iterations(estimate: Estimate) -> str:
+    """How many iterations there were, and from where; a dash for least squares."""
+    if not estimate.iterates:
+        return "-"
+    count = str(len(estimate.iterates) - 1)
+    return f"{count} from {_STARTS[estimate.started]}" if estimate.started else count
 
 
 def _interval(value: Value) -> str:

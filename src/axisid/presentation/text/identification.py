@@ -6,11 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
-from axisid.estimation.estimates import COVARIANCES, Estimate, Physical, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Estimate, Physical, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.moves import Band
 from axisid.estimation.noise import NoiseBias
-from axisid.estimation.thresholds.estimates import MIN_PRINTED_FILTER_BIAS
 from axisid.modeling.declaration import left_out_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
@@ -30,6 +29,7 @@ from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_arguments, worded
 
 from .details import checks_table, details_document
+from .estimate import iterations
 from .moves import band_row, moves_notes
 from .noise import noise_notes, noise_row
 from .physical import physical_notes
@@ -45,7 +45,6 @@ from .record import (
     signals_text,
 )
 
-_CORRECTED = "without filter bias"
 #: What a table with room tells of a value.
 PARTS = ("sd [1]", "rel. sd", "i.i.d. [2]")
 Row = tuple[Cell, ...]
@@ -75,7 +74,7 @@ def identification_document(
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
-        *left_out_notes(missing, wording),
+        *missing_notes(missing, wording),
     ]
     return (
         _heading(result, wording),
@@ -95,8 +94,16 @@ def _rows_text(result: Identification) -> str:
     measured = result.record.force is not None
     if result.of_records:
         samplings = [of_one.sampling for of_one in result.of_records]
-        return several_rows_text(samplings, len(estimate.y), drive, measured=measured)
-    return rows_text(result.data.sampling, len(estimate.y), drive, measured=measured)
+        motions = [of_one.record.motion for of_one in result.of_records]
+        used = len(estimate.y)
+        return several_rows_text(samplings, used, drive, measured=measured, motions=motions)
+    return rows_text(
+        result.data.sampling,
+        len(estimate.y),
+        drive,
+        measured=measured,
+        motion=result.record.motion,
+    )
 
 
 def _heading(result: Identification, wording: Wording) -> Heading:
@@ -136,7 +143,7 @@ def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Tab
         ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
         ("rows", "", *(str(len(e.y)) for e in estimates)),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
-        ("iterations", "", *(str(len(e.iterates) - 1) if e.iterates else "-" for e in estimates)),
+        ("iterations", "", *map(iterations, estimates)),
     ]
     return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
 
@@ -190,10 +197,10 @@ def _value_rows(
 
 def _corrected_row(values: Sequence[Value]) -> list[Row]:
     """The centres of the intervals, where one is noticeably not the value above it."""
-    if not any(v.shift > MIN_PRINTED_FILTER_BIAS.value for v in values):
+    if not any(v.is_shifted for v in values):
         return []
     numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
-    return [(f"  {_CORRECTED}", "", *numbers)]
+    return [(f"  {CORRECTED}", "", *numbers)]
 
 
 def draws_table(estimates: Mapping[str, Estimate], draws: int) -> Table:
@@ -263,7 +270,7 @@ def _filter_notes(estimates: Sequence[Estimate]) -> list[str]:
     if not any(_corrected_row([v]) for v in values):
         return []
     return [
-        f"{_CORRECTED}: the value above without the prefilter's own bias, and without that of the "
+        f"{CORRECTED}: the value above without the prefilter's own bias, and without that of the "
         "position's noise where no reference was recorded, which are found on the loop simulated "
         "with the estimate. It is the centre of the 95 % interval, and what physical parameters "
         "are made of."
@@ -308,7 +315,7 @@ def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -
     return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
 
 
-def left_out_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
+def missing_notes(missing: Mapping[str, str | Note], wording: Wording) -> list[str]:
     """Each reason once, with the methods that are missing for it."""
     shared: dict[str, list[str]] = {}
     for method, why in missing.items():

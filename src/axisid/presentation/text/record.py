@@ -13,7 +13,9 @@ from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.support.remedy import Note, Wording, as_arguments
 
 
-def rows_text(sampling: Sampling, used: int, drive: Drive, *, measured: bool) -> str:
+def rows_text(
+    sampling: Sampling, used: int, drive: Drive, *, measured: bool, motion: Sequence[str]
+) -> str:
     """How a record became the rows of a regression, for the notes of a table.
 
     Parameters
@@ -24,6 +26,8 @@ def rows_text(sampling: Sampling, used: int, drive: Drive, *, measured: bool) ->
     drive : Drive
     measured : bool
         Whether the force was.
+    motion : sequence of str
+        What of the motion was.
     """
     start, end = sampling.filter.dropped
     masked, quiet = sampling.masked_rows, sampling.excluded_samples
@@ -33,7 +37,7 @@ def rows_text(sampling: Sampling, used: int, drive: Drive, *, measured: bool) ->
     return (
         f"{used} rows of {sampling.samples} samples{_of_segments(sampling)}: {start} dropped at "
         f"the start, {end} at the end{each}, then {kept_text(sampling)}{lost}. "
-        f"{filter_text(sampling, drive, measured=measured)}"
+        f"{filter_text(sampling, drive, measured=measured, motion=motion)}"
     )
 
 
@@ -43,14 +47,14 @@ def kept_text(sampling: Sampling) -> str:
     return "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
 
 
-def filter_text(sampling: Sampling, drive: Drive, *, measured: bool) -> str:
+def filter_text(sampling: Sampling, drive: Drive, *, measured: bool, motion: Sequence[str]) -> str:
     """The low-pass and the force, in sentences."""
     f = sampling.prefilter
     commanded = "drive gain x control" if drive.is_gain else "what the drive makes of the control"
     force = "force column" if measured else commanded
     return (
-        f"Position low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, forward and "
-        f"backward. Force: {force}, hold {f.hold}."
+        f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
+        f"forward and backward. Force: {force}, hold {f.hold}."
     )
 
 
@@ -62,6 +66,14 @@ def signals_text(axis: Axis) -> str:
     held = [s.name for s in axis.signals if s.is_held]
     mean = f"; {', '.join(held)} by the mean of what is held before and after" if held else ""
     return f" Recorded signals as they were recorded: {listed}{mean}."
+
+
+def _measured_text(motion: Sequence[str]) -> str:
+    """What passes the low-pass."""
+    named = [role if role == "position" else f"measured {role}" for role in motion]
+    *others, last = named
+    text = f"{', '.join(others)} and {last}" if others else last
+    return text[0].upper() + text[1:]
 
 
 def _of_segments(sampling: Sampling) -> str:
@@ -181,7 +193,12 @@ def several_notes(result: Identification) -> list[str]:
 
 
 def several_rows_text(
-    samplings: Sequence[Sampling], used: int, drive: Drive, *, measured: bool
+    samplings: Sequence[Sampling],
+    used: int,
+    drive: Drive,
+    *,
+    measured: bool,
+    motions: Sequence[Sequence[str]],
 ) -> str:
     """How several records became the rows of one regression."""
     kept = [*dict.fromkeys(map(kept_text, samplings))]
@@ -195,7 +212,10 @@ def several_rows_text(
     masked = sum(sampling.masked_rows for sampling in samplings)
     lost = f", {masked} left out that masked samples reach" if masked else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
-    filters = [*dict.fromkeys(filter_text(s, drive, measured=measured) for s in samplings)]
+    filters = dict.fromkeys(
+        filter_text(sampling, drive, measured=measured, motion=motion)
+        for sampling, motion in zip(samplings, motions, strict=True)
+    )
     return (
         f"{used} rows of {samples} samples in {len(samplings)} records: the filter's transients "
         f"dropped at both ends of each, then {which}{lost}. {' '.join(filters)}"

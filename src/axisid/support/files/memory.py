@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from axisid.support.errors import DataError, UsageError
-from axisid.support.given import given
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
 
 GIGABYTE = 1e9
 #: Code of an error about a log that takes more memory than there is.
@@ -107,7 +107,7 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
         return Room(str(source), _SHARE * machine_memory())
     if not (is_real(max_memory) and max_memory > 0):
         raise UsageError(
-            f"max_memory is {given(max_memory)}; give a positive number of bytes, such as 4e9.",
+            f"max_memory is {quoted(max_memory)}; give a positive number of bytes, such as 4e9.",
             code="bad-max-memory",
         )
     return Room(str(source), float(max_memory), given=True)
@@ -121,5 +121,5 @@ def machine_memory() -> float:
     for file in _LIMITS:
         with contextlib.suppress(OSError, ValueError):  # "max" where there is no limit
             found.append(float(file.read_text(encoding="ascii")))
-    known = min(found)
-    return known if 0 < known < math.inf else _UNKNOWN
+    least = min(found)
+    return least if 0 < least < math.inf else _UNKNOWN

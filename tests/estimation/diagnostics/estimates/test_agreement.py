@@ -36,14 +36,14 @@ def iv(result: Identification) -> Estimate:
 def shifted(estimate: Estimate, deviations: float, parameter: int = 0) -> Estimate:
     """An estimate with one parameter moved by so many i.i.d. deviations."""
     physical = estimate.physical.copy()
-    physical[parameter] += deviations * np.sqrt(estimate.covariance[parameter, parameter])
+    physical[parameter] += deviations * np.sqrt(estimate.covariances["iid"][parameter, parameter])
     return replace(estimate, physical=physical)
 
 
 def widened(estimate: Estimate, relative: float) -> Estimate:
     """An estimate whose deviations are this part of its values."""
     covariance = np.diag((relative * estimate.physical) ** 2)
-    return replace(estimate, covariances=dict.fromkeys(estimate.covariances, covariance))
+    return estimate.with_inference(covariances=dict.fromkeys(estimate.covariances, covariance))
 
 
 @pytest.mark.parametrize("parameter", [0, 1, 2])
@@ -116,7 +116,7 @@ def test_the_map_from_a_direct_model_is_straight_within_small_deviations_only(
 ) -> None:
     direct = result["ddm-iv"]
     spread = np.diag((relative * direct.theta_ddm) ** 2)
-    wide = replace(direct, ddm_covariances=dict.fromkeys(direct.ddm_covariances, spread))
+    wide = direct.with_inference(ddm_covariances=dict.fromkeys(direct.ddm_covariances, spread))
     check = delta_method_check(wide)
     assert isinstance(check, Check)
     assert check.status == status

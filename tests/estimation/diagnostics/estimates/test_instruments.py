@@ -183,4 +183,6 @@ def test_large_bias_is_found_however_wide_the_deviations(
     ls, iv = result["idm-ls"], result["idm-iv"]
     assert biased_parameters(ls, iv, endogeneity_of(iv)) == listed
     if listed:
-        assert np.all(np.abs(ls.physical - iv.physical) < 3 * np.sqrt(np.diag(iv.covariance)))
+        assert np.all(
+            np.abs(ls.physical - iv.physical) < 3 * np.sqrt(np.diag(iv.covariances["iid"]))
+        )

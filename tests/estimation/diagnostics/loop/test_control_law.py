@@ -1,5 +1,6 @@
 """The control law against the record: what passes, and which fault the factors look like."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -195,7 +196,17 @@ def test_one_position_gain_that_is_10_percent_low_is_no_scale_of_the_control() -
     scaled = replace(axis, control=cascade_pd(kp=160.18, kv=243.45 / 1.1, period=1e-3))
     check = check_law(build(scaled), record)
     assert isinstance(check, LawCheck)
-    assert "every gain is off by one factor" in check.meaning
+    assert (
+        "every gain is off by one factor; either kv is 1.1 times the declared one" in check.meaning
+    )
+    assert re.search(
+        r", 243\.\d+ for 221\.32, or the control is recorded 1\.1 times as large", check.meaning
+    )
+    slightly = replace(axis, control=cascade_pd(kp=160.18, kv=243.45 / 1.03, period=1e-3))
+    check = check_law(build(slightly), record)
+    assert isinstance(check, LawCheck)
+    assert "either kv is 1.03 times the declared one" in check.meaning
+    assert "check the control's scaling" in check.meaning
 
 
 def test_record_of_a_fraction_of_a_second_is_checked_too(emps2015: GeneratedAxis) -> None:

@@ -112,7 +112,7 @@ def slowed() -> GeneratedAxis:
 
 def made(axis: GeneratedAxis, record: Record) -> np.ndarray:
     velocity = np.gradient(record.position, record.period)
-    return axis.rows("drive_force", record.control, record.position, velocity)[0][:, 0]
+    return axis.evaluate("drive_force", record.control, record.position, velocity)[0][:, 0]
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.1, 0.5])

@@ -15,6 +15,10 @@ from axisid import (
 )
 from axisid.elements import stribeck
 from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.remainder.near_reversals import (
+    NearReversals,
+    near_reversals_check,
+)
 
 LEFT_OUT = Prefilter(reversals="leave-out")
 
@@ -45,9 +49,21 @@ def test_a_peak_of_friction_that_is_left_out_with_the_reversals_is_told() -> Non
         experiment=replace(axis.experiment, truth=truth),
     )
     record = twin_record(real)
-    check = check_of(identify(leave_out(real, "Fs"), record, LEFT_OUT, ["idm-iv"]))
-    assert check.status == "fail"
+    result = identify(leave_out(real, "Fs"), record, LEFT_OUT, ["idm-iv"])
+    check = check_of(result)
+    assert check.status == "note"  # it counts once, as the term that is missing
     assert "near reversals and rests" in check.meaning
+    assert [c.name for c in result.verdict if c.status == "fail"] == ["missing terms"]
+
+
+def test_what_nothing_else_names_is_a_failure() -> None:
+    found = NearReversals(near=4.8, elsewhere=2.0, force=30.0, rows=40)
+    alone, named = (near_reversals_check(found, "N", explained=e) for e in (False, True))
+    assert isinstance(alone, Check)
+    assert isinstance(named, Check)
+    assert (alone.status, named.status) == ("fail", "note")
+    assert "Stribeck" in alone.meaning
+    assert "what fails besides may make it" in named.meaning
 
 
 def test_nothing_is_said_where_nothing_was_left_out() -> None:

@@ -124,6 +124,18 @@ def test_tails_matter_where_rows_are_few_or_outliers_decide(
     assert normality(tails, estimate(np.resize(white()[0], rows))).status == status
 
 
+@pytest.mark.parametrize(("place", "status"), [(0, "note"), (ROWS - 1, "fail")])
+def test_tails_that_are_near_reversals_are_told_of_by_other_checks(place: int, status: str) -> None:
+    """Outliers among the first rows, which are near a reversal, and in the last."""
+    residuals = white()[0].copy()
+    residuals[place] = 30.0
+    away = np.arange(ROWS) >= 20
+    made = estimate(residuals, net_residuals=residuals)
+    assert normality(judged(residuals), made, away).status == status
+    assert normality(judged(residuals), made).status == "fail"
+    assert normality(judged(residuals), made, np.arange(ROWS) >= ROWS - 20).status == "fail"
+
+
 def test_the_largest_residual_is_told_with_its_sample_and_time(good: ResidualTests) -> None:
     residuals = white()[0].copy()
     residuals[123] = -40.0

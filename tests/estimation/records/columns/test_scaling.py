@@ -25,7 +25,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.records.columns.scaling import ScalingError, is_scaling, read_scaling
-from axisid.estimation.tables import exact_unit, known_unit
+from axisid.estimation.tables import exact_unit, label_unit
 from axisid.estimation.tables.unit_labels import _FACTORS
 from axisid.modeling import LIBRARY
 
@@ -74,7 +74,7 @@ def test_a_unit_is_no_scaling(text: str) -> None:
 
 @pytest.mark.parametrize("unit", [*_FACTORS])
 def test_every_unit_is_known_exactly(unit: str) -> None:
-    exact, known = exact_unit(unit), known_unit(unit)
+    exact, known = exact_unit(unit), label_unit(unit)
     assert exact is not None
     assert known is not None
     assert float(exact.factor) * math.pi**exact.turns == pytest.approx(known[0], rel=4e-16)

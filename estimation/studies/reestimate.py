@@ -20,13 +20,13 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds.estimates import MIN_DISTANCE_FROM_NOISE
-from axisid.estimation.thresholds.studies import MAX_ANEW_SHARE, MIN_ANEW_DISTANCE
+from axisid.estimation.thresholds.studies import MAX_REESTIMATE_SHARE, MIN_REESTIMATE_DISTANCE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Anew:
+class Reestimate:
     """A frozen estimate beside one that the second record itself gives, by the same method.
 
     Attributes
@@ -52,9 +52,9 @@ class Anew:
     @property
     def changed(self) -> tuple[str, ...]:
         """Parameters that are others on the second record; none where it makes no difference."""
-        if not self.share_percent > MAX_ANEW_SHARE.value:
+        if not self.share_percent > MAX_REESTIMATE_SHARE.value:
             return ()
-        far = np.abs(self.distances) > MIN_ANEW_DISTANCE.value
+        far = np.abs(self.distances) > MIN_REESTIMATE_DISTANCE.value
         return tuple(name for name, is_far in zip(self.names, far, strict=True) if is_far)
 
     def text(self) -> str:
@@ -67,7 +67,7 @@ class Anew:
         )
 
 
-def estimated_anew(
+def reestimate(
     form: Form,
     rows: Equations,
     instruments: Array | None,
@@ -75,7 +75,7 @@ def estimated_anew(
     frozen: Array,
     covariance: Array,
     freedom: Array,
-) -> Anew | None:
+) -> Reestimate | None:
     """Estimate from rows of the second record; None where they cannot tell the parameters.
 
     Parameters
@@ -96,7 +96,7 @@ def estimated_anew(
         Degrees of freedom of its variances.
     """
     names = [q.label for q in form.quantities]
-    left = rows.left - rows.known
+    left = rows.left - rows.intercept
     try:
         regressor = factor(rows.regressor, names, neighbours=neighbours)
         solution = (
@@ -113,7 +113,7 @@ def estimated_anew(
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedoms = (here + own) ** 2 / (here**2 / least + own**2 / freedom)
     change = rows.regressor @ (solution.theta - form.regressed(frozen))
-    found = Anew(
+    found = Reestimate(
         names=tuple(p.name for p in form.axis.parameters),
         units=tuple(p.unit for p in form.axis.parameters),
         frozen=frozen,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.support.given import given
+from axisid.support.user_values import quoted
 
 
 @pytest.mark.parametrize(
@@ -18,4 +18,4 @@ from axisid.support.given import given
     ],
 )
 def test_what_is_short_is_shown_and_what_is_long_is_named(value: object, said: str) -> None:
-    assert given(value) == said
+    assert quoted(value) == said

@@ -1,4 +1,4 @@
-"""What a user gave in place of something else, in words."""
+"""Values that a user gave: said in a message, looked up among names."""
 
 from collections.abc import Container
 from dataclasses import is_dataclass
@@ -8,7 +8,7 @@ _SHORT = 60  # letters of a value that is shown as it is
 _DIGITS_OF_A_BIT = 0.30103
 
 
-def given(value: object) -> str:
+def quoted(value: object) -> str:
     """A value as it would be written, or what kind of thing it is where that would be long."""
     if isinstance(value, int) and value.bit_length() * _DIGITS_OF_A_BIT > _SHORT:
         # Python refuses to write numbers of some thousand digits.
@@ -21,6 +21,6 @@ def given(value: object) -> str:
     return f"{'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind}"
 
 
-def is_among(value: object, known: Container[str]) -> TypeGuard[str]:
+def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
     """Whether a value is one of some names; what is no text may have no hash, or no one ``==``."""
-    return isinstance(value, str) and value in known
+    return isinstance(value, str) and value in names

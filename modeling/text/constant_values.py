@@ -12,7 +12,7 @@ from typing import Any
 import sympy
 
 from axisid.modeling.algebra import CANNOT
-from axisid.modeling.quantities import KnownSymbol
+from axisid.modeling.quantities import ConstantSymbol
 
 #: Magnitude that a part with constants in it may have.
 LARGEST = 1e100
@@ -24,7 +24,7 @@ _FLOATS: dict[Any, Callable[..., float]] = {
 }
 
 
-class KnownValues:
+class ConstantValues:
     """Floats of expressions, each worked out once."""
 
     def __init__(self, functions: Mapping[Any, Callable[..., float]]) -> None:
@@ -42,20 +42,20 @@ class KnownValues:
         return self._found[expression]
 
     def fits(self, node: sympy.Expr) -> bool:
-        """Whether what is known of a sum or product, or all of another node, is small enough."""
-        if node.is_Symbol or not node.has(KnownSymbol):
+        """Whether what the constants of a sum or product make, or another node, is small enough."""
+        if node.is_Symbol or not node.has(ConstantSymbol):
             return True
         parts = node.args if node.is_Add or node.is_Mul else (node,)
-        values = [self.value(part) for part in parts if part.has(KnownSymbol)]
-        known = [value for value in values if value is not None]
+        values = [self.value(part) for part in parts if part.has(ConstantSymbol)]
+        numbers = [value for value in values if value is not None]
         total = math.fsum if node.is_Add else math.prod
         try:
-            return small(total(known))
+            return small(total(numbers))
         except CANNOT:
             return False
 
     def _worked_out(self, expression: sympy.Expr) -> float | None:
-        if isinstance(expression, KnownSymbol):
+        if isinstance(expression, ConstantSymbol):
             return expression.value
         if expression.is_Number or expression.is_NumberSymbol:
             return float(expression)

@@ -1,0 +1,50 @@
+"""Instruments beside least squares that was asked for alone, so that what noise does to it is told.
+
+They are those that would have been given had they been asked for; where there is a reference, or a
+sampled law and its period, they cost a few simulated loops.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import instrument_tests, strength_check
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.methods import METHODS, estimate_by
+from axisid.estimation.problems import Problem
+from axisid.estimation.regression import Hac
+from axisid.support.errors import AxisidError
+from axisid.support.missing import Missing
+
+
+def instruments_beside(problem: Problem, ls: Estimate) -> Estimate | Missing:
+    """Instruments of the form of least squares, or why nothing is told by them.
+
+    Parameters
+    ----------
+    problem : Problem
+        What `ls` was made from.
+    ls : Estimate
+    """
+    model = ls.covariance_model
+    lags = model.lags if isinstance(model, Hac) else None
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is refused by name
+            iv = estimate_by(problem, METHODS[by_instruments(ls.method)], lags, ls.chosen)
+    except AxisidError as error:
+        return Missing.of(error.note)
+    strength = None if iv.Z is None else strength_check(iv, instrument_tests(iv.X, iv.Z))
+    if isinstance(strength, Check) and strength.status == "fail":
+        return Missing("the instruments are too weak to tell")
+    return iv
+
+
+def by_instruments(method: str) -> str:
+    """The method of the same form by instruments."""
+    return f"{method.removesuffix('-ls')}-iv"
+
+
+def is_alone(estimates: Mapping[str, Estimate]) -> bool:
+    """Whether there is least squares, and nothing by instruments."""
+    return all(estimate.Z is None for estimate in estimates.values())

@@ -1,0 +1,146 @@
+"""What is no record: columns, spans and times that no axis could have been sampled as."""
+
+from collections.abc import Mapping
+from operator import index
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from axisid.estimation.records.times import (
+    BACKWARD,
+    RESAMPLE_EVENLY,
+    UNEVEN,
+    advice_on_backward,
+    advice_on_uneven,
+    drift_of,
+    odd_steps,
+)
+from axisid.estimation.thresholds.records import MIN_RECORD_SAMPLES
+from axisid.modeling.declaration import INJECTION_POINTS
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import real_array
+from axisid.support.remedy import Remedy, Setting
+from axisid.support.user_values import quoted
+
+from .period_checks import check_even
+from .repairs import Span
+
+
+def checked_column(source: str, role: str, values: ArrayLike) -> Array:
+    """A column as a frozen array of finite numbers, (N,)."""
+    column = frozen(real_array(values, f"{source}: the {role}", DataError))
+    if column.ndim != 1:
+        raise DataError(
+            f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
+            code="signal-shape",
+        )
+    bad = np.flatnonzero(~np.isfinite(column))
+    if bad.size:
+        raise DataError(
+            f"{source}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
+            f"({bad.size} in all). Remove such rows or repair the log.",
+            code="value-not-finite",
+        )
+    return column
+
+
+def check_injected(source: str, injected_at: str | None) -> None:
+    """Refuse a test signal that was added nowhere."""
+    if injected_at not in INJECTION_POINTS:
+        raise UsageError(
+            f"{source}: the injected signal is added to {injected_at!r}; give ",
+            Remedy.of(
+                Setting("injected-at", "control"),
+                " or ",
+                Setting("injected-at", "reference"),
+                ".",
+            ),
+            code="record-injected-at",
+        )
+
+
+def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
+    """Pairs of whole numbers."""
+    try:
+        return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            f"{source}: the {name} are {quoted(spans)}; give pairs of rows, the first and the one "
+            "after the last."
+        ) from error
+
+
+def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
+    """Refuse columns of several lengths, or of less than a record has."""
+    lengths = {role: len(values) for role, values in channels.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+        raise DataError(f"{source}: the columns differ in length: {listed}.", code="record-lengths")
+    fewest = MIN_RECORD_SAMPLES.value
+    if lengths["time"] < fewest:
+        raise DataError(
+            f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
+            code="short-record",
+        )
+
+
+def check_spans(
+    source: str, samples: int, segments: tuple[Span, ...], masked: tuple[Span, ...]
+) -> None:
+    """Refuse segments that do not follow one another, and masked samples that there are not."""
+    fewest = MIN_RECORD_SAMPLES.value
+    ends = [0, *(end for span in segments for end in span), samples]
+    whole = not segments or ends[::2] == ends[1::2]
+    lasting = all(stop - start >= fewest for start, stop in segments)
+    inside = all(0 <= start < stop <= samples for start, stop in masked)
+    if not (whole and lasting and inside):
+        raise DataError(
+            f"{source}: the segments {segments} and masked rows {masked} are no parts of {samples} "
+            f"rows; segments follow one another, with {fewest} rows or more each.",
+            code="record-spans",
+        )
+
+
+def check_time(source: str, time: Array, spans: tuple[Span, ...], period: float | None) -> None:
+    """Refuse a time that does not increase evenly within the segments, or by another period, s."""
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if back.size:
+        row = back[0] + 2
+        raise DataError(
+            f"{source}: time does not increase in data row {row}: after {time[row - 2]:.9g} s "
+            f"comes {time[row - 1]:.9g} s. ",
+            advice_on_backward(time),
+            code=BACKWARD,
+        )
+    inside = np.ones(len(time) - 1, dtype=bool)
+    inside[[start - 1 for start, _ in spans[1:]]] = False
+    steps = np.diff(time)
+    _check_steps(source, steps, inside)
+    mean = float(np.mean(steps[inside]))
+    check_even(source, float(np.median(steps[inside])), mean, period, RESAMPLE_EVENLY)
+    drift = drift_of([time[a:b] for a, b in spans])
+    drift.check(source, mean, RESAMPLE_EVENLY)
+
+
+def _check_steps(source: str, steps: Array, inside: NDArray[np.bool_]) -> None:
+    """Refuse single steps inside the segments that are not the usual one."""
+    typical = float(np.median(steps[inside]))
+    gaps = np.flatnonzero(odd_steps(steps, typical) & inside)
+    if gaps.size:
+        raise DataError(
+            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, "
+            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
+            advice_on_uneven(steps[inside], typical),
+            code=UNEVEN,
+        )
+
+
+def check_varies(source: str, role: str, least: float, most: float) -> None:
+    """Refuse a column whose least and largest value are one."""
+    if least == most:
+        raise DataError(
+            f"{source}: the {role} is {least:g} in every row, so it says nothing "
+            f"about the axis. Check the {role} column, or record a motion.",
+            code="constant-column",
+        )

@@ -1,0 +1,123 @@
+"""Every element that advice names can be declared as it stands there, in Python and in TOML."""
+
+import math
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+import sympy
+
+import axisid.elements
+from axisid import Axis, Coordinate, Parameter, load_axis, newton
+from axisid.estimation.diagnostics.remainder.unexplained import Line, _by_position, _whose
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.lacking.search import Lack
+from axisid.estimation.lacking.sentences import _SAID, term_sentence
+from axisid.modeling.declaration import ELEMENTS
+from axisid.support.missing import Missing
+
+_CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
+
+#: What the parameters that each kind of term declares are measured in, N and m being the axis's.
+_UNITS = {
+    "direction": "N/(m/s)",
+    "quadratic": "N/(m/s)^2",
+    "stribeck": "N",
+    "slope": "N/m",
+    "bend": "N/m^2",
+    "friction slope": "N/m",
+    "friction bend": "N/m^2",
+    "turn": "N",
+    "place": "N",
+    "friction place": "N",
+}
+
+
+def _lack(kind: str) -> Lack:
+    two = kind in ("turn", "place", "friction place")
+    return Lack(
+        kind=cast(Any, kind),
+        parameter="",
+        values=(2.5, -1.0) if two else (2.5,),
+        deviations=(0.1, 0.1) if two else (0.1,),
+        before=0.0,
+        at=2 * math.pi if kind == "turn" else 0.0123456,
+        share=0.04,
+        explained=0.5,
+        p_value=1e-9,
+        score_p=1e-9,
+    )
+
+
+def _by_toml(folder: Path, q: Coordinate, call: str, parameters: list[Parameter]) -> Axis:
+    listed = "".join(f'{p.name} = {{ unit = "{p.unit}" }}\n' for p in parameters)
+    file = folder / "advised.toml"
+    file.write_text(
+        f'name = "advised"\ncoordinate = {{ name = "{q.name}", unit = "{q.unit}" }}\n'
+        f"drive = {{ gain = 2.0 }}\n[parameters]\n{listed}"
+        f'[newton]\ninertia = "{parameters[0].name}"\nresistance = ["{call}"]\n'
+    )
+    return load_axis(file)
+
+
+def _by_python(q: Coordinate, call: str, parameters: list[Parameter]) -> Axis:
+    elements = {name: getattr(axisid.elements, name) for name in ELEMENTS}
+    names = {q.name: q, **{p.name: p for p in parameters}}
+    term = eval(call, {"__builtins__": {}}, {**elements, **names})  # noqa: S307  # as a user would
+    return newton(
+        "advised",
+        coordinate=q,
+        parameters=tuple(parameters),
+        inertia=parameters[0],
+        resistance=(term,),
+        drive=axisid.elements.Drive(gain=2.0),
+    )
+
+
+def _declared_alike(folder: Path, q: Coordinate, sentence: str, unit: str) -> int:
+    """How many calls a sentence has, each declared in both and found to be one axis."""
+    calls = _CALL.findall(sentence)
+    rotary = q.unit == "rad"
+    own = unit.replace("N", "N m").replace("/m", "/rad").replace("(m/", "(rad/") if rotary else unit
+    for call in calls:
+        amounts = set(re.findall(r"[A-Za-z]\w*(?!\w*[(=])", call)) - {q.name, *ELEMENTS}
+        amounts -= {"velocity", "exponent", "period"}
+        parameters = [
+            Parameter("inertia", "kg m^2" if rotary else "kg"),
+            *(Parameter(name, own) for name in sorted(amounts)),
+        ]
+        assert amounts
+        one, other = (
+            _by_toml(folder, q, call, parameters),
+            _by_python(q, call, parameters),
+        )
+        assert sympy.simplify(one.force - other.force) == 0
+        assert {p.name for p in one.parameters} == {"inertia", *amounts}
+    return len(calls)
+
+
+_LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
+
+
+@pytest.mark.parametrize(
+    ("kind", "q"),
+    [(kind, q) for kind in _SAID for q in (_LINEAR, _ROTARY) if (kind, q) != ("turn", _LINEAR)],
+)
+def test_the_element_that_a_missing_term_names_is_declared(
+    tmp_path: Path, kind: str, q: Coordinate
+) -> None:
+    sentence = term_sentence(_lack(kind), q)
+    assert "declare" in sentence
+    assert _declared_alike(tmp_path, q, sentence, _UNITS[kind]) == 1
+
+
+def test_a_constant_and_a_ripple_name_what_is_declared(tmp_path: Path) -> None:
+    q = Coordinate("y", unit="m")
+    form = SimpleNamespace(axis=SimpleNamespace(axis=SimpleNamespace(coordinate=q)))
+    judged = cast(Estimate, SimpleNamespace(form=form))
+    constant = _whose(judged, 3.0, Missing("no law"))
+    assert _declared_alike(tmp_path, q, constant, "N") == 1
+    ripple = _by_position(Line(frequency=81.0, amplitude=0.2, share=0.3), judged)
+    assert _declared_alike(tmp_path, q, ripple, "N") == 2

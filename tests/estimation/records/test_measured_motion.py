@@ -1,0 +1,136 @@
+"""Measured velocity and acceleration as columns of a log: roles, units, shifts, windows, gaps."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Column, DataError, Record, load_axis, read_record
+from axisid.estimation import Repairs
+from tests.refusals import refuses
+
+N, PERIOD = 2000, 1e-3
+TIME = PERIOD * np.arange(N)
+POSITION, VELOCITY, ACCELERATION = (
+    np.sin(30 * TIME),
+    30 * np.cos(30 * TIME),
+    -900 * np.sin(30 * TIME),
+)
+NAMED = {"velocity": "velocity", "acceleration": "acceleration"}
+
+
+def log(**changes: Any) -> dict[str, Any]:
+    columns = {"time": TIME, "position": POSITION, "velocity": VELOCITY}
+    return {**columns, "acceleration": ACCELERATION, "control": np.cos(7 * TIME)} | changes
+
+
+def test_both_are_columns_of_a_record_where_they_are_named() -> None:
+    record = read_record(log(), columns=NAMED)
+    assert record.motion == ("position", "velocity", "acceleration")
+    assert np.array_equal(np.asarray(record.velocity), VELOCITY)
+    assert record.provenance.columns["velocity"] == "velocity"
+    without = read_record(log())
+    assert without.motion == ("position",)
+    assert without.digest != record.digest
+    assert sum("left out, as nobody named" in note for note in without.provenance.assumed) == 2
+
+
+@pytest.mark.parametrize(
+    ("unit", "each"),
+    [("rpm", np.pi / 30), ("deg/s", np.pi / 180), ("rad/s", 1.0), ("rev/s", 2 * np.pi)],
+)
+def test_a_velocity_has_a_unit_of_its_own_kind(unit: str, each: float) -> None:
+    pendulum = load_axis("pendulum")
+    record = read_record(log(), pendulum, columns={"velocity": f"velocity:{unit}"})
+    assert np.asarray(record.velocity) == pytest.approx(each * VELOCITY)
+
+
+def test_a_velocity_is_scaled_from_counts_and_has_a_zero() -> None:
+    column = Column("velocity", unit="mm/s", scale=-1, offset="2mm/s")
+    record = read_record(log(), load_axis("emps"), columns=_emps({"velocity": column}))
+    assert np.asarray(record.velocity) == pytest.approx(2e-3 - 1e-3 * VELOCITY)
+    counts = read_record(log(), columns={"velocity": "velocity:counts*360deg/4096/1ms"})
+    assert np.asarray(counts.velocity) == pytest.approx(VELOCITY * 2 * np.pi / 4096 / 1e-3)
+
+
+def _emps(columns: dict[str, Any]) -> dict[str, Any]:
+    names = {role: role for role in ("time", "position", "control")}
+    return {**names, **columns}
+
+
+def test_a_velocity_in_the_unit_of_a_position_is_refused() -> None:
+    with refuses("other-unit"):
+        read_record(log(), load_axis("emps"), columns=_emps({"velocity": "velocity:mm"}))
+
+
+def test_a_column_that_only_the_axis_names_may_be_missing() -> None:
+    record = read_record(log(), load_axis("emps"), columns=_emps({}))
+    assert record.velocity is None
+    with refuses("no-column"):
+        read_record(log(), columns={"velocity": "tacho"})
+
+
+def test_they_are_shifted_cut_and_masked_with_the_others() -> None:
+    record = read_record(
+        log(),
+        columns=NAMED,
+        windows=[(0.5, 0.8), (1.0, 1.5)],
+        repairs=Repairs(shift={"velocity": 3}),
+    )
+    expected = 30 * np.cos(30 * (record.time - 3 * PERIOD))
+    assert np.asarray(record.velocity) == pytest.approx(expected)
+    assert len(record.segments) == 2
+    whole = read_record(log(), columns=NAMED)
+    assert np.array_equal(
+        np.asarray(whole.windowed((0.5, 0.8)).acceleration), ACCELERATION[500:801]
+    )
+    assert np.asarray(whole.shifted(velocity=3).velocity) == pytest.approx(VELOCITY[: N - 3])
+
+
+def test_a_long_table_may_have_a_velocity_of_another_rate() -> None:
+    rows = [(t, "position", p) for t, p in zip(TIME, POSITION, strict=True)]
+    rows += [(t, "v", v) for t, v in zip(TIME[::5], VELOCITY[::5], strict=True)]
+    rows += [(t, "control", t) for t in TIME]
+    rows.sort(key=lambda row: row[0])
+    table = {name: [row[i] for row in rows] for i, name in enumerate(("time", "name", "value"))}
+    record = read_record(table, columns={"velocity": "v"}, repairs=Repairs(resample="auto"))
+    inside = slice(20, -20)
+    expected = 30 * np.cos(30 * record.time)
+    assert np.asarray(record.velocity)[inside] == pytest.approx(expected[inside], abs=1e-3)
+
+
+class TestVelocityAlone:
+    def test_the_position_is_its_integral_from_the_reference(self) -> None:
+        reference = POSITION + 0.25
+        record = Record(time=TIME, velocity=VELOCITY, reference=reference, control=TIME)
+        assert record.integrated
+        assert record.motion == ("velocity",)
+        assert record.position == pytest.approx(reference, abs=1e-3)
+        assert "position" not in record.channels()
+
+    def test_each_window_begins_at_its_own_reference(self) -> None:
+        record = Record(time=TIME, velocity=VELOCITY, reference=POSITION, control=TIME)
+        for cut in (record.windowed((0.1, 0.3), (0.9, 1.4)), record.shifted(control=2)):
+            starts = [start for start, _ in cut.spans]
+            assert cut.position[starts] == pytest.approx(np.asarray(cut.reference)[starts])
+            assert cut.integrated
+
+    def test_a_log_without_a_position_serves_where_the_velocity_is_named(self) -> None:
+        columns = {k: v for k, v in log().items() if k != "position"}
+        record = read_record(columns, columns={"velocity": "velocity"})
+        assert record.motion == ("velocity",)
+        with refuses("no-column"):
+            read_record(columns)
+
+    def test_what_is_done_to_a_position_is_refused(self) -> None:
+        columns = {k: v for k, v in log().items() if k != "position"}
+        with refuses("no-position-to-wrap"):
+            read_record(columns, columns=NAMED, repairs=Repairs(wrap="360:deg"))
+        with refuses("nothing-to-shift"):
+            read_record(columns, columns=NAMED).shifted(position=1)
+
+    def test_neither_is_refused(self) -> None:
+        with refuses("no-motion"):
+            Record(time=TIME, control=TIME)
+        with pytest.raises(DataError, match="differ in length"):
+            Record(time=TIME, velocity=VELOCITY[:-1], control=TIME)
