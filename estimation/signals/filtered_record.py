@@ -23,7 +23,7 @@ from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, force_of, paired_with_force
-from .without_turns import Information
+from .without_turns import Information, searches_friction
 
 _UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
 
@@ -91,7 +91,8 @@ class FilteredRecord(Exact):
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept._without(kept.sampling.turns(kept.motion[1], fastest))
-        if prefilter.reversals is None and axis.is_linear and without_turns.shows_too_little:
+        asked = prefilter.reversals is None and not searches_friction(axis)
+        if asked and without_turns.shows_too_little:
             return kept
         return without_turns
 

@@ -5,6 +5,10 @@ it turns hardly shows its inertia. What tells is the information on a parameter,
 variance for noise of one size. Rests are no loss, as sticking friction takes any force; nor is
 friction that depends on the speed, such as a peak about rest, as the low-pass rounds that near
 reversals. Coulomb friction counts: where it loses much, little else tells it from other terms.
+
+Of an axis that is partially linear the columns are those of the Jacobian at the nominal values. One
+whose nonlinear parameters are of such friction is not asked: what the low-pass makes of a peak about
+rest leads its search astray, however much of the inertia is lost with it.
 """
 
 import numpy as np
@@ -22,7 +26,7 @@ _ALIKE = 1e-12  # of a column, in which it is not told from others
 
 
 class Information:
-    """On each parameter of a linear axis, from all samples in motion and from those left.
+    """On each parameter of an axis, from all samples in motion and from those left.
 
     Parameters
     ----------
@@ -49,7 +53,7 @@ class Information:
             Largest speed of the record.
         """
         motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
-        about = () if self._axis.is_linear else (self._axis.nominal,)
+        about = () if self._axis.is_linear else (_about(self._axis),)
         columns, _ = self._axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
         moving = columns[kept & (np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest)]
         left = columns[kept & ~near]
@@ -67,6 +71,18 @@ class Information:
         scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
         before, after = (_information(each / scale) for each in (self._moving, self._left))
         return float(np.min(after[seen] / before[seen], initial=1.0))
+
+
+def searches_friction(axis: GeneratedAxis) -> bool:
+    """Whether a nonlinear parameter is of friction that depends on the speed."""
+    depends = dependence(axis)
+    return bool(np.any(np.array(axis.nonlinear) & depends["direction"] & depends["velocity"]))
+
+
+def _about(axis: GeneratedAxis) -> Array:
+    """Where a partially linear model is linearised: an amount of 0 would hide what it scales."""
+    hidden = (axis.nominal == 0) & ~np.array(axis.nonlinear)
+    return np.where(hidden, 1.0, axis.nominal)
 
 
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:

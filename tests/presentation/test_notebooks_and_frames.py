@@ -10,7 +10,6 @@ import pytest
 from axisid import (
     Identification,
     Record,
-    UsageError,
     identify,
     load_axis,
     load_result,
@@ -18,6 +17,7 @@ from axisid import (
     sweep,
 )
 from axisid.codegen.artefacts import GeneratedAxis
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -56,14 +56,14 @@ def test_a_sweep_is_a_dataframe_too(emps2015: GeneratedAxis, twin: Record) -> No
 def test_what_is_no_library_or_no_table_is_refused(
     result: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(UsageError, match="give pandas or polars"):
+    with refuses("unknown-dataframe"):
         result.to_frame("excel")
-    with pytest.raises(UsageError, match="has no table of numbers"):
+    with refuses("no-frame"):
         result.diagnosis.to_frame()
     monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
-    with pytest.raises(UsageError, match="pip install pandas"):
+    with refuses("no-dataframes"):
         result.to_frame()
-    with pytest.raises(UsageError, match="pip install polars"):
+    with refuses("missing-dataframe"):
         result.to_frame("polars")
 
 
@@ -93,9 +93,9 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
     assert result.plot(what, ax=axes) is figure
     assert all(each.has_data() for each in axes)
     assert named(ax=figure.subplots(panels, 1)) is figure
-    with pytest.raises(UsageError, match=f"has {panels} panels, and ax {panels + 1} axes"):
+    with refuses("axes-count", f"has {panels} panels, and ax {panels + 1} axes"):
         result.plot(what, ax=figure.subplots(panels + 1, 1))
-    with pytest.raises(UsageError, match="give axes of Matplotlib"):
+    with refuses("no-axes"):
         result.plot(what, ax="here")
 
 
@@ -129,5 +129,5 @@ def test_what_pandas_has_of_its_own_is_read_without_another_library(
     assert record.time == pytest.approx(time, abs=1e-9)
     assert record.position == pytest.approx(np.sin(20 * time))
     frame.columns = ["time", "position", "position"]
-    with pytest.raises(Exception, match="more than once; rename one"):
+    with refuses("repeated-column"):
         read_record(frame)

@@ -1,9 +1,13 @@
 """Which samples the default leaves out: what remains of each parameter decides."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import sympy
 
 from axisid import (
+    Parameter,
     Prefilter,
     Record,
     build,
@@ -13,13 +17,14 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.elements import stribeck
 from axisid.estimation import identify_stream
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from axisid.estimation.signals.without_turns import dependence
+from axisid.estimation.signals.without_turns import dependence, searches_friction
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import stage
-from tests.axes.unseen import with_stribeck
+from tests.axes.unseen import FS, with_stribeck
 
 PERIOD = 1e-3
 TRUTH = (6.2, 14.0, 7.5)
@@ -126,3 +131,40 @@ def test_creeping_is_no_rest() -> None:
     assert FilteredRecord.bind(axis, record, kept).rest < 0.05
     long = rested(axis, 1.0)
     assert 0.6 < FilteredRecord.bind(axis, long, kept).rest < 0.75
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "reversals"), [(60.0, "leave-out"), (30.0, "keep"), (20.0, "keep")]
+)
+@pytest.mark.parametrize("nominal", [0.0, 5.0])
+def test_a_partially_linear_axis_is_asked_by_its_jacobian(
+    cutoff: float, reversals: str, nominal: float
+) -> None:
+    """As the linear one; an amount that begins at 0 hides nothing of what stands beside it."""
+    paper = load_axis("emps2015")
+    record = twin_record(paper)
+    q = paper.coordinate.symbol
+    wave = Parameter("a", "N", nominal=nominal)
+    period = Parameter("p", "m", nominal=0.02, lower=1e-3, upper=0.5)
+    force = paper.force + wave * sympy.sin(q / period.symbol)
+    axis = build(
+        replace(paper, parameters=(*paper.parameters, wave, period), force=force, experiment=None)
+    )
+    assert not axis.is_linear
+    chosen = FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=cutoff))
+    assert chosen.prefilter.reversals == reversals
+
+
+def test_a_peak_of_friction_that_is_searched_for_leaves_the_reversals_out() -> None:
+    """The low-pass rounds the peak there, and the search would follow that."""
+    paper = load_axis("emps2015")
+    record = twin_record(paper)
+    speed = Parameter("vs", "m/s", nominal=0.01, lower=1e-3, upper=0.1)
+    force = paper.force + stribeck(FS, paper.coordinate, velocity=speed)
+    axis = build(
+        replace(paper, parameters=(*paper.parameters, FS, speed), force=force, experiment=None)
+    )
+    assert searches_friction(axis)
+    assert not searches_friction(build(paper))
+    chosen = FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=20.0))
+    assert chosen.prefilter.reversals == "leave-out"
