@@ -53,8 +53,6 @@ class SavedRecord:
         What of the motion was measured.
     windows : tuple of (float, float)
         As of a `Record`.
-    signals : tuple of str
-        Names of the recorded signals.
     """
 
     provenance: Provenance
@@ -66,7 +64,6 @@ class SavedRecord:
     injected_at: str | None = None
     motion: tuple[str, ...] = ("position",)
     windows: tuple[tuple[float, float], ...] = ()
-    signals: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return self.samples
@@ -327,7 +324,6 @@ def _record(written: WrittenRecord) -> SavedRecord:
         injected_at=written.injected_at or None,
         motion=written.motion or ("position",),
         windows=written.windows or (),
-        signals=written.signals or (),
     )
 
 

@@ -93,10 +93,14 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         tuple[tuple[float, float], ...] | UnsetType,
         about("First and last time of each part of the log that was taken, s; not of a whole one."),
     ] = UNSET
-    signals: Annotated[
-        tuple[str, ...] | UnsetType,
-        about("Names of the recorded signals that the axis declares, if there are any."),
-    ] = UNSET
+
+
+class WrittenSignal(JsonObject, frozen=True, kw_only=True):
+    """A recorded signal that the axis declares."""
+
+    name: str
+    unit: str
+    between: Annotated[Literal["linear", "held"], about("How it runs between samples.")]
 
 
 class WrittenStreamRecord(WrittenOrigin, frozen=True, kw_only=True):
