@@ -168,7 +168,7 @@ def _standing_in(
     signals: tuple[Signal, ...], energies: Mapping[str, Any], drive: Drive
 ) -> tuple[Signal, ...]:
     """The signals without those that the control law alone may have."""
-    values = [sympy.sympify(v) for entry in energies.values() for v in several(entry)]
+    values = [value for entry in energies.values() for value in several(entry)]
     used = signals_in(*values, drive.force, drive.profile)
     return tuple(signal for signal in signals if signal.symbol in used)
 
