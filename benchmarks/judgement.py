@@ -6,6 +6,7 @@ runs; those with a level of their own: that level. A wrong model is ``noticed`` 
 fails, and ``named`` where one that fails says what is wrong. Where reversals are kept, the filter
 moves estimates most, which its check may say; there it is the intervals that count. Of least
 squares it is counted how often an interval is said to miss for noise, and how often it does.
+The library's twins without noise are right to 0.003 %: nothing should fail there at all.
 
     python benchmarks/judgement.py                    a table
     python benchmarks/judgement.py --json -           one JSON object
@@ -335,12 +336,12 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
     return figures
 
 
-def twin_figures(name: str, *, runs: int, seed: int) -> Figures:
-    """Identify the twins of a library axis."""
+def twin_figures(name: str, *, runs: int, seed: int, clean: bool = False) -> Figures:
+    """Identify the twins of a library axis, those of an exact encoder where they are clean."""
     axis = build(load_axis(name))
     figures = Figures()
     for k in range(runs):
-        record = twin_record(axis, seed=seed + k)
+        record = twin_record(axis, seed=seed + k, **({"position_noise": 0.0} if clean else {}))
         result = identify(axis, record, prefilter_of(name))
         _count(figures, result, dict(record.provenance.truth), "")
     return figures
@@ -414,6 +415,7 @@ def main() -> None:
         "free": FREE,
         "wrong": WRONG,
         "twin": LIBRARY,
+        "clean": LIBRARY,
     }
     kinds = {kind: list(table) for kind, table in tables.items()}
     chosen = [
@@ -431,6 +433,8 @@ def main() -> None:
 
 
 def _of_kind(kind: str, name: str, *, runs: int, seed: int, together: int = 1) -> dict[str, object]:
+    if kind == "clean":  # which are all alike
+        return written(twin_figures(name, runs=1, seed=seed, clean=True), None)
     if kind == "twin":
         return written(twin_figures(name, runs=runs, seed=seed), None)
     found = figures_of(name, runs=runs, seed=seed, together=together)

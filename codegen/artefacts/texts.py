@@ -106,6 +106,8 @@ def signature(model: AxisModel) -> str:
             ],
         },
     }
+    if axis.signals:
+        content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
@@ -143,6 +145,8 @@ def _native(model: AxisModel, mark: str, programs: tuple[Program, ...]) -> str:
         sizes = {
             size: len(ports[name].elements) if name in ports else 0 for size, name in names.items()
         }
+        if model.axis.signals:
+            sizes["SIGNALS"] = len(model.axis.signals)
         printed.append(print_c_loop(sizes, continuous=law.continuous))
     head = "".join(f"   {line}\n" for line in _header(model.axis.name, mark).splitlines())
     body = "\n".join(printed)
@@ -176,6 +180,7 @@ def _manifest(
         "schema": SCHEMA,
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
+        **_recorded(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -198,6 +203,12 @@ def _manifest(
         ],
         "files": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()},
     }
+
+
+def _recorded(model: AxisModel) -> dict[str, object]:
+    signals = model.axis.signals
+    listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
+    return {"signals": listed} if listed else {}
 
 
 def _shape(port: Output) -> str:

@@ -23,7 +23,7 @@ from axisid.estimation import default_cutoffs
 axis = axisid.build(axisid.load_axis("emps2015"))
 record = axisid.twin_record(axis)
 swept = axisid.sweep(axis, record, default_cutoffs(1 / record.period, points=8))
-print(fill(f"{swept.recommended:g} Hz, {swept.reason}", 88))
+print(fill(swept.recommendation, 88))
 swept.plot()
 
 # %% [markdown]

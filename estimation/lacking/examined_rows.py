@@ -128,6 +128,7 @@ def _by_loop(data: FilteredRecord, preferred: Estimate) -> ExaminedRows | Missin
         acceleration=np.concatenate([loop.acceleration for loop in loops]),
         force=np.concatenate([loop.force for loop in loops]),
         direction=np.concatenate([loop.direction for loop in loops]),
+        recorded=data.recorded,
     )
     net = _left_by(measured, preferred) - _left_by(clean, preferred)
     every = replace(clean, left=measured.left)
@@ -186,6 +187,9 @@ def _rows(
 
 
 def _left_by(every: Equations, preferred: Estimate) -> Array:
+    """What the model leaves; of an output error the force, less the loop's in what is netted."""
+    if preferred.by_output_error:
+        return every.left
     return every.left - every.intercept - every.regressor @ preferred.theta
 
 

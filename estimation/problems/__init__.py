@@ -4,6 +4,9 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
+from .even_times import EvenTimes as EvenTimes
+from .even_times import at_even_times as at_even_times
+from .even_times import jitter_of as jitter_of
 from .filter_bias import NoiseFree as NoiseFree
 from .filter_bias import confirmed as confirmed
 from .filter_bias import encoder_error as encoder_error
@@ -17,6 +20,10 @@ from .problem import Problem as Problem
 from .problem import adding as adding
 from .rounded_position import moved_by_rounding as moved_by_rounding
 from .rounded_position import position_step as position_step
+from .solver import ByInstruments as ByInstruments
+from .solver import ByOutputError as ByOutputError
+from .solver import Solver as Solver
+from .solver import by_least_squares as by_least_squares
 from .visibility import Reach as Reach
 from .visibility import check_identifiable as check_identifiable
 from .visibility import check_visible as check_visible

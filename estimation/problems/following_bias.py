@@ -19,8 +19,9 @@ from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 
-from .filter_bias import NoiseFree, loop_record, noise_free, solution_of
+from .filter_bias import NoiseFree, loop_record, noise_free
 from .problem import Problem
+from .solver import by_least_squares
 
 _DRAWS = 4  # of noise, each once with either sign: what is odd in the noise cancels
 
@@ -58,7 +59,8 @@ def noise_free_following(
     every = [each.simulated(physical) for each in following]
     if not _follow(form, problem, every, left, physical):
         return None
-    quiet = noise_free(form, problem, tuple(s for of_one in every for s in of_one), physical, None)
+    flat = tuple(loop for of_one in every for loop in of_one)
+    quiet = noise_free(form, problem, flat, physical, by_least_squares)
     noises = [
         _noises(each.data, loops, np.random.default_rng(i))
         for i, (each, loops) in enumerate(zip(following, every, strict=True))
@@ -136,5 +138,5 @@ def _bias_with_noise(
         if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
             noisy = noisy.turning_as(noisy.record.position, noisy.record.velocity)
         pieces.append(form.equations(noisy.signals).reduced(noisy))
-    solution = solution_of(form, Equations.stacked(pieces), None)
+    solution = by_least_squares(form, Equations.stacked(pieces))
     return np.asarray(form.physical(solution.theta)[0] - physical, dtype=float)

@@ -11,7 +11,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds.regression import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 
-from .filter_bias import solution_of
+from .solver import by_least_squares
 
 _DRAWS = 4  # each once with either sign
 
@@ -46,5 +46,5 @@ def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: A
             position = data.record.position + sign * noise
             noisy = replace(data, record=replace(data.record, position=position))
             rows = form.equations(noisy.signals).reduced(noisy)
-            found.append(form.physical(solution_of(form, rows, None).theta)[0] - physical)
+            found.append(form.physical(by_least_squares(form, rows).theta)[0] - physical)
     return np.asarray(np.mean(found, axis=0), dtype=float)

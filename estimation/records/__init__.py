@@ -4,7 +4,7 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
 from .between import advised_between as advised_between
-from .between import rows_apart as rows_apart
+from .between import samples_apart as samples_apart
 from .blocks import Extent as Extent
 from .blocks import LogBlocks as LogBlocks
 from .blocks import extent as extent

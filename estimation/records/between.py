@@ -1,6 +1,6 @@
-"""Columns that are written more seldom than the log's rows: found, told, and drawn between.
+"""Columns that are written more seldom than the log's samples: found, told, and drawn between.
 
-A drive that measures its velocity every fourth cycle writes one value into four rows, or leaves
+A drive that measures its velocity every fourth cycle writes one value into four samples, or leaves
 three of them empty. Taken as it stands the first is one and a half samples late in the mean.
 """
 
@@ -42,8 +42,8 @@ def checked_between(between: object) -> dict[str, Between]:
     for role, how in between.items():
         if role not in SELDOM_ROLES:
             raise UsageError(
-                f"{role!r} is no column that may be written more seldom than the log's rows; those "
-                f"are {', '.join(SELDOM_ROLES)}.",
+                f"{role!r} is no column that may be written more seldom than the log's samples; "
+                f"those are {', '.join(SELDOM_ROLES)}.",
                 code="between-role",
             )
         if how not in BETWEEN:
@@ -55,17 +55,17 @@ def checked_between(between: object) -> dict[str, Between]:
     return {role: cast(Between, how) for role, how in between.items()}
 
 
-def rows_apart(values: Array) -> int:
-    """Rows from one value that was written to the next; 1 of a column that is written in each.
+def samples_apart(values: Array) -> int:
+    """Samples from one value that was written to the next; 1 of a column that is written in each.
 
     Parameters
     ----------
     values : (N,) array
         Empty cells, or the last value again, where nothing was written.
     """
-    known = np.isfinite(values)
-    fresh = np.flatnonzero(known)
-    if known.all():
+    written = np.isfinite(values)
+    fresh = np.flatnonzero(written)
+    if written.all():
         fresh = np.flatnonzero(np.diff(values)) + 1
     if len(fresh) < MIN_SELDOM_CHANGES.value:
         return 1
@@ -77,14 +77,14 @@ def rows_apart(values: Array) -> int:
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
-    """What is said of measured columns that hold each value for several rows."""
+    """What is said of measured columns that hold each value for several samples."""
     notes = []
     for role in SELDOM_ROLES:
-        apart = rows_apart(samples[role].values) if role in samples else 1
+        apart = samples_apart(samples[role].values) if role in samples else 1
         if apart > 1:
             notes.append(
                 Note(
-                    f"the {role} is written anew in every {_ordinal(apart)} row alone and held "
+                    f"the {role} is written anew in every {_ordinal(apart)} sample alone and held "
                     f"between, {(apart - 1) / 2:g} samples late in the mean: ",
                     Remedy.of("draw it between its values (", advised_between(role), ")"),
                 )
@@ -106,7 +106,7 @@ def drawn_between(
     between : mapping of str to {"spline", "linear", "held"}
     uneven : bool
         Whether the columns are resampled after this: then no more is done than to leave out the
-        rows in which nothing was written.
+        samples in which nothing was written.
 
     Raises
     ------
@@ -130,9 +130,9 @@ def drawn_between(
                 code="few-between",
             )
         found[role] = _thinned(samples, fresh) if uneven else _filled(samples, fresh, how)
-        rows, ways = len(samples.values), {"spline": "by a cubic spline", "linear": "straight"}
-        text = f"{role}: {len(fresh)} values for {rows} rows, {ways.get(how, 'held')} between"
-        made.append(Repair(kind="between", count=rows - len(fresh), text=text))
+        count, ways = len(samples.values), {"spline": "by a cubic spline", "linear": "straight"}
+        text = f"{role}: {len(fresh)} values for {count} samples, {ways.get(how, 'held')} between"
+        made.append(Repair(kind="between", count=count - len(fresh), text=text))
     return found, made
 
 
@@ -148,12 +148,12 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
 
 
 def _fresh(samples: Samples) -> NDArray[np.intp]:
-    """Rows in which a value was written."""
+    """Samples in which a value was written."""
     values = samples.values
-    known = np.isfinite(values)
-    if not known.all():
-        return np.flatnonzero(known)
-    apart = rows_apart(values)
+    written = np.isfinite(values)
+    if not written.all():
+        return np.flatnonzero(written)
+    apart = samples_apart(values)
     if apart == 1:
         return np.arange(len(values))
     changes = np.flatnonzero(np.diff(values)) + 1

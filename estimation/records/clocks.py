@@ -14,7 +14,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .between import SELDOM_ROLES, advised_between, rows_apart
+from .between import SELDOM_ROLES, advised_between, samples_apart
 from .repairs import Span
 
 _RESAMPLE = Setting("resample", "auto")
@@ -121,7 +121,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
 
 def _or_drawn(role: str, samples: Samples) -> Remedy | None:
     """More to do about a measured column that is written in every so many rows."""
-    if role not in SELDOM_ROLES or rows_apart(samples.values) == 1:
+    if role not in SELDOM_ROLES or samples_apart(samples.values) == 1:
         return None
     return Remedy.of(", or draw it between its values (", advised_between(role), ")")
 

@@ -44,7 +44,7 @@ class Repairs:
         with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
     between : mapping of str to {"spline", "linear", "held"}
         By role, what a measured velocity, acceleration or force is between its values, where these
-        are written in every so many rows, the others empty or the last value again.
+        are written in every so many samples, the others empty or the last value again.
 
     Raises
     ------

@@ -65,6 +65,7 @@ def resample(
     splined: Sequence[str] = _SPLINED,
     between: Mapping[str, Between] | None = None,
     edges: Sequence[float] | Array = (),
+    held: Sequence[str] = (),
 ) -> Laid:
     """Resample columns, each with its own clock.
 
@@ -88,6 +89,8 @@ def resample(
         What other roles are between theirs.
     edges : sequence of float
         Times between windows, s, where the log is cut anyway.
+    held : sequence of str
+        Signals that keep their value until their next sample.
 
     Raises
     ------
@@ -117,10 +120,7 @@ def resample(
     gaps = [(a[1], b[0]) for a, b in pairwise(covered) if not _between(edges, a[1], b[0])]
     if not split:
         _check_gaps(source, len(covered) - 1 - len(edges), gaps)
-    hows = {
-        role: (between or {}).get(role, "spline" if role in splined else "linear")
-        for role in samples
-    }
+    hows = {role: (between or {}).get(role, _way(role, splined, held)) for role in samples}
     columns = {
         role: np.concatenate(
             [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
@@ -128,9 +128,6 @@ def resample(
         for role, s in samples.items()
     }
     time = np.concatenate([grid for _, grid in kept])
-    masked = np.zeros(len(time), dtype=bool)
-    for role, mask in masks.items():
-        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
     repairs = [_told(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - 1 / own for before, after in gaps)
@@ -140,7 +137,7 @@ def resample(
     return Laid(
         time=time,
         columns=columns,
-        masked=masked,
+        masked=_masked_at(time, clocks, masks),
         segments=adjoining([len(grid) for _, grid in kept]),
         period=1 / chosen,
         repairs=tuple(repairs),
@@ -150,6 +147,14 @@ def resample(
             stated=stated is not None,
         ),
     )
+
+
+def _masked_at(time: Array, clocks: Mapping[str, Array], masks: Mapping[str, Mask]) -> Mask:
+    """Which times are beside a sample that is no measurement."""
+    masked = np.zeros(len(time), dtype=bool)
+    for role, mask in masks.items():
+        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
+    return masked
 
 
 def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
@@ -253,6 +258,11 @@ def _onto(
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
     return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
+
+
+def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> Between:
+    """How a column runs between its samples."""
+    return "spline" if role in splined else "held" if role in held else "linear"
 
 
 def _told(

@@ -19,6 +19,7 @@ from .motion import resting
 from .neighbours import Neighbours
 from .position import check_position
 from .prefilter import Prefilter
+from .recorded import beside_motion, recorded_signals
 from .sampled_filter import SampledFilter, Span
 from .sampling import Sampling
 from .signals import Motion, Signals, force_of, paired_with_force
@@ -108,6 +109,14 @@ class FilteredRecord(Exact):
         velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
+    @property
+    def by_position(self) -> "FilteredRecord | None":
+        """The record without what else of its motion was measured; None where there is nothing."""
+        record = self.record
+        if record.integrated or record.motion == ("position",):
+            return None
+        return replace(self, record=replace(record, velocity=None, acceleration=None))
+
     def keeping_reversals(self) -> "FilteredRecord":
         """The record with the samples near reversals and rests."""
         return self._without(())
@@ -176,6 +185,11 @@ class FilteredRecord(Exact):
         return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
     @cached_property
+    def recorded(self) -> tuple[Array, ...]:
+        """The signals that the axis declares, in its order, as they were recorded, (N,) each."""
+        return recorded_signals(self.axis, self.record.provenance.source, dict(self.record.signals))
+
+    @cached_property
     def force(self) -> Array:
         """Sample by sample, (N,): measured, or what the drive makes of the control."""
         record = self.record
@@ -185,6 +199,7 @@ class FilteredRecord(Exact):
             self.motion,
             force=record.force,
             control=self._control,
+            recorded=self.recorded,
         )
 
     @cached_property
@@ -207,7 +222,7 @@ class FilteredRecord(Exact):
         if self.axis.axis.drive.is_gain:
             return self.signals.force
         position, velocity, _ = self.motion
-        slope = self.axis.force_by_gain(control, position, velocity)
+        slope = self.axis.force_by_gain(control, position, velocity, self.recorded)
         return self._beside(slope).force
 
     @property
@@ -275,7 +290,8 @@ class FilteredRecord(Exact):
 
     def _beside(self, force: Array) -> Signals:
         starts = [start for start, _ in self.record.spans]
-        return paired_with_force(self.motion, force, starts, delay=self.hold_delay)
+        beside = beside_motion(self.axis, self.recorded, starts)
+        return paired_with_force(self.motion, force, starts, delay=self.hold_delay, recorded=beside)
 
 
 def check_filter(

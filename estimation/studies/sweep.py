@@ -13,11 +13,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.choices.methods import STARTS, same_estimates
-from axisid.estimation.diagnostics.estimates import (
-    biased_parameters,
-    endogeneity_of,
-    instrument_tests,
-)
 from axisid.estimation.diagnostics.loop import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
@@ -25,8 +20,6 @@ from axisid.estimation.joint import Told
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
-from axisid.estimation.thresholds.diagnostics import MAX_FILTER_BIAS, MIN_FIRST_STAGE_F
-from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
 from axisid.support.errors import DataError, EstimationError, UsageError
@@ -37,9 +30,10 @@ from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
+from .recommendation import recommend
+
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
 _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
-_LEAST_PERCENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,17 +46,17 @@ class Sweep(Presentable, Exact):
         One for each cut-off that gave any estimate.
     failures : dict of float to Note
         Cut-offs that gave none, Hz, with the reason.
-    recommended : float
-        Cut-off, Hz.
+    recommended : float or None
+        Cut-off, Hz; None where none can be named.
     reason : str
-        Why that one, in one sentence.
+        Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The declared control law against the record, whatever the cut-off.
     """
 
     results: tuple[Identification, ...]
     failures: Mapping[float, Note]
-    recommended: float
+    recommended: float | None
     reason: str
     law: LawCheck | Missing
 
@@ -73,6 +67,13 @@ class Sweep(Presentable, Exact):
         others = (r for r in self.results if r.prefilter.cutoff != own.prefilter.cutoff)
         ordered = sorted((*others, own), key=lambda r: r.prefilter.cutoff)
         return replace(self, results=tuple(ordered))
+
+    @property
+    def recommendation(self) -> str:
+        """The recommended cut-off with why that one, or why there is none."""
+        if self.recommended is None:
+            return self.reason
+        return f"{self.recommended:g} Hz, {self.reason}"
 
     @property
     def cutoffs(self) -> tuple[float, ...]:
@@ -163,7 +164,7 @@ def sweep(
     if not results:
         said = Note.of("no cut-off gave an estimate: ", Note.joined("; ", failures.values()))
         raise EstimationError(said.text, said.remedy, code="none-identified")
-    recommended, reason = _recommend(results)
+    recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),
         failures=failures,
@@ -216,56 +217,3 @@ def default_cutoffs(
             code="cutoff-range",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))
-
-
-def _recommend(results: Sequence[Identification]) -> tuple[float, str]:
-    """The most precise cut-off at which noise does not yet bias least squares."""
-    agreeing = [result for result in results if _agrees(result)]
-    if not agreeing:
-        lowest = results[0].prefilter.cutoff
-        if all("idm-iv" not in result.estimates for result in results):
-            return lowest, "the lowest, since there are no instruments to compare with"
-        return lowest, "the lowest, since least squares and instruments agree nowhere"
-    unbiased = [result for result in agreeing if _is_unbiased(result["idm-iv"])]
-    best = min(unbiased or agreeing, key=_vagueness)
-    if not unbiased:
-        return best.prefilter.cutoff, (
-            "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
-        )
-    return (
-        best.prefilter.cutoff,
-        "where the deviations are smallest among the cut-offs at which least squares and "
-        "instruments agree and the prefilter's own bias is below a deviation",
-    )
-
-
-def _agrees(result: Identification) -> bool:
-    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
-    if ls is None or iv is None:
-        return False
-    if (
-        len(iv.y) < MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
-        or iv.Z is None
-        or instrument_tests(iv.X, iv.Z).weakest < MIN_FIRST_STAGE_F.value
-    ):
-        return False
-    return not biased_parameters(ls, iv, endogeneity_of(iv))
-
-
-def _is_unbiased(iv: Estimate) -> bool:
-    """Whether the prefilter moves no parameter by more than its deviation."""
-    shifts = [value.shift for value in iv.parameters.values()]
-    return iv.filter_bias is not None and max(shifts) <= MAX_FILTER_BIAS.value
-
-
-def _vagueness(result: Identification) -> float:
-    """Mean relative error of the instrumental estimate, noise and filter, geometric.
-
-    One parameter that is about zero must not decide for all.
-    """
-    relative = [
-        100 * math.hypot(v.deviation, v.filter_bias or 0.0) / abs(v.value) if v.value else math.inf
-        for v in result["idm-iv"].parameters.values()
-    ]
-    return float(np.mean(np.log(np.maximum(relative, _LEAST_PERCENT))))

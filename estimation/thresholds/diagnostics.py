@@ -171,6 +171,13 @@ MAX_DELAY_DEVIATION = Threshold(
     "chosen",
 )
 
+MIN_JITTER = Threshold(
+    0.01,
+    "periods",
+    "root mean square of what parts the samples from even times, from which its effect is told",
+    "chosen",
+)
+
 # Instruments
 
 MIN_FIRST_STAGE_F = Threshold(
@@ -314,6 +321,14 @@ MIN_LEFT_OUT_ROWS = Threshold(
     "rows",
     "rows near reversals that were left out, below which nothing is said of them",
     "chosen",
+)
+NEGLIGIBLE_RESIDUAL = Threshold(
+    1e-4,
+    "1",
+    "residuals less the filter's own, by the left side, up to which what they look like is no more "
+    "than a note",
+    "measured: at most 4e-7 on simulated records without noise, 5e-3 and more on wrong models that "
+    "their residuals tell",
 )
 LARGE_SAMPLE = Threshold(
     100,

@@ -261,7 +261,7 @@ MIN_COUNTS = Threshold(
 MIN_SELDOM_CHANGES = Threshold(
     20,
     "values",
-    "values of a column from which it is told in how many rows each stands",
+    "values of a column from which it is told in how many samples each stands",
     "chosen: fewer come at even distances by chance",
 )
 MIN_SAME_PHASE = Threshold(

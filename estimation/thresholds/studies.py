@@ -60,6 +60,19 @@ MIN_REESTIMATE_DISTANCE = Threshold(
     "measured: at most 4 on right records, 5.4 on one of 2 s whose noise lasts 0.5 s; 6.1 and more "
     "with a mass a tenth larger",
 )
+MAX_SWEEP_STEP = Threshold(
+    0.1,
+    "1",
+    "share of its value by which the neighbouring cut-off of a sweep makes a known parameter "
+    "another, beyond which none is recommended without instruments",
+    "chosen",
+)
+MIN_SWEPT_CUTOFFS = Threshold(
+    3,
+    "cut-offs",
+    "with an estimate by least squares, below which none is recommended without instruments",
+    "derived: one between two others stands still or does not",
+)
 MAX_WEIGHT_DEVIATION = Threshold(
     0.02,
     "1",

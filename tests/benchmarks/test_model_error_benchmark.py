@@ -14,6 +14,7 @@ def test_strokes_have_the_speeds_of_the_public_record() -> None:
     assert abs(reference[-1]) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "motion"), [("sine of 0.2 m", "moves")])
 def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> None:
     found = study.coverage(shape, motion, runs=12, seed=1)

@@ -5,12 +5,12 @@ import hashlib
 import json
 import os
 import re
-from dataclasses import replace
 import resource
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np

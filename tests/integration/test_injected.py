@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from axisid import (
     Coordinate,
+    Identification,
     Parameter,
     Record,
     build,
@@ -62,15 +64,27 @@ def stage() -> GeneratedAxis:
     )
 
 
-def driven(place: str, *, seed: int = 1, mass: float = 100.0) -> dict[str, np.ndarray]:
-    signal = multisine(PLACES[place])
-    machine = replace(QUIET, injected=signal, injected_at=place, mass=mass)
+@cache
+def made(place: str, seed: int) -> dict[str, np.ndarray]:
+    """Columns of a machine with a test signal, or of a quiet one."""
+    injected = multisine(PLACES[place]) if place else None
+    machine = replace(QUIET, injected=injected, injected_at=place or QUIET.injected_at)
     (columns,) = records(machine, REFERENCE, 1, seed)
     return columns
 
 
-def record_of(place: str, stage: GeneratedAxis, **given: float) -> Record:
-    return read_record(driven(place, **given), stage, injected_at=place)  # type: ignore[arg-type]
+def driven(place: str, *, seed: int = 1) -> dict[str, np.ndarray]:
+    return {**made(place, seed)}
+
+
+def record_of(place: str, stage: GeneratedAxis, *, seed: int = 1) -> Record:
+    return read_record(driven(place, seed=seed), stage, injected_at=place)
+
+
+@pytest.fixture(scope="module")
+def plain(stage: GeneratedAxis) -> Identification:
+    """Of a record without a test signal."""
+    return identify(stage, read_record(driven("", seed=4), stage))
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -120,8 +134,9 @@ def test_a_wrong_place_sign_or_unit_is_told(stage: GeneratedAxis) -> None:
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_validation_reckons_with_it_and_misses_it(place: str, stage: GeneratedAxis) -> None:
-    plain = identify(stage, read_record(records(QUIET, REFERENCE, 1, 4)[0], stage))
+def test_validation_reckons_with_it_and_misses_it(
+    place: str, stage: GeneratedAxis, plain: Identification
+) -> None:
     held = validate(plain, record_of(place, stage, seed=5))
     assert "the estimates hold" in str(held)
     assert held.to_dict()["holds"]
@@ -141,8 +156,7 @@ def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
         kept = {name: columns[name] for name in ("time", "reference", "position")}
         return read_record({**kept, "force": QUIET.gain * columns["control"]}, stage)
 
-    (quiet,) = records(QUIET, REFERENCE, 1, 4)
-    plain = identify(stage, forced(quiet))
+    plain = identify(stage, forced(driven("", seed=4)))
     missed = " ".join(str(validate(plain, forced(driven("control", seed=5)))).split())
     assert "the force fits the motion, but the simulated position" in missed
 

@@ -13,7 +13,6 @@ import pytest
 
 import axisid
 from axisid import (
-    DataError,
     Identification,
     ModelError,
     Record,
@@ -25,6 +24,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw
 from axisid.estimation import LogBlocks, identify_stream
+from tests.refusals import refuses
 
 _HUGE: Any = 10**400  # beyond floating point
 
@@ -228,7 +228,7 @@ ELEMENTS: dict[str, Callable[[Any], object]] = {
 @pytest.mark.parametrize("other", ["x", None, 3, FV, np.ones(3), load_axis("emps")], ids=type)
 @pytest.mark.parametrize("name", ELEMENTS)
 def test_an_element_of_no_coordinate_is_told(name: str, other: object) -> None:
-    with pytest.raises(ModelError, match=r"the coordinate is .*; give a Coordinate") as refused:
+    with refuses("coordinate-type") as refused:
         ELEMENTS[name](other)
     assert len(str(refused.value)) < 200
 
@@ -304,7 +304,7 @@ def test_what_is_no_part_of_a_declaration_is_told(name: str) -> None:
 
 @pytest.mark.parametrize("seed", [-1, None, "x", 1.5, True, []], ids=str)
 def test_a_seed_is_a_whole_number(given: Context, seed: Any) -> None:
-    with pytest.raises(UsageError, match=r"the seed is .*; give a whole number of 0 or more"):
+    with refuses("draws-seed"):
         given.result["idm-ls"].propagate("M", draws=10, seed=seed)
 
 
@@ -315,7 +315,7 @@ def test_what_names_no_file_is_told(given: Context, name: str) -> None:
         lambda: axisid.export(name),
         lambda: axisid.compare_results(given.result, name),
     ):
-        with pytest.raises(DataError, match=r"is no name of a file\. Give a result"):
+        with refuses("bad-file-name"):
             call()
 
 
@@ -336,7 +336,7 @@ def test_what_is_of_another_kind_is_told(given: Context, name: str) -> None:
 def test_a_saved_result_has_the_methods_of_its_file(given: Context, tmp_path: Path) -> None:
     file = tmp_path / "result.json"
     file.write_text(json.dumps(given.result.to_dict()))
-    with pytest.raises(UsageError, match="the result has no 3; choose from idm-ls"):
+    with refuses("not-in-file", "3; choose from idm-ls"):
         axisid.load_result(file)[3]  # type: ignore[index]
-    with pytest.raises(UsageError, match=r"holds no draws of \[\] by idm-ls"):
+    with refuses("no-saved-draws"):
         axisid.load_result(file)["idm-ls"].propagate([])  # type: ignore[arg-type]

@@ -10,14 +10,20 @@ import pytest
 from axisid import (
     Identification,
     Record,
-    UsageError,
+    compare,
+    friction_ladder,
     identify,
     load_axis,
     load_result,
     read_record,
     sweep,
+    twin_record,
+    validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.presentation.frames import frame_of
+from axisid.support.presentable import Presentable
+from tests.refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -56,15 +62,46 @@ def test_a_sweep_is_a_dataframe_too(emps2015: GeneratedAxis, twin: Record) -> No
 def test_what_is_no_library_or_no_table_is_refused(
     result: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(UsageError, match="give pandas or polars"):
+    with refuses("unknown-dataframe"):
         result.to_frame("excel")
-    with pytest.raises(UsageError, match="has no table of numbers"):
-        result.diagnosis.to_frame()
+    with refuses("no-frame"):
+        frame_of(Presentable(), "pandas")
     monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
-    with pytest.raises(UsageError, match="pip install pandas"):
+    with refuses("no-dataframes"):
         result.to_frame()
-    with pytest.raises(UsageError, match="pip install polars"):
+    with refuses("missing-dataframe"):
         result.to_frame("polars")
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_comparison_validation_and_diagnosis_are_dataframes(
+    result: Identification, emps2015: GeneratedAxis, twin: Record, library: str
+) -> None:
+    pytest.importorskip(library)
+    compared = compare(friction_ladder(emps2015.declared), twin)
+    candidates = compared.to_frame(library)
+    assert list(candidates["candidate"]) == [each.name for each in compared.candidates]
+    recommended = [each.name == compared.recommended for each in compared.candidates]
+    assert list(candidates["recommended"]) == recommended
+    held = validate(result, twin_record(emps2015, seed=3))
+    methods = held.to_frame(library)
+    assert list(methods["method"]) == [each.method for each in held]
+    assert list(methods["holds"]) == [each.holds for each in held]
+    checks = result.diagnosis.to_frame(library)
+    assert list(checks["check"]) == [check.name for check in result.verdict]
+    assert list(checks["status"]) == [check.status for check in result.verdict]
+
+
+def test_comparison_sweep_and_validation_have_tables_in_notebooks(
+    result: Identification, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    shown = (
+        compare(friction_ladder(emps2015.declared), twin),
+        sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"]),
+        validate(result, twin_record(emps2015, seed=3)),
+    )
+    for each in shown:
+        assert "<table" in each._repr_html_()
 
 
 def test_diagnosis_and_axis_have_tables_in_notebooks(result: Identification) -> None:
@@ -93,9 +130,9 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
     assert result.plot(what, ax=axes) is figure
     assert all(each.has_data() for each in axes)
     assert named(ax=figure.subplots(panels, 1)) is figure
-    with pytest.raises(UsageError, match=f"has {panels} panels, and ax {panels + 1} axes"):
+    with refuses("axes-count", f"has {panels} panels, and ax {panels + 1} axes"):
         result.plot(what, ax=figure.subplots(panels + 1, 1))
-    with pytest.raises(UsageError, match="give axes of Matplotlib"):
+    with refuses("no-axes"):
         result.plot(what, ax="here")
 
 
@@ -129,5 +166,5 @@ def test_what_pandas_has_of_its_own_is_read_without_another_library(
     assert record.time == pytest.approx(time, abs=1e-9)
     assert record.position == pytest.approx(np.sin(20 * time))
     frame.columns = ["time", "position", "position"]
-    with pytest.raises(Exception, match="more than once; rename one"):
+    with refuses("repeated-column"):
         read_record(frame)

@@ -15,7 +15,7 @@ from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.records import Record, advised_between, rows_apart
+from axisid.estimation.records import Record, advised_between, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
 from axisid.estimation.tables import label_unit
@@ -36,6 +36,7 @@ from axisid.support.remedy import Remedy, Setting
 
 _OFTEN = 4  # rows in a period of the highest frequency that is left
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
+_TINY = 1e-300
 _FARTHEST = 50.0  # samples of delay that are looked for
 #: Units that a column may be in though nobody said so, by what the coordinate is measured in.
 _UNITS = {
@@ -59,7 +60,7 @@ class MotionComparison:
     size : float
         Root mean square of the computed one, SI.
     left_percent : float
-        What remains between the two, percent of it.
+        What remains of either beside the other, percent of it.
     """
 
     factor: float
@@ -159,22 +160,13 @@ def _fitted(
     computed: Array, target: Array, rows: NDArray[np.int64], step: int
 ) -> MotionComparison | Missing:
     order = Neighbours.of(rows, step)
-    delay, found = 0.0, _fit(computed, target, rows, order)
-    for _ in range(_STEPS):
-        change = -float(found.theta[1]) / float(found.theta[0]) if found.theta[0] else 0.0
-        delay += change
-        if not abs(delay) < _FARTHEST:
-            return Missing("the two are farther apart in time than is looked for")
-        moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
-        found = _fit(moved, target, rows, order)
-        if abs(change) < _STILL:
-            break
+    delay, moved, found = _in_step(computed, target, rows, order)
     back = _fit(target, moved, rows, order)
     deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(found)))
-    low, high = sorted((float(found.theta[0]), 1 / float(back.theta[0])))
+    low, high = sorted((float(found.theta[0]), 1 / (float(back.theta[0]) or _TINY)))
     gain = (low + high) / 2
     size = float(np.sqrt(np.mean(computed[rows] ** 2)))
-    left = float(np.sqrt(np.mean(found.residuals**2)))
+    alike = float(found.theta[0] * back.theta[0])  # squared partial correlation
     return MotionComparison(
         factor=gain,
         factor_deviation=float(np.hypot(deviations[0], (high - low) / 2)),
@@ -183,8 +175,29 @@ def _fitted(
         offset=float(found.theta[2]),
         offset_deviation=float(deviations[2]),
         size=size,
-        left_percent=100 * left / (size * abs(gain)) if gain else float("inf"),
+        left_percent=100 * float(np.sqrt(max(1 - alike, 0.0))),
     )
+
+
+def _in_step(
+    computed: Array, target: Array, rows: NDArray[np.int64], order: Neighbours
+) -> tuple[float, Array, Solution]:
+    """The delay that leaves none to be fitted, what is so moved, and the fit; else none is taken.
+
+    Two signals that have nothing to do with each other have no delay.
+    """
+    first = _fit(computed, target, rows, order)
+    delay, moved, found = 0.0, computed, first
+    for _ in range(_STEPS):
+        change = -float(found.theta[1]) / float(found.theta[0]) if found.theta[0] else np.inf
+        delay += change
+        if not abs(delay) < _FARTHEST:
+            return 0.0, computed, first
+        moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
+        found = _fit(moved, target, rows, order)
+        if abs(change) < _STILL:
+            break
+    return delay, moved, found
 
 
 def _fit(given: Array, target: Array, rows: NDArray[np.int64], order: Neighbours) -> Solution:
@@ -194,12 +207,16 @@ def _fit(given: Array, target: Array, rows: NDArray[np.int64], order: Neighbours
     return least_squares(target[rows], regressor)
 
 
-def motion_check(axis: GeneratedAxis, record: Record, role: str) -> Check | Missing | None:
-    """A measured velocity or acceleration against a derivative; nothing without the column."""
-    if getattr(record, role) is None:
-        return None
-    found = compared_motion(record, role)
-    if isinstance(found, Missing):
+def compared_motions(record: Record) -> dict[str, MotionComparison | Missing]:
+    """`compared_motion` of each of the two that was measured."""
+    return {role: compared_motion(record, role) for role in record.motion if role != "position"}
+
+
+def motion_check(
+    axis: GeneratedAxis, record: Record, role: str, found: MotionComparison | Missing | None
+) -> Check | Missing | None:
+    """What was found of a measured velocity or acceleration; nothing without the column."""
+    if found is None or isinstance(found, Missing):
         return found
     against, told = _derivative(record, role), _told(axis, found, role)
     meaning, remedy = f"the measured {role} is {against} ({told})", None
@@ -267,7 +284,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: MotionComparison, role: 
 
 
 def _in_time(record: Record, found: MotionComparison, role: str) -> Remedy:
-    apart = rows_apart(getattr(record, role))
+    apart = samples_apart(getattr(record, role))
     if apart > 1:
         return Remedy.of("draw it between its values (", advised_between(role), ")")
     whole = round(found.delay)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from axisid import Prefilter, Record, identify
+from axisid import Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.thresholds.threshold import Threshold
 from axisid.estimation.checks.check import Check, Status, passed
@@ -83,7 +83,10 @@ def test_autocorrelation_matters_where_the_deviations_do_not_allow_for_it(
 
 def test_every_row_makes_the_check_of_its_name(emps2015: GeneratedAxis, twin: Record) -> None:
     assert twin.control is not None
-    measured = replace(twin, force=emps2015.axis.drive.gain * twin.control)
+    measured = replace(
+        twin_record(emps2015, velocity_noise=0.0, acceleration_noise=0.0),
+        force=emps2015.axis.drive.gain * twin.control,
+    )
     case = Case(
         problem=(result := identify(emps2015, measured)).problem, estimates=result.estimates
     )

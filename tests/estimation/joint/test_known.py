@@ -4,6 +4,7 @@ import pytest
 
 from axisid import UsageError
 from axisid.estimation.joint.known import known_of, read_known
+from tests.refusals import refuses
 
 
 def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
@@ -27,12 +28,12 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     ],
 )
 def test_a_text_that_lists_no_values_is_refused_with_its_place(text: str, said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+    with refuses("known-text", said):
         read_known([text])
 
 
 def test_a_name_is_known_once() -> None:
-    with pytest.raises(UsageError, match="known twice"):
+    with refuses("known-twice"):
         read_known(["m=1,2", "m=3,4"])
 
 

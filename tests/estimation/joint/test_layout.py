@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Coordinate, ModelError, Parameter, UsageError, build, fix, load_axis, newton
+from axisid import Coordinate, Parameter, UsageError, build, fix, load_axis, newton
 from axisid.estimation.joint.known import known_of
 from axisid.estimation.joint.layout import GAIN, layout_of
 from tests.axes.stage import generated, stage
+from tests.refusals import refuses
 
 
 def test_a_payload_is_taken_off_what_it_is_added_to_and_tells_the_gain() -> None:
@@ -105,13 +106,13 @@ def test_names_that_the_axis_has_not_are_refused(
 
 
 def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
-    with pytest.raises(ModelError, match=r"angle .* enters nonlinearly"):
+    with refuses("nonlinear-of-several"):
         layout_of(_leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
 
 
 def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
     axis = build(fix(stage(), M=(100.0, 1.0)))
-    with pytest.raises(UsageError, match=r"M is fixed, .* say it of each record"):
+    with refuses("fixed-of-several"):
         layout_of(axis, 2, (), ("tau0",), commanded=True)
 
 

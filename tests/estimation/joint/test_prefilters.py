@@ -2,9 +2,9 @@
 
 import pytest
 
-from axisid import UsageError
 from axisid.estimation.joint.prefilters import prefilters_of
 from axisid.estimation.signals.prefilter import Prefilter
+from tests.refusals import refuses
 
 
 def test_records_of_one_period_have_the_filter_that_was_asked_for() -> None:
@@ -25,5 +25,5 @@ def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> Non
 
 
 def test_periods_without_a_common_multiple_are_refused_with_advice() -> None:
-    with pytest.raises(UsageError, match=r"no common multiple.*resample"):
+    with refuses("no-common-period"):
         prefilters_of(Prefilter(), 1e-3, [1e-3, 1.0137e-3])

@@ -109,17 +109,17 @@ def test_text_compressed_by_zstd_is_read(tmp_path: Path) -> None:
     record = read_record(packed)
     assert "unpacked by zstd" in record.provenance.assumed
     (tmp_path / "log.csv").write_bytes(content)
-    with pytest.raises(DataError, match=r"compressed by zstd .*\.csv\.zst"):
+    with refuses("other-kind-of-file"):
         read_record(tmp_path / "log.csv")
     packed.write_bytes(content[:-9])
-    with pytest.raises(DataError, match="cannot be unpacked"):
+    with refuses("damaged-packing"):
         read_record(packed)
     packed.write_bytes(TEXT.encode())
-    with pytest.raises(DataError, match="not compressed by zstd"):
+    with refuses("other-kind-of-file"):
         read_record(packed)
     bomb = arrow.compress(bytes(100_000_000), codec="zstd", asbytes=True)
     packed.write_bytes(bomb)
-    with pytest.raises(DataError, match="memory"):
+    with refuses("memory"):
         read_record(packed, max_memory=1e7)
 
 
@@ -134,5 +134,5 @@ def test_without_a_library_zstd_is_told_with_what_to_install(
     packed = tmp_path / "log.csv.zst"
     packed.write_bytes(b"\x28\xb5\x2f\xfd" + bytes(20))
     monkeypatch.setattr(packings, "library", missing)
-    with pytest.raises(DataError, match="pip install zstandard"):
+    with refuses("no-zstd"):
         read_record(packed)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, read_record
+from tests.refusals import refuses
 
 TIME = 1e-3 * np.arange(200)
 COLUMNS: dict[str, list[float]] = {
@@ -85,7 +86,7 @@ def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
     del lacking[7]["position"]
     lacking[9]["position"] = None  # type: ignore[assignment]
     file.write_text(json.dumps(lacking))
-    with pytest.raises(DataError, match=r"nan in data row 8 \(2 of 200"):
+    with refuses("empty-cells", r"data row 8 \(2 of 200"):
         read_record(file)
 
 

@@ -19,12 +19,13 @@ from axisid.estimation.regression.simulated_rows import LoopDataError, simulated
 from axisid.estimation.simulation.closed_loop import signals_before, simulate_estimate
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.simulation.two_clocks import TwoClocks
-from axisid.modeling.declaration.experiment import back_and_forth
+from axisid.modeling.declaration.experiment import Move, back_and_forth
 from axisid.support.missing import Missing
 from tests.axes.simulated import F0, Fc, Fv, M, q
 from tests.estimation.simulation.test_loop_start import THETA, p_pi
 
 MOVES = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)
+SHORT = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.5, repeat=1)
 LOG = 1e-3
 
 
@@ -49,11 +50,17 @@ def cascade_p_pi(period: float) -> ControlLaw:
     return replace(p_pi(BALANCED), period=period)
 
 
-def logged(axis: GeneratedAxis, period: float, noise: float = 0.0, late: int = 0) -> Record:
+def logged(
+    axis: GeneratedAxis,
+    period: float,
+    noise: float = 0.0,
+    late: int = 0,
+    moves: tuple[Move, ...] = MOVES,
+) -> Record:
     """The axis's loop with its set point made at every evaluation, as a log of another period."""
     law = axis.axis.control
     assert law is not None
-    reference = trajectory(MOVES, law.period)
+    reference = trajectory(moves, law.period)
     rng = np.random.default_rng(1)
     errors = noise * rng.normal(size=len(reference))
     loop = simulate(axis, THETA, reference, law.period, position_noise=errors)
@@ -222,7 +229,7 @@ def test_the_law_check_says_what_the_log_leaves_open() -> None:
 @pytest.mark.parametrize("name", ["kp", "kv"])
 def test_a_wrong_law_between_the_samples_is_found_out(name: str) -> None:
     law = cascade_p_pi(1 / 16e3)
-    record = logged(stage(law), 1e-3, noise=1e-8)
+    record = logged(stage(law), 1e-3, noise=1e-8, moves=SHORT)
     wrong = replace(law, gains={**law.gains, name: 1.1 * law.gains[name]})
     check = check_law(stage(wrong), record)
     assert isinstance(check, LawCheck)

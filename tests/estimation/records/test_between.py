@@ -1,4 +1,4 @@
-"""Columns that are written more seldom than the log's rows: found, told, drawn between."""
+"""Columns that are written more seldom than the log's samples: found, told, drawn between."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 
 from axisid import read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records import rows_apart
+from axisid.estimation.records import samples_apart
 from tests.refusals import refuses
 
 N, PERIOD = 2000, 1e-3
@@ -28,30 +28,30 @@ def read(velocity: np.ndarray, how: str | None = None) -> Any:
 
 @pytest.mark.parametrize(("values", "apart"), [(VELOCITY, 1), (HELD, 4), (EMPTY, 4)])
 def test_how_often_a_column_is_written_is_found(values: np.ndarray, apart: int) -> None:
-    assert rows_apart(values) == apart
+    assert samples_apart(values) == apart
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_rounded_column_is_written_in_every_row(seed: int) -> None:
+def test_a_rounded_column_is_written_in_every_sample(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    assert rows_apart(np.round(VELOCITY + rng.normal(0, 0.3, N))) == 1
-    assert rows_apart(np.round(VELOCITY / 4)) == 1
+    assert samples_apart(np.round(VELOCITY + rng.normal(0, 0.3, N))) == 1
+    assert samples_apart(np.round(VELOCITY / 4)) == 1
 
 
 def test_a_column_that_holds_its_values_is_told() -> None:
     (doubt,) = read(HELD).provenance.doubts
-    assert "in every 4th row" in doubt.text
+    assert "in every 4th sample" in doubt.text
     assert not read(VELOCITY).provenance.doubts
 
 
 @pytest.mark.parametrize("values", [HELD, EMPTY])
-@pytest.mark.parametrize(("how", "off"), [("spline", 1e-5), ("linear", 0.02), ("held", 3.0)])
+@pytest.mark.parametrize(("how", "off"), [("spline", 1e-4), ("linear", 0.06), ("held", 3.0)])
 def test_it_is_drawn_between_its_values(values: np.ndarray, how: str, off: float) -> None:
     record = read(values, how)
     inside = slice(8, -8)
     apart = np.abs(np.asarray(record.velocity) - VELOCITY)[inside].max()
     assert apart < off
-    assert (apart > off / 10) == (how != "spline") or how == "spline"
+    assert apart > off / 10
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("between", N - N // 4)
     assert not record.provenance.doubts

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, Record, UsageError, read_record
+from axisid import Record, UsageError, read_record
 from axisid.estimation import Repairs
+from tests.refusals import refuses
 
 N, PERIOD = 1000, 1e-3
 TIME = PERIOD * np.arange(N)
@@ -62,7 +63,7 @@ def test_a_window_is_taken_of_what_was_moved() -> None:
 
 
 def test_part_of_a_sample_needs_resampling() -> None:
-    with pytest.raises(UsageError, match=r"shifted by 0\.5 samples") as refused:
+    with refuses("part-of-a-sample", r"shifted by 0\.5 samples") as refused:
         read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}))
     assert refused.value.code == "part-of-a-sample"
     record = read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}, resample=1000.0))
@@ -89,6 +90,6 @@ def test_a_shift_that_cannot_be_made_is_refused(shift: Any, said: str) -> None:
 
 
 def test_a_column_that_is_not_there_is_named() -> None:
-    with pytest.raises(DataError, match="the force is to be shifted") as refused:
+    with refuses("nothing-to-shift") as refused:
         read_record(log(), repairs=Repairs(shift={"force": 1}))
     assert refused.value.code == "nothing-to-shift"

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, identify, simulate
+from axisid import Record, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.lacking.examined_rows import ExaminedRows, examined
-from axisid.estimation.regression import Hac, Solution, encoder_step, steps_error
+from axisid.estimation.regression import Hac, Solution, sensor_steps, steps_error
 from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 
@@ -29,9 +29,9 @@ def stepped(axis: GeneratedAxis, twin: Record, place: float, step: float = STEP)
 
 def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) -> None:
     coarse = stepped(emps2015, twin, 0.3)
-    assert encoder_step(emps2015, coarse) == pytest.approx(STEP, rel=1e-6)
+    assert sensor_steps(emps2015, coarse).position == pytest.approx(STEP, rel=1e-6)
     lawless = replace(emps2015, axis=replace(emps2015.axis, control=None))
-    assert encoder_step(lawless, coarse) == 0
+    assert not sensor_steps(lawless, coarse)
 
 
 def test_intervals_hold_the_mass_that_steps_bias(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -44,6 +44,22 @@ def test_intervals_hold_the_mass_that_steps_bias(emps2015: GeneratedAxis, twin: 
     assert held >= len(places) - 1
     assert "encoder's steps of 5e-06 m" in estimate.covariance_names["hac"]
     assert "encoder" not in estimate.covariance_names["iid"]
+
+
+def test_a_velocity_in_coarse_steps_is_reckoned_with_unless_its_noise_averages_them(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    velocity = np.asarray(twin_record(emps2015, velocity_noise=0.0).velocity)
+    step = 0.02 * float(np.sqrt(np.mean(velocity**2)))
+    noise = np.random.default_rng(1).normal(0, 1.5 * step, len(velocity))
+    coarse = replace(twin, velocity=step * np.round(velocity / step))
+    assert sensor_steps(emps2015, coarse).velocity == pytest.approx(step, rel=1e-6)
+    noisy = replace(twin, velocity=step * np.round((velocity + noise) / step))
+    assert sensor_steps(emps2015, noisy).velocity == 0
+    estimate = identify(emps2015, coarse, methods="idm-iv")["idm-iv"]
+    assert "a measured velocity's steps of" in estimate.covariance_names["hac"]
+    for value, true in zip(estimate.parameters.values(), TRUTH, strict=True):
+        assert value.interval[0] < true < value.interval[1]
 
 
 def test_a_fine_encoder_adds_nothing(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -2,16 +2,19 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, identify, sweep
+from axisid import Prefilter, Record, build, identify, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
 from axisid.estimation.signals.prefilter import matching_decimation
 from axisid.estimation.studies.sweep import default_cutoffs
+from axisid.presentation.drawing import sweep_figure
+from axisid.presentation.plots.result import sweep_plot
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -48,13 +51,64 @@ def test_decimation_follows_the_cutoff(swept: Sweep) -> None:
     assert matching_decimation(400.0, 1e-3) == 2
 
 
-def test_without_instruments_the_lowest_is_recommended(
+def off(result: Sweep, truth: dict[str, float]) -> dict[float, float]:
+    """Largest error of a parameter by cut-off, percent."""
+    return {
+        each.prefilter.cutoff: max(
+            100 * abs(v.corrected / truth[name] - 1)
+            for name, v in each.preferred.parameters.items()
+        )
+        for each in result.results
+    }
+
+
+@pytest.mark.parametrize("has_law", [False, True])
+def test_without_instruments_the_steadiest_cutoff_is_recommended(
+    emps2015: GeneratedAxis, twin: Record, *, has_law: bool
+) -> None:
+    """Near the best, and far from those that noise ruins."""
+    axis = emps2015 if has_law else build(replace(emps2015.axis, control=None))
+    cutoffs = (10.0, 20.0, 30.0, 45.0, 70.0, 110.0, 170.0, 260.0)
+    result = sweep(axis, replace(twin, reference=None), cutoffs, methods=["idm-ls"])
+    errors = off(result, dict(twin.provenance.truth))
+    assert result.recommended is not None
+    chosen = errors[result.recommended]
+    assert chosen <= 3 * min(errors.values())
+    assert chosen < 1.0 < errors[70.0] + errors[260.0]
+    assert "there are no instruments to compare with" in result.recommendation
+    assert f"{result.recommended:g} Hz, where" in result.summary()
+
+
+def test_a_log_on_which_least_squares_stands_still_nowhere_has_no_recommendation(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    rng = np.random.default_rng(1)
+    noisy = replace(twin, reference=None, position=twin.position + rng.normal(0.0, 2e-4, len(twin)))
+    result = sweep(emps2015, noisy, (40.0, 60.0, 90.0, 130.0), methods=["idm-ls"])
+    assert result.recommended is None
+    assert "stands still nowhere" in result.summary()
+    assert result.to_dict()["recommended_cutoff"] is None
+    sweep_figure(result, tmp_path / "sweep.png")
+    plot = sweep_plot(result, 60.0)
+    assert [name for _, name in plot.marks] == ["used"]
+
+
+@pytest.mark.parametrize("cutoffs", [(60.0,), (60.0, 30.0)])
+def test_two_cutoffs_do_not_show_where_noise_begins(
+    emps2015: GeneratedAxis, twin: Record, cutoffs: tuple[float, ...]
+) -> None:
+    result = sweep(emps2015, twin, cutoffs, methods=["idm-ls"])
+    assert result.cutoffs == tuple(sorted(cutoffs))
+    assert result.recommended is None
+    assert "give 3 or more" in result.reason
+
+
+def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    result = sweep(emps2015, twin, (60.0, 30.0), methods=["idm-ls"])
-    assert result.cutoffs == (30.0, 60.0)
-    assert result.recommended == 30.0
-    assert "no instruments" in result.reason
+    result = sweep(emps2015, twin, (150.0, 250.0, 400.0), methods=["idm-ls", "idm-iv"])
+    assert result.recommended is not None
+    assert "believe the instruments" in result.reason
 
 
 def test_cutoffs_that_give_nothing_are_told(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -31,6 +31,10 @@ IMPLEMENTATION = {
     "slices._SHORT": "what is run at once",
     "loop_start._CLOSE": "rounding of a control",
     "two_clocks._COINCIDES": "rounding of a time",
+    "measured_motion._STILL": "where a search ends",
+    "measured_motion._FARTHEST": "how far a search goes",
+    "measured_motion._TINY": "what there is to divide by",
+    "start_position._STEP": "step of a difference",
     "law_between._COINCIDES": "rounding of a time",
     "start_memory._LINEAR": "rounding of a control",
     "virtual_loop._JUST_LEFT": "where an event's time is rounded",
@@ -90,7 +94,7 @@ IMPLEMENTATION = {
     "streaming._FORGOTTEN": "rounding of what a filter keeps",
     "sweep._LOWEST": "the cut-offs that are tried",
     "sweep._HIGHEST": "the cut-offs that are tried",
-    "sweep._LEAST_PERCENT": "rounding of an error",
+    "recommendation._LEAST": "rounding of an error",
 }
 #: The same in comparisons, which no constant names.
 COMPARED = {

@@ -131,7 +131,14 @@ REFUSED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", REFUSED)
+#: That costs a few seconds before it is too much.
+LONG = "more terms than allowed"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name == LONG else ()) for name in REFUSED],
+)
 def test_what_would_take_longer_is_refused_with_the_reason(name: str) -> None:
     make, message = REFUSED[name]
     with within(_CALLS), pytest.raises(ModelError, match=rf"^axis 't': .*{message}"):

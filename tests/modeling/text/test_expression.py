@@ -160,7 +160,7 @@ pi, G, h, s, k, a = CONSTANTS.values()
         ("log(log(pi - 3))", "column 1", "text-no-value", ""),
         ("b + sqrt(a)", "column 5", "text-no-value", ""),
         ("log(a)", "column 1", "text-no-value", ""),
-        ("a**0.5", "column 1", "text-no-value", "nan"),
+        ("a**0.5", "column 1", "text-no-value", ""),
         ("x/(k - 2)", "column 4", "text-division-by-zero", ""),
     ],
 )

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from axisid import DataError, read_record
+from axisid import read_record
 from axisid.support.files import memory
 from axisid.support.files.memory import machine_memory, room_for
 from tests.bounded import within
@@ -107,7 +107,7 @@ def test_packed_log_is_refused_before_it_is_unfolded(
 ) -> None:
     file = make(tmp_path)
     tracemalloc.start()
-    refused = pytest.raises(DataError, match=r"would take more than 0\.02 GB.*max_memory=BYTES")
+    refused = refuses("memory", r"would take more than 0\.02 GB.*max_memory=BYTES")
     with within(100_000), refused:
         read_record(file, max_memory=ROOM)
     peak = tracemalloc.get_traced_memory()[1]

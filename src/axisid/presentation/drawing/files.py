@@ -47,7 +47,12 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     path : Path
         Written whole or not at all; the suffix chooses the format.
     """
-    title = f"recommended cut-off {result.recommended:g} Hz (dashed)"
+    chosen = result.recommended
+    title = (
+        "no cut-off recommended"
+        if chosen is None
+        else f"recommended cut-off {chosen:g} Hz (dashed)"
+    )
     _save(draw(sweep_plot(result), title), path)
 
 

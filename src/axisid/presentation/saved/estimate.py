@@ -130,8 +130,8 @@ class SavedEstimate(Presentable):
 
     @property
     def covariance(self) -> Array:
-        """Of the physical parameters for independent residuals; see `covariances` for others."""
-        return self.covariances["iid"]
+        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
+        return self.covariances[self.chosen]
 
     @cached_property
     def ddm_covariances(self) -> Mapping[str, Array]:
@@ -293,9 +293,8 @@ class SavedEstimate(Presentable):
 
         The map of a direct model bends too; of that the file has each parameter's own part.
         """
-        covariance = self.covariances[self.chosen]
-        first = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
-        scaled = hessian @ covariance
+        first = math.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))
+        scaled = hessian @ self.covariance
         second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
         own = second / first if first else math.inf if second else 0.0
         return float(max(own, 0.0, *self.curvatures[gradient != 0]))

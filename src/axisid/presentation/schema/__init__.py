@@ -22,6 +22,7 @@ from .diagnosis import WrittenExcitation as WrittenExcitation
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
 from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength
@@ -41,6 +42,7 @@ from .record import WrittenPrefilter as WrittenPrefilter
 from .record import WrittenRecord as WrittenRecord
 from .record import WrittenRepair as WrittenRepair
 from .record import WrittenRequest as WrittenRequest
+from .record import WrittenSignal as WrittenSignal
 from .record import WrittenStreamRecord as WrittenStreamRecord
 from .residuals import WrittenAutocorrelation as WrittenAutocorrelation
 from .residuals import WrittenCrossCorrelation as WrittenCrossCorrelation

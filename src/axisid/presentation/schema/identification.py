@@ -16,10 +16,11 @@ from .diagnosis import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
+    WrittenMotionComparison,
     WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
-from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
+from .record import WrittenPrefilter, WrittenRecord, WrittenRequest, WrittenSignal
 from .values import WrittenKnown
 
 
@@ -110,6 +111,10 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     alignment: WrittenAlignment
     verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
     lack_of_fit: WrittenLackOfFit | UnsetType = UNSET
+    measured_motion: Annotated[
+        Mapping[str, WrittenMotionComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
+    ] = UNSET
 
 
 class WrittenIdentification(
@@ -122,6 +127,10 @@ class WrittenIdentification(
     left_out: Annotated[
         Mapping[str, float] | UnsetType,
         about("What stands for the parameters that were left out, SI, by name."),
+    ] = UNSET
+    signals: Annotated[
+        tuple[WrittenSignal, ...] | UnsetType,
+        about("Recorded signals that the axis declares, if there are any."),
     ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter
@@ -149,6 +158,10 @@ class WrittenIdentification(
     ] = UNSET
     attenuation: Annotated[
         WrittenAttenuation | UnsetType, about("The two forms of least squares; absent without.")
+    ] = UNSET
+    measured_motion: Annotated[
+        Mapping[str, WrittenMotionComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
     ] = UNSET
     skipped: Annotated[
         Mapping[str, str],
@@ -181,7 +194,7 @@ class WrittenIdentification(
 class WrittenSweep(JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"):
     """What `axisid sweep --json` writes."""
 
-    recommended_cutoff: Annotated[float, about("Hz")]
+    recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]
     reason: str
     failures: Annotated[
         Mapping[str, str],

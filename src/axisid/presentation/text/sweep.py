@@ -70,6 +70,6 @@ def _remarks(sweep: Sweep, wording: Wording) -> Paragraph:
     if not isinstance(sweep.law, Missing) and not sweep.law.passed:
         law = sweep.law.note.worded(wording)
         lines.append(f"believe nothing before this is mended: {law}.")
-    said = f"{sweep.recommended:g} Hz, {sweep.reason}."
+    said = f"{sweep.recommendation}."
     recommended = Sentence(lead="recommended: ", text=said, filled=False)
     return paragraph(*lines, recommended, filled=False)

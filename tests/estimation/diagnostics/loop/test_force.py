@@ -1,5 +1,6 @@
 """A force column beside a control, and a control beside its limit: what does not fit is named."""
 
+from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
@@ -129,16 +130,22 @@ def test_of_a_drive_that_is_no_gain_alone_no_other_gain_is_advised(
         assert f"Check the force column's scale and {told}" in check.meaning
 
 
+def first_that_fails(axis: GeneratedAxis, record: Record) -> float:
+    """The least factor of the force that is no longer allowed, to 0.002, by halving."""
+    force, scales = made(axis, record), np.arange(1.02, 1.3, 0.002)
+
+    def fails(scale: float) -> bool:
+        return force_check(axis, replace(record, force=scale * force)).status == "fail"
+
+    return float(scales[bisect_left(scales, True, key=fails)])
+
+
 def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record) -> None:
     """The gain makes more of the force than the force is, so that a larger factor is allowed."""
     factors = {}
     for brake in (0.0, -BRAKE, BRAKE):
         axis = build(braked(load_axis("emps2015"), relative_sd=0.03, brake=brake), native=False)
-        factors[brake] = next(
-            scale
-            for scale in np.arange(1.02, 1.3, 0.002)
-            if force_check(axis, replace(twin, force=scale * made(axis, twin))).status == "fail"
-        )
+        factors[brake] = first_that_fails(axis, twin)
     assert factors[-BRAKE] < factors[0.0] < factors[BRAKE]
 
 

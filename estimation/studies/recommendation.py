@@ -1,0 +1,175 @@
+"""Which cut-off of a sweep to take, and why; or why none can be named.
+
+With instruments that agree with least squares noise does no harm, and the most precise cut-off is
+taken. Without them nothing tells where noise begins to bias, but what a cut-off does shows in its
+neighbours: what rounding or noise moves at one, it moves otherwise at the next. An estimate's error
+is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
+loops follow the record) and the step to its neighbours together.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from axisid.estimation.diagnostics.estimates import (
+    biased_parameters,
+    endogeneity_of,
+    instrument_tests,
+)
+from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.identification import Identification
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_FILTER_BIAS,
+    MAX_RELATIVE_DEVIATION,
+    MIN_FIRST_STAGE_F,
+)
+from axisid.estimation.thresholds.estimates import MIN_ROWS_PER_PARAMETER
+from axisid.estimation.thresholds.studies import MAX_SWEEP_STEP, MIN_SWEPT_CUTOFFS
+from axisid.support.arrays import Array
+
+_LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
+_STEADY = (
+    "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
+    "smallest together"
+)
+
+
+def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
+    """A cut-off, Hz, and why that one; None where none can be named.
+
+    Parameters
+    ----------
+    results : sequence of Identification
+        By cut-off, ascending.
+    """
+    agreeing = [result for result in results if _agrees(result)]
+    if agreeing:
+        return _most_precise(agreeing)
+    strong = [result for result in results if _is_strong(result.estimates.get("idm-iv"))]
+    if strong:
+        best = min(strong, key=lambda result: _vagueness(_errors(result["idm-iv"])))
+        return best.prefilter.cutoff, (
+            "where the deviations of the instruments and the prefilter's own bias are smallest; "
+            "noise biases least squares at every cut-off, so believe the instruments"
+        )
+    return _steadiest(results)
+
+
+def _most_precise(agreeing: Sequence[Identification]) -> tuple[float, str]:
+    """The most precise cut-off at which noise does not yet bias least squares."""
+    unbiased = [result for result in agreeing if _is_unbiased(result["idm-iv"])]
+    best = min(unbiased or agreeing, key=lambda result: _vagueness(_errors(result["idm-iv"])))
+    if not unbiased:
+        return best.prefilter.cutoff, (
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree; the prefilter's own bias exceeds a deviation at all of them"
+        )
+    return (
+        best.prefilter.cutoff,
+        "where the deviations are smallest among the cut-offs at which least squares and "
+        "instruments agree and the prefilter's own bias is below a deviation",
+    )
+
+
+def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
+    """Without instruments: the cut-off beside which least squares hardly moves."""
+    why = "there are no instruments to compare with"
+    if any("idm-iv" in result.estimates for result in results):
+        why = "the instruments are weak"
+    told = [(r.prefilter.cutoff, _of_least_squares(r)) for r in results]
+    judged = [(cutoff, estimate) for cutoff, estimate in told if estimate is not None]
+    if len(judged) < MIN_SWEPT_CUTOFFS.value:
+        return None, (
+            f"none: {why}, and {len(judged)} cut-offs do not show where noise or rounding begins; "
+            f"give {MIN_SWEPT_CUTOFFS.value:g} or more"
+        )
+    steps = _steps([estimate for _, estimate in judged])
+    worst = [
+        _vagueness(np.hypot(_errors(estimate), step / np.abs(_centre(estimate))))
+        for (_, estimate), step in zip(judged, steps, strict=True)
+    ]
+    chosen = int(np.argmin(worst))
+    cutoff, estimate = judged[chosen]
+    if moving := _moving(estimate, steps[chosen]):
+        said = ", ".join(f"{name} by {100 * share:.2g} %" for name, share in moving.items())
+        return None, (
+            f"none: {why}, and least squares stands still nowhere; even at {cutoff:g} Hz, where it "
+            f"moves least, a neighbouring cut-off moves {said}. Record the reference, or take a "
+            "finer encoder"
+        )
+    at_end = cutoff in (judged[0][0], judged[-1][0])
+    return cutoff, f"{_STEADY}, since {why}" + _ENDS * at_end
+
+
+_ENDS = "; it is at the end of the range, so sweep further"
+
+
+def _of_least_squares(result: Identification) -> Estimate | None:
+    """The estimate that is judged without instruments, if its rows are enough."""
+    estimate = result.estimates.get("idm-ls") or result.preferred
+    enough = len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
+    return estimate if enough else None
+
+
+def _steps(estimates: Sequence[Estimate]) -> list[Array]:
+    """Of each estimate, how far its neighbours are from it, (p,), the farther one."""
+    apart = [np.abs(_centre(second) - _centre(first)) for first, second in pairwise(estimates)]
+    return [
+        np.maximum(before, after)
+        for before, after in zip([apart[0], *apart], [*apart, apart[-1]], strict=True)
+    ]
+
+
+def _centre(estimate: Estimate) -> Array:
+    """Parameters as their intervals are centred, (p,)."""
+    return np.array([value.corrected for value in estimate.parameters.values()])
+
+
+def _moving(estimate: Estimate, step: Array) -> dict[str, float]:
+    """Parameters that are known and that a neighbouring cut-off makes others, by what share."""
+    return {
+        name: float(moved / abs(value.corrected))
+        for (name, value), moved in zip(estimate.parameters.items(), step, strict=True)
+        if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        and moved > MAX_SWEEP_STEP.value * abs(value.corrected)
+    }
+
+
+def _agrees(result: Identification) -> bool:
+    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
+    if ls is None or iv is None or not _is_strong(iv):
+        return False
+    return not biased_parameters(ls, iv, endogeneity_of(iv))
+
+
+def _is_strong(iv: Estimate | None) -> bool:
+    """Whether there are instruments that tell something, and rows enough."""
+    return (
+        iv is not None
+        and iv.Z is not None
+        and len(iv.y) >= MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
+        and instrument_tests(iv.X, iv.Z).weakest >= MIN_FIRST_STAGE_F.value
+    )
+
+
+def _is_unbiased(iv: Estimate) -> bool:
+    """Whether the prefilter moves no parameter by more than its deviation."""
+    shifts = [value.shift for value in iv.parameters.values()]
+    return iv.filter_bias is not None and max(shifts) <= MAX_FILTER_BIAS.value
+
+
+def _errors(estimate: Estimate) -> Array:
+    """Deviation and known bias of each parameter, by its size, (p,)."""
+    return np.array([_relative(value) for value in estimate.parameters.values()])
+
+
+def _relative(value: Value) -> float:
+    error = math.hypot(value.deviation, value.filter_bias or 0.0)
+    return error / abs(value.value) if value.value else math.inf
+
+
+def _vagueness(errors: Array) -> float:
+    """Geometric mean of relative errors (p,): one parameter about zero must not decide for all."""
+    return float(np.mean(np.log(np.maximum(errors, _LEAST))))

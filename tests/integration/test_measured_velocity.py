@@ -1,0 +1,192 @@
+"""Logs with a measured velocity, and with nothing else of the motion, from file to result."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Identification,
+    Record,
+    build,
+    identify,
+    load_axis,
+    load_result,
+    read_record,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.loops import loop_starts
+from axisid.estimation.records import LogBlocks
+from axisid.estimation.studies import identify_stream
+from tests.refusals import refuses
+
+Run = Callable[..., tuple[int, str, str]]
+
+SIZE = 0.08  # m/s, of the velocity
+
+
+@pytest.fixture(scope="module")
+def record(emps: GeneratedAxis) -> Record:
+    return twin_record(emps, velocity_noise=0.002 * SIZE)
+
+
+@pytest.fixture(scope="module")
+def log(record: Record, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("logs") / "log.csv"
+    table = [record.time, record.position, 1e3 * np.asarray(record.velocity)]
+    table += [np.asarray(record.reference), np.asarray(record.control)]
+    head = "t,qm,v,qg,vir"
+    np.savetxt(file, np.column_stack(table), delimiter=",", header=head, comments="", fmt="%.12g")
+    return file
+
+
+def misses(result: Identification, record: Record, method: str = "idm-iv") -> list[str]:
+    truth = record.provenance.truth or {}
+    return [
+        name
+        for name, value in result[method].parameters.items()
+        if not value.interval[0] <= truth[name] <= value.interval[1]
+    ]
+
+
+def test_instruments_hold_the_truth_whatever_the_noise(emps: GeneratedAxis) -> None:
+    missed = []
+    for seed in range(8):
+        noisy = twin_record(emps, seed=seed, velocity_noise=0.02 * SIZE)
+        missed += misses(identify(emps, noisy, methods="idm-iv"), noisy)
+    assert len(missed) <= 2, "of 32 intervals, each of 95 %"
+
+
+def test_the_measured_velocity_takes_the_derivatives_place(
+    emps: GeneratedAxis, record: Record
+) -> None:
+    data = identify(emps, record, methods="idm-ls").data
+    low_passed = data.sampling.filter.low_passed(np.asarray(record.velocity))
+    assert np.array_equal(data.motion[1], low_passed)
+    assert np.array_equal(data.motion[2], np.gradient(low_passed, record.period))
+    measured = replace(record, acceleration=np.gradient(np.asarray(record.velocity), 1e-3))
+    acceleration = identify(emps, measured, methods="idm-ls").data.motion[2]
+    inside = slice(100, -100)
+    assert acceleration[inside] == pytest.approx(data.motion[2][inside], abs=2e-3)
+
+
+def test_an_accelerometer_serves(emps: GeneratedAxis) -> None:
+    sensed = twin_record(emps, velocity_noise=1e-4, acceleration_noise=0.02)
+    result = identify(emps, sensed)
+    assert not misses(result, sensed)
+    statuses = {check.name: check.status for check in result.verdict}
+    assert statuses["measured acceleration"] == statuses["measured velocity"] == "pass"
+
+
+def test_the_noise_of_a_velocity_is_taken_off_where_there_is_no_reference(
+    emps: GeneratedAxis,
+) -> None:
+    noisy = replace(twin_record(emps, seed=2, velocity_noise=0.01 * SIZE), reference=None)
+    mass = identify(emps, noisy, methods="idm-ls")["idm-ls"].parameters["M"]
+    true = (noisy.provenance.truth or {})["M"]
+    assert mass.value < 0.993 * true
+    assert mass.interval[0] < true < mass.interval[1]
+
+
+class TestVelocityAlone:
+    def test_it_identifies_an_axis_that_does_without_its_position(
+        self, emps: GeneratedAxis, record: Record
+    ) -> None:
+        with_position = identify(emps, record)
+        result = identify(emps, replace(record, position=np.empty(0)))
+        assert not misses(result, record)
+        for method, estimate in with_position.estimates.items():
+            alone = result[method].physical
+            assert alone == pytest.approx(estimate.physical, rel=1e-3), method
+        statuses = {check.name: check.status for check in result.verdict}
+        assert statuses["control law"] == statuses["measured velocity"] == "not evaluated"
+        assert "fail" not in statuses.values()
+
+    def test_an_axis_that_needs_its_position_is_refused(
+        self,
+    ) -> None:
+        pendulum = build(load_axis("pendulum"))
+        swung = twin_record(pendulum, velocity_noise=0.0)
+        with refuses("no-position", "mx of axis 'pendulum' depends"):
+            identify(pendulum, replace(swung, position=np.empty(0)))
+
+    @pytest.mark.parametrize("begins", [0.0, 0.7, 1.06])
+    def test_its_loop_begins_where_the_first_controls_say(
+        self, emps: GeneratedAxis, record: Record, begins: float
+    ) -> None:
+        whole = record.windowed((begins, 6.0))
+        (there,) = loop_starts(emps, whole)
+        (alone,) = loop_starts(emps, replace(whole, position=np.empty(0)))
+        assert alone.position == pytest.approx(there.position, abs=2e-5)
+        assert alone.velocity == pytest.approx(there.velocity, abs=2e-3)
+
+    def test_it_may_have_windows(self, emps: GeneratedAxis, record: Record) -> None:
+        cut = replace(record, position=np.empty(0)).windowed((0.7, 6.0), (6.5, 13.0))
+        result = identify(emps, cut)
+        assert not misses(result, record)
+        assert "fail" not in {check.status for check in result.verdict}
+
+
+def test_a_log_is_identified_from_the_command_line(run: Run, log: Path, tmp_path: Path) -> None:
+    file, page = tmp_path / "result.json", tmp_path / "page.html"
+    columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
+    outputs = ("--json", str(file), "--report", str(page), "--no-sweep")
+    code, out, _ = run("identify", "emps", str(log), "--columns", columns, *outputs)
+    assert code == 0
+    assert "Position and measured velocity low-passed" in " ".join(out.split())
+    written = json.loads(file.read_text())
+    assert written["record"]["motion"] == ["position", "velocity"]
+    assert "measured velocity" in page.read_text()
+    saved = " ".join(load_result(file).summary().split())
+    assert "Position and measured velocity low-passed" in saved
+
+
+def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) -> None:
+    columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
+    given = ("identify", "emps", str(log), "--columns", columns, "--shift", "velocity=3")
+    code, out, _ = run(*given)
+    assert code == 0
+    text = " ".join(out.split())
+    assert "before this is mended: measured velocity." in text
+    assert "(--shift velocity=-3)" in text
+
+
+def test_a_stream_takes_the_same_velocity(emps: GeneratedAxis, log: Path) -> None:
+    columns = {"velocity": "v:mm/s"}
+    for names in ({}, {"position": "nothing"}):
+        at_once = read_record(log, emps, columns=columns)
+        blocks = LogBlocks(file=log, axis=emps, columns=columns, rows=3000)
+        streamed = identify_stream(emps, _without(blocks, bool(names)))
+        expected = identify(emps, at_once, methods="idm-ls")["idm-ls"].theta
+        assert streamed.physical == pytest.approx(expected, rel=3e-3)
+
+
+def _without(blocks: LogBlocks, position: bool) -> Any:
+    if not position:
+        return blocks
+    return [{k: v for k, v in block.items() if k != "position"} for block in blocks]
+
+
+def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> None:
+    record = twin_record(emps, seed=4, velocity_noise=1e-4)
+    ripple = 1 + 0.01 * np.sin(2 * np.pi * record.position / 0.003 + 1.0)
+    rippled = replace(record, velocity=ripple * np.asarray(record.velocity))
+    checks = {check.name: check for check in identify(emps, rippled).verdict}
+    assert checks["alignment"].status == checks["measured velocity"].status == "pass"
+    assert "the measured velocity may have it" in checks["ripple"].meaning
+
+
+def test_a_record_of_velocity_alone_validates_without_a_position_error(
+    emps: GeneratedAxis, record: Record
+) -> None:
+    alone = replace(twin_record(emps, seed=5, velocity_noise=0.002 * SIZE), position=np.empty(0))
+    held = validate(identify(emps, record, methods="idm-iv"), alone)
+    assert all(each.holds for each in held)
+    assert all(each.position_error_rms is None for each in held)
+    assert all(each.simulation_error_percent is not None for each in held)
