@@ -181,6 +181,13 @@ FREE |= {
     for size in (5, 10)
 }
 
+#: Of which DIDIM is asked for alone, and beside instruments as a second opinion.
+OUTPUT_ERROR: dict[str, Case] = {
+    f"{name}, {said}": replace(case, methods=methods, rightly=())
+    for name, case in (RIGHT | KEPT).items()
+    for said, methods in (("didim", ("didim",)), ("second opinion", ("idm-iv", "didim")))
+}
+
 _STAGE = _with(force_noise=white(1.0))
 
 WRONG: dict[str, Case] = {
@@ -228,7 +235,7 @@ WRONG: dict[str, Case] = {
     ),
 }
 
-CASES = RIGHT | KEPT | ALONE | FREE | WRONG
+CASES = RIGHT | KEPT | ALONE | FREE | OUTPUT_ERROR | WRONG
 
 
 def _moves() -> Array:
@@ -380,7 +387,7 @@ def _lines(kind: str, name: str, shares: dict[str, object]) -> Iterator[str]:
     if isinstance(held, dict):
         head = "held " + "  ".join(f"{n} {100 * v:.0f}" for n, v in held.items())
         head += f"  endogeneity rejected {100 * float(str(shares['rejected'])):.0f} %"
-    yield f"{kind:<6}{name:<36}{head}"
+    yield f"{kind:<13}{name:<44}{head}"
     yield from _of_least_squares(shares.get("least_squares"))
     failed = shares["failed"]
     assert isinstance(failed, dict)
@@ -413,6 +420,7 @@ def main() -> None:
         "kept": KEPT,
         "alone": ALONE,
         "free": FREE,
+        "output error": OUTPUT_ERROR,
         "wrong": WRONG,
         "twin": LIBRARY,
         "clean": LIBRARY,

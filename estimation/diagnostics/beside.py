@@ -49,5 +49,5 @@ def without_instruments(estimates: Mapping[str, Estimate]) -> Estimate | None:
     """Least squares, inverse model first, where nothing is by instruments; None for none."""
     if any(estimate.Z is not None for estimate in estimates.values()):
         return None
-    measured = [estimate for estimate in estimates.values() if not estimate.by_output_error]
-    return min(measured, key=lambda estimate: estimate.is_direct, default=None)
+    able = [e for e in estimates.values() if by_instruments(e.method) in METHODS]
+    return min(able, key=lambda estimate: estimate.is_direct, default=None)

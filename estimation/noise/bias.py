@@ -46,7 +46,7 @@ class NoiseBias:
     joint_p_value : float
         The same for all parameters of the estimate at once, Hotelling's.
     shift : float
-        Size of the difference, in deviations of the first.
+        Size of the difference, in deviations of least squares, or of DIDIM.
     """
 
     difference: float
@@ -57,7 +57,7 @@ class NoiseBias:
 
     @property
     def misses(self) -> bool:
-        """Whether the interval of the first misses: it is moved by more than chance, and far.
+        """Whether such an interval misses: it is moved by more than chance, and far.
 
         By half a deviation or more, from which on a 95 % interval holds the truth in less than
         92 % of cases.

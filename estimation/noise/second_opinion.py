@@ -41,7 +41,7 @@ def second_opinion(iv: Estimate, didim: Estimate) -> dict[str, NoiseBias]:
         influence=scores,
         neighbours=didim.neighbours,
     )
-    return tested(solution, iv, didim)
+    return tested(solution, didim, iv)  # by the deviations of DIDIM, which are the smaller
 
 
 def _scores(estimate: Estimate, solver: Solver) -> Array:

@@ -15,7 +15,7 @@ def coarse_positions(data: FilteredRecord, ls: Estimate) -> Check | Missing | No
     A control that answers to the steps has them in its loop, which tells by itself what they do.
     """
     step = position_step(data.record)
-    if not step or ls.Z is not None or ls.is_direct or ls.filter_bias is not None:
+    if not step or ls.loop_rows is not None or ls.is_direct or ls.filter_bias is not None:
         return None
     try:
         moved = moved_by_rounding(ls.form, data, step, ls.physical)

@@ -32,7 +32,7 @@ def test_every_row_is_in_the_table_that_is_run() -> None:
 @pytest.mark.parametrize(
     ("command", "option", "names"),
     [
-        (identify, "method", (*method_names(), "all")),
+        (identify, "methods", (*method_names(), "all")),
         (identify, "covariance", covariance_names()),
         (export, "method", method_names()),
         (compare, "method", comparing()),

@@ -38,7 +38,8 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("added")
 def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter())
-    assert list(result) == [*METHODS]
+    assert list(result) == [*methods.default_methods()]
+    assert NAME in result.estimates
     alone = identify(emps2015, twin, Prefilter(), NAME)
     assert alone.preferred.method == NAME
     for each in (result, alone):
@@ -126,5 +127,5 @@ def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> Non
     assert "IDM-WLS" in (tmp_path / "report.html").read_text()
     assert f"emps2015,{NAME},M," in (tmp_path / "out.csv").read_text()
     help_pages = "".join(done.stdout.split())
-    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|idm-wls|all]" in help_pages
-    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|idm-wls]" in help_pages
+    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|didim|idm-wls|all]" in help_pages
+    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|didim|idm-wls]" in help_pages

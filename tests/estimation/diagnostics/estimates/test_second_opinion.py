@@ -1,0 +1,126 @@
+"""Instruments against DIDIM: when the two are one, and which of them to believe where not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Prefilter, Record, build, identify, read_record, simulate
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.estimates import second_opinion_check
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.noise import NoiseBias
+from axisid.support.missing import Missing
+from benchmarks.machines import Machine, records, white
+
+BOTH = ("idm-iv", "didim")
+
+
+@pytest.fixture(scope="module")
+def didim(emps2015: GeneratedAxis, twin: Record) -> Estimate:
+    return identify(emps2015, twin, methods="didim")["didim"]
+
+
+def found(
+    difference: float, *, p: float = 1e-6, joint: float = 1e-6, shift: float = 3.0
+) -> dict[str, NoiseBias]:
+    quiet = NoiseBias(difference=0.0, deviation=0.1, p_value=0.5, joint_p_value=joint, shift=0.1)
+    moved = replace(quiet, difference=difference, p_value=p, shift=shift)
+    return {"M": quiet, "Fv": moved, "Fc": quiet}
+
+
+def judged(didim: Estimate, biases: dict[str, NoiseBias], *, law: bool | None = True) -> Check:
+    check = second_opinion_check(biases, didim, law_passed=law)
+    assert isinstance(check, Check)
+    return check
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (True, "the control is the declared law's, so believe didim"),
+        (False, "is not the declared one, on which didim rests, so believe the instruments"),
+        (None, "could not be checked, on which didim rests, so believe the instruments"),
+    ],
+)
+def test_it_says_which_of_the_two_to_believe(didim: Estimate, law: bool | None, said: str) -> None:
+    check = judged(didim, found(12.0), law=law)
+    assert check.status == "fail"
+    assert said in check.meaning
+    assert "Fv by +12 N/(m/s) (+5.1 %, 3 deviations)" in check.meaning
+    assert "M by" not in check.meaning
+
+
+def test_it_fails_where_it_is_significant_and_matters(didim: Estimate) -> None:
+    assert judged(didim, found(12.0, joint=0.02)).status == "pass"
+    assert judged(didim, found(12.0, shift=0.4)).status == "pass"
+    assert judged(didim, found(1.2)).status == "note"
+    assert judged(didim, found(12.0)).figure == 3.0
+
+
+def test_parameters_may_part_together_that_do_not_alone(didim: Estimate) -> None:
+    check = judged(didim, found(1.2, p=0.2))
+    assert check.status == "note"
+    assert check.p_value == 1e-6
+
+
+def test_it_is_of_both_and_of_strong_instruments(didim: Estimate) -> None:
+    assert second_opinion_check(None, didim, law_passed=True) is None
+    assert second_opinion_check(found(1.0), None, law_passed=True) is None
+    weak = Missing("weak")
+    assert second_opinion_check(weak, didim, law_passed=True) is weak
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return Machine(
+        mass=100.2,
+        viscous=236.9,
+        coulomb=24.8,
+        has_tachometer=True,
+        position_noise=white(3.8e-6),
+    )
+
+
+def opinion(axis: GeneratedAxis, record: Record, prefilter: Prefilter | None = None) -> Check:
+    checks = identify(axis, record, prefilter, BOTH).verdict
+    (check,) = (each for each in checks if each.name == "second opinion")
+    return check
+
+
+@pytest.mark.parametrize(
+    ("changed", "believed"),
+    [
+        ({"control": cascade_pd(kp=1.05 * 160.18, kv=243.45, period=1e-3)}, "instruments"),
+        ({"delay": 1}, "instruments"),
+    ],
+)
+def test_a_wrong_law_parts_the_two(
+    emps2015: GeneratedAxis, twin: Record, machine: Machine, changed: dict, believed: str
+) -> None:
+    law = changed.get("control") or replace(emps2015.axis.control, **changed)  # type: ignore[type-var]
+    wrong = build(replace(emps2015.axis, control=law))
+    assert twin.reference is not None
+    for columns in records(machine, twin.reference, 2, seed=3):
+        check = opinion(wrong, read_record(columns, wrong))
+        assert check.status in ("note", "fail")
+        assert check.meaning.endswith(f"so believe the {believed}")
+
+
+def test_a_coarse_encoder_under_a_filter_that_does_not_suit_parts_the_two(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """There DIDIM is right, and the law passes its check."""
+    assert twin.reference is not None
+    truth = [100.2, 236.9, 24.8]
+    loop = simulate(emps2015, truth, twin.reference, 1e-3, resolution=2e-5)
+    coarse = replace(twin, position=loop.measured_position, control=loop.control)
+    unsuited = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
+    result = identify(emps2015, coarse, unsuited, BOTH)
+    (check,) = (each for each in result.verdict if each.name == "second opinion")
+    assert check.status == "fail"
+    assert "so believe didim" in check.meaning
+    off = {m: np.abs(result[m].corrected / truth - 1).max() for m in BOTH}
+    assert off["didim"] < 0.01 < 0.05 < off["idm-iv"]
