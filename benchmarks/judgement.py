@@ -6,6 +6,7 @@ runs; those with a level of their own: that level. A wrong model is ``noticed`` 
 fails, and ``named`` where one that fails says what is wrong. Where reversals are kept, the filter
 moves estimates most, which its check may say; there it is the intervals that count. Of least
 squares it is counted how often an interval is said to miss for noise, and how often it does.
+The library's twins without noise are right to 0.003 %: nothing should fail there at all.
 
     python benchmarks/judgement.py                    a table
     python benchmarks/judgement.py --json -           one JSON object
@@ -72,6 +73,8 @@ class Case:
         That are asked for; all by default.
     has_reference : bool
         Whether the reference is recorded.
+    logged_step : float
+        What the log rounds the position to, which the law does not have, m; 0 for nothing.
     """
 
     machine: Machine
@@ -82,6 +85,7 @@ class Case:
     kept: bool = False
     methods: tuple[str, ...] | None = None
     has_reference: bool = True
+    logged_step: float = 0.0
 
 
 @dataclass(kw_only=True)
@@ -170,6 +174,12 @@ FREE: dict[str, Case] = {
     f"{name}, no reference": replace(RIGHT[name], has_reference=False)
     for name in (*_QUIET_LOOPS, "white position noise", "encoder of 5 um")
 }
+FREE |= {
+    f"position noise of {size} um, no reference": Case(
+        machine=_with(resolution=0.0, position_noise=white(size * 1e-6)), has_reference=False
+    )
+    for size in (5, 10)
+}
 
 _STAGE = _with(force_noise=white(1.0))
 
@@ -210,6 +220,9 @@ WRONG: dict[str, Case] = {
     ),
     "kp declared 10 % low": Case(machine=replace(_STAGE, kp=1.1 * 160.18), named=r"\bkp is 1\."),
     "kv declared 10 % low": Case(machine=replace(_STAGE, kv=1.1 * 243.45), named=r"\bkv is 1\."),
+    "log of 11 bit, no reference": Case(
+        machine=_QUIET, has_reference=False, logged_step=0.09 / 2**11, named=r"M by about -\d"
+    ),
     "position noise, least squares": Case(
         machine=_with(position_noise=white(1e-6)), methods=("idm-ls",), named=r"\bM misses for it"
     ),
@@ -290,7 +303,10 @@ def _count(figures: Figures, result: Identification, truth: dict[str, float], na
 
 
 def _recorded(columns: dict[str, Array], case: Case) -> dict[str, Array]:
-    return {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
+    kept = {n: each for n, each in columns.items() if case.has_reference or n != "reference"}
+    if case.logged_step:
+        kept["position"] = case.logged_step * np.round(kept["position"] / case.logged_step)
+    return kept
 
 
 def _prefilter(record: Record, case: Case) -> Prefilter | None:
@@ -320,12 +336,12 @@ def figures_of(name: str, *, runs: int, seed: int, together: int = 1) -> Figures
     return figures
 
 
-def twin_figures(name: str, *, runs: int, seed: int) -> Figures:
-    """Identify the twins of a library axis."""
+def twin_figures(name: str, *, runs: int, seed: int, clean: bool = False) -> Figures:
+    """Identify the twins of a library axis, those of an exact encoder where they are clean."""
     axis = build(load_axis(name))
     figures = Figures()
     for k in range(runs):
-        record = twin_record(axis, seed=seed + k)
+        record = twin_record(axis, seed=seed + k, **({"position_noise": 0.0} if clean else {}))
         result = identify(axis, record, prefilter_of(name))
         _count(figures, result, dict(record.provenance.truth), "")
     return figures
@@ -399,6 +415,7 @@ def main() -> None:
         "free": FREE,
         "wrong": WRONG,
         "twin": LIBRARY,
+        "clean": LIBRARY,
     }
     kinds = {kind: list(table) for kind, table in tables.items()}
     chosen = [
@@ -416,6 +433,8 @@ def main() -> None:
 
 
 def _of_kind(kind: str, name: str, *, runs: int, seed: int, together: int = 1) -> dict[str, object]:
+    if kind == "clean":  # which are all alike
+        return written(twin_figures(name, runs=1, seed=seed, clean=True), None)
     if kind == "twin":
         return written(twin_figures(name, runs=runs, seed=seed), None)
     found = figures_of(name, runs=runs, seed=seed, together=together)

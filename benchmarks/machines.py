@@ -60,6 +60,8 @@ class Machine:
         Force per volt, and the largest control.
     kp, kv, period : float
         Of the cascade ``kv (kp (r - q) - (q[k] - q[k-1]) / period)``.
+    has_tachometer : bool
+        Whether the cascade takes the velocity itself in place of that difference.
     resolution : float
         Step of the encoder, m; 0 for none. Where its steps lie is drawn for each run.
     position_noise, force_noise, control_noise : callable, optional
@@ -81,6 +83,7 @@ class Machine:
     kp: float = 160.18
     kv: float = 243.45
     period: float = 1e-3
+    has_tachometer: bool = False
     resolution: float = 0.0
     position_noise: Noise | None = None
     force_noise: Noise | None = None
@@ -108,7 +111,7 @@ def records(machine: Machine, reference: Array, runs: int, seed: int) -> list[di
     followed = reference + to_reference
     for k in range(n):
         measured = _encoder(machine, q + of_position[:, k], phase)
-        speed = (measured - last) / machine.period
+        speed = v if machine.has_tachometer else (measured - last) / machine.period
         wanted = machine.kv * (machine.kp * (followed[k] - measured) - speed) + to_control[k]
         control = np.clip(wanted, -machine.limit, machine.limit)
         positions[:, k], controls[:, k], last = measured, control, measured

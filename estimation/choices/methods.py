@@ -21,6 +21,11 @@ class MethodRow:
         are not held out by least squares, or by the estimate's instruments.
     same_as : str
         The method that solves the same equations for the same estimate; empty for none.
+    by_default : bool
+        Whether it is run where no method is asked for.
+    output_error : bool
+        Whether its rows are the simulated loop's, so that nothing that was measured of the motion
+        is among them, and what it leaves is the simulation error.
     """
 
     name: str
@@ -28,11 +33,14 @@ class MethodRow:
     form: str
     compares: bool = False
     same_as: str = ""
+    by_default: bool = True
+    output_error: bool = False
 
 
 _METHODS = "axisid.estimation.methods"
 _LEAST_SQUARES = f"{_METHODS}.least_squares:LeastSquares"
 _INSTRUMENTS = f"{_METHODS}.instrumental:Instruments"
+_DIDIM = f"{_METHODS}.didim:Didim"
 INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))
 #: In the order in which they are run, and of help and messages.
 METHOD_ROWS = (
@@ -40,6 +48,7 @@ METHOD_ROWS = (
     MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
     MethodRow(name="idm-iv", method=_INSTRUMENTS, form=INVERSE, compares=True),
     MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
+    MethodRow(name="didim", method=_DIDIM, form=INVERSE, by_default=False, output_error=True),
 )
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
@@ -52,9 +61,19 @@ def method_names() -> tuple[str, ...]:
     return tuple(row.name for row in METHOD_ROWS)
 
 
+def default_methods() -> tuple[str, ...]:
+    """Return those that are run where none is asked for."""
+    return tuple(row.name for row in METHOD_ROWS if row.by_default)
+
+
 def is_iteration(name: str) -> bool:
     """Return whether a method iterates, so that it starts somewhere."""
-    return any(row.method == _INSTRUMENTS for row in METHOD_ROWS if row.name == name)
+    return any(row.method in (_INSTRUMENTS, _DIDIM) for row in METHOD_ROWS if row.name == name)
+
+
+def is_output_error(name: str) -> bool:
+    """Return whether the rows of a method are the simulated loop's."""
+    return any(row.output_error for row in METHOD_ROWS if row.name == name)
 
 
 def comparing() -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Instruments beside least squares that was asked for alone, so that what noise does to it is told.
+"""Instruments beside least squares that has none, so that what noise does to it is told.
 
 They are those that would have been given had they been asked for; where there is a reference, or a
 sampled law and its period, they cost a few simulated loops.
@@ -45,6 +45,9 @@ def by_instruments(method: str) -> str:
     return f"{method.removesuffix('-ls')}-iv"
 
 
-def is_alone(estimates: Mapping[str, Estimate]) -> bool:
-    """Whether there is least squares, and nothing by instruments."""
-    return all(estimate.Z is None for estimate in estimates.values())
+def without_instruments(estimates: Mapping[str, Estimate]) -> Estimate | None:
+    """Least squares, inverse model first, where nothing is by instruments; None for none."""
+    if any(estimate.Z is not None for estimate in estimates.values()):
+        return None
+    measured = [estimate for estimate in estimates.values() if not estimate.by_output_error]
+    return min(measured, key=lambda estimate: estimate.is_direct, default=None)

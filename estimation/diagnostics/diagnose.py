@@ -15,10 +15,12 @@ from axisid.estimation.diagnostics.estimates import (
     delta_method_check,
     endogeneity_of,
     filter_bias,
+    forms_apart_check,
     forms_check,
     gain_check,
     ls_against_iv,
     precision,
+    second_opinion_check,
     self_test,
     within_bounds,
 )
@@ -52,6 +54,7 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
+from .beside import without_instruments
 from .diagnosis import Case, Diagnosis, RecordDiagnosis, preferred_method
 from .joined import joined
 from .records_alike import alike_check, repeated_check
@@ -98,21 +101,37 @@ def _strength(case: Case) -> Check | Missing:
 def _against_instruments(case: Case) -> Check | Missing:
     if isinstance(case.beside, Missing):
         return case.beside
-    alone = case.beside is not None
-    ls, iv = case.estimates.get("idm-ls"), case.beside or case.estimates.get("idm-iv")
-    ls = case.preferred if alone else ls
+    beside = case.beside
+    ls, iv = case.estimates.get("idm-ls"), beside or case.estimates.get("idm-iv")
+    ls = ls if beside is None else without_instruments(case.estimates)
+    alone = ls is not None and ls is case.preferred
     biases = case.noise_biases.get(ls.method, {}) if ls else {}
-    endogeneity = endogeneity_of(iv) if alone else case.endogeneity
+    endogeneity = case.endogeneity if beside is None else endogeneity_of(beside)
     return ls_against_iv(ls, iv, endogeneity, biases, weak=case.weak, alone=alone)
+
+
+def _coarse_positions(case: Case) -> Check | Missing | None:
+    return case.coarse
 
 
 def _forms(case: Case) -> Check | Missing:
     by_instruments = bool(case.noise_biases)
+    inverse, direct = case.estimates.get("idm-ls"), case.estimates.get("ddm-ls")
+    if isinstance(case.attenuation, Missing) and inverse is not None and direct is not None:
+        return forms_apart_check(inverse, direct, by_instruments=by_instruments)
     return forms_check(case.attenuation, by_instruments=by_instruments)
 
 
 def _self_test(case: Case) -> Check | Missing:
     return self_test(case.estimates.get("idm-iv"), case.estimates.get("ddm-iv"))
+
+
+def _second_opinion(case: Case) -> Check | Missing | None:
+    found, didim = case.second_opinion, case.estimates.get("didim")
+    laws = [part.law for part in case.parts]
+    checked = [law for law in laws if not isinstance(law, Missing)]
+    law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
+    return second_opinion_check(found, didim, law_passed=law_passed)
 
 
 def _excitation(case: Case) -> Check:
@@ -191,12 +210,16 @@ def _force(case: Case) -> Check | None:
     return force_check(case.data.axis, case.data.record)
 
 
+def _measured(case: Case, role: str) -> Check | Missing | None:
+    return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
+
+
 def _measured_velocity(case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, "velocity")
+    return _measured(case, "velocity")
 
 
 def _measured_acceleration(case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, "acceleration")
+    return _measured(case, "acceleration")
 
 
 def _limit(case: Case) -> Check | None:
@@ -208,7 +231,8 @@ def _constant(case: Case) -> Check | Missing:
 
 
 def _ripple(case: Case) -> Check | Missing:
-    return ripple_check(case.preferred, case.data.signals, case.data.prefilter)
+    measured = next((role for role in case.data.record.motion if role != "position"), "")
+    return ripple_check(case.preferred, case.data.signals, case.data.prefilter, measured)
 
 
 def _missing_terms(case: Case) -> Check | Missing:
@@ -243,8 +267,10 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=_control_law, rank=0, grave=True, by_record=True),
         Diagnostic(name="instrument strength", check=_strength, rank=12),
         Diagnostic(name="least squares against instruments", check=_against_instruments, rank=9),
+        Diagnostic(name="coarse positions", check=_coarse_positions, rank=9),
         Diagnostic(name="inverse against direct", check=_forms, rank=9),
         Diagnostic(name="self-test", check=_self_test, rank=7, grave=True),
+        Diagnostic(name="second opinion", check=_second_opinion, rank=8),
         Diagnostic(name="excitation", check=_excitation, rank=11),
         Diagnostic(name="precision", check=_precision, rank=13),
         Diagnostic(name="bounds", check=_bounds, rank=3, grave=True),
@@ -291,7 +317,9 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
     names = record_labels([data.record for data in problem.data])
     made = {d.name: _of_parts(d, case) for d in DIAGNOSTICS.values() if d.by_record}
     checks = (_checked(diagnostic, case, made, names) for diagnostic in DIAGNOSTICS.values())
-    law, alignment = (_first_failing(made[name]) for name in ("control law", "alignment"))
+    law, alignment, velocity = (
+        _first_failing(made[name]) for name in ("control law", "alignment", "measured velocity")
+    )
     return Diagnosis(
         preferred=preferred_method(estimates),
         law=case.parts[law].law,
@@ -299,6 +327,7 @@ def diagnose(problem: Problem, estimates: Mapping[str, Estimate]) -> Diagnosis:
         endogeneity=case.endogeneity,
         excitation=case.excitation,
         alignment=case.parts[alignment].alignment,
+        motions=case.parts[velocity].motions,
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else case.lack_of_fit,
         bands={} if case.has_parts else case.bands,
@@ -328,6 +357,7 @@ def _of_records(
         RecordDiagnosis(
             law=part.law,
             alignment=part.alignment,
+            motions=part.motions,
             lack_of_fit=part.lack_of_fit,
             verdict=tuple(
                 check

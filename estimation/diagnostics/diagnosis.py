@@ -1,7 +1,7 @@
 """What was measured of a result, each thing once: what checks look at, and what is kept of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from axisid.estimation.checks import Check
@@ -9,6 +9,7 @@ from axisid.estimation.diagnostics.estimates import (
     Endogeneity,
     Excitation,
     InstrumentTests,
+    coarse_positions,
     endogeneity_of,
     excitation,
     excitation_of_several,
@@ -20,11 +21,14 @@ from axisid.estimation.diagnostics.loop import (
     Alignment,
     ForceTiming,
     LawCheck,
+    MotionComparison,
     alignment_of,
     check_law,
+    compared_motions,
     force_timing,
     law_in_time,
 )
+from axisid.estimation.diagnostics.remainder import loop_without_noise, tests_of_residuals
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.lacking import Lack, is_named, lacking
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
@@ -34,6 +38,7 @@ from axisid.estimation.noise import (
     NoiseBias,
     attenuation,
     noise_biases,
+    second_opinion,
 )
 from axisid.estimation.problems import Problem, Reach, noise_free_record
 from axisid.estimation.regression import DirectForm, InverseForm, ResidualTests, quiet_loops
@@ -43,7 +48,7 @@ from axisid.support.errors import DataError, EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .beside import instruments_beside, is_alone
+from .beside import instruments_beside, without_instruments
 from .records_alike import Alike, Apart, records_alike
 
 
@@ -75,6 +80,8 @@ class Diagnosis(Presentable, Exact):
         Least squares less instruments of the same form, by method and physical parameter.
     attenuation : Attenuation or Missing
         The two forms of least squares against each other.
+    motions : mapping of str to MotionComparison or Missing
+        A measured velocity and acceleration beside what is differentiated, by role.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
@@ -90,6 +97,7 @@ class Diagnosis(Presentable, Exact):
     bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
     noise_biases: Mapping[str, Mapping[str, NoiseBias]] = field(default_factory=dict)
     attenuation: Attenuation | Missing = NO_ATTENUATION
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
     records: "tuple[RecordDiagnosis, ...]" = ()
 
 
@@ -106,6 +114,8 @@ class RecordDiagnosis:
         The checks that are of one record.
     apart : Apart or Missing
         The record alone beside all.
+    motions : mapping of str to MotionComparison or Missing
+        As of a `Diagnosis`.
     """
 
     law: LawCheck | Missing
@@ -113,6 +123,7 @@ class RecordDiagnosis:
     lack_of_fit: LackOfFit | None
     verdict: tuple[Check, ...]
     apart: Apart | Missing
+    motions: Mapping[str, MotionComparison | Missing] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,14 +219,14 @@ class Case:
     @cached_property
     def residuals(self) -> ResidualTests:
         """Of the judged estimate."""
-        return self.preferred.residual_tests
+        return tests_of_residuals(self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
-        """By physical parameter."""
+        """By physical parameter, of the motion that the regressor is made of."""
         if self.has_parts:
-            return excitation_of_several(self.problem, self.preferred.physical)
-        data, physical = self.data, self.preferred.physical
+            return excitation_of_several(self.regressed, self.preferred.physical)
+        data, physical = self.regressed.data[0], self.preferred.physical
         every = InverseForm(data.axis).at(physical).equations(data.signals)
         return excitation(
             data.axis,
@@ -227,22 +238,59 @@ class Case:
         )
 
     @cached_property
+    def regressed(self) -> Problem:
+        """The problem with the motion of the judged regressor, measured or the loops'."""
+        problem, estimate = self.problem, self.preferred
+        if not estimate.by_output_error:
+            return problem
+        loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
+        data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
+        return replace(problem, data=tuple(data))
+
+    @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, or why it cannot be measured."""
+        """The delay of the force, or why it cannot be measured.
+
+        Of the two motions of a record with a measured velocity that which tells it better: noise
+        and ripple of a tachometer hide a delay, which is looked for in its own check.
+        """
+        measured = self._aligned(self.data, self.quiet)
+        data, quiet = self.data.by_position, self.quiet
+        if data is None or isinstance(measured, Missing):
+            return measured
+        derived = self._aligned(data, quiet and quiet.by_position)
+        if isinstance(derived, Missing) or not derived.deviation < measured.deviation:
+            return measured
+        return derived
+
+    def _aligned(self, data: FilteredRecord, quiet: FilteredRecord | None) -> Alignment | Missing:
         try:
-            return alignment_of(self.data, self.preferred.physical, self._instruments, self.quiet)
+            return alignment_of(data, self.preferred.physical, self._instruments, quiet)
         except (DataError, EstimationError) as error:
             return Missing.of(error.note)
+
+    @cached_property
+    def motions(self) -> Mapping[str, MotionComparison | Missing]:
+        """A measured velocity and acceleration beside what is differentiated, by role."""
+        return compared_motions(self.data.record)
 
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         return lacking(self.data, self.preferred)
 
+    @cached_property
+    def coarse(self) -> Check | Missing | None:
+        """Whether the steps of a logged position move the judged estimate; None where not asked."""
+        told = self.has_parts or bool(self.noise_biases)
+        return None if told else coarse_positions(self.data, self.preferred)
+
     @property
     def is_explained(self) -> bool:
         """Whether something is named that residuals are made of: checks of these count it once."""
-        law = self.law
+        law, coarse = self.law, self.coarse
+        if isinstance(coarse, Check) and coarse.status == "fail":
+            return True
         return (not isinstance(law, Missing) and not law.passed) or any(
             is_named(lack) or lack.parameter
             for part in self.parts
@@ -264,10 +312,9 @@ class Case:
 
     @cached_property
     def beside(self) -> Estimate | Missing | None:
-        """Instruments beside least squares that was asked for alone; None where there are some."""
-        if not is_alone(self.estimates):
-            return None
-        return instruments_beside(self.problem, self.preferred)
+        """Instruments beside least squares that has none; None where there is nothing of both."""
+        ls = without_instruments(self.estimates)
+        return None if ls is None else instruments_beside(self.problem, ls)
 
     @cached_property
     def noise_biases(self) -> Mapping[str, Mapping[str, NoiseBias]]:
@@ -276,6 +323,17 @@ class Case:
             return {}
         found = {} if self.beside is None else {self.beside.method: self.beside}
         return noise_biases({**self.estimates, **found})
+
+    @cached_property
+    def second_opinion(self) -> Mapping[str, NoiseBias] | Missing | None:
+        """Instruments less DIDIM by parameter, or why not; None where they are not there both."""
+        iv, didim = (self.estimates.get(method) for method in ("idm-iv", "didim"))
+        if iv is None or didim is None:
+            return None
+        if self.weak:
+            return Missing("the instruments are too weak to tell")
+        found = second_opinion(iv, didim)
+        return found or Missing("the two are not of the same rows")
 
     @cached_property
     def attenuation(self) -> Attenuation | Missing:
@@ -300,17 +358,21 @@ class Case:
     @property
     def _instruments(self) -> tuple[Array, Array] | None:
         """Of the inverse model; a direct model's serve another left side."""
-        Z, simulated = self.preferred.Z, self.preferred.simulated
+        loop, quiet = loop_without_noise(self.preferred), self.quiet
+        if loop is not None and quiet is not None:
+            return loop.regressor, quiet.reduce(quiet.signals.force)
+        Z, simulated = self.preferred.loop_rows, self.preferred.simulated
         if Z is None or isinstance(simulated, Missing) or self.preferred.ddm_quantities:
             return None
         return Z, simulated
 
 
 def preferred_method(estimates: Mapping[str, Estimate]) -> str:
-    """The method that is judged: by instruments where there are any, inverse model first."""
+    """The method that is judged: instruments, else output error, inverse model first."""
 
-    def preference(method: str) -> tuple[bool, bool]:
+    def preference(method: str) -> tuple[bool, bool, bool]:
         estimate = estimates[method]
-        return estimate.Z is None, isinstance(estimate.form, DirectForm)
+        measured = estimate.loop_rows is None
+        return measured, estimate.by_output_error, isinstance(estimate.form, DirectForm)
 
     return min(estimates, key=preference)

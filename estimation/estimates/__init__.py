@@ -13,6 +13,7 @@ from .iterate import NotSimulated as NotSimulated
 from .part import part_of as part_of
 from .physical import Physical as Physical
 from .physical import physical_parameters as physical_parameters
+from .solver_of import solver_of as solver_of
 from .value import CORRECTED as CORRECTED
 from .value import NamedValues as NamedValues
 from .value import Value as Value

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.problems import NoiseFree
 from axisid.estimation.regression import (
     Bend,
@@ -46,7 +47,7 @@ class Estimate(Presentable, Exact):
     Attributes
     ----------
     method : str
-        ``idm-ls``, ``ddm-ls``, ``idm-iv`` or ``ddm-iv``.
+        ``idm-ls``, ``ddm-ls``, ``idm-iv``, ``ddm-iv`` or ``didim``.
     form : Form
         The regression's form, with the map from its parameters to the physical ones.
     quantities : tuple of Quantity
@@ -63,7 +64,7 @@ class Estimate(Presentable, Exact):
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
-        Regressor.
+        Regressor: of the measured motion, or of the simulated loop's, see `by_output_error`.
     Z : (n, k) array or None
         Instruments of the last solution; None for least squares.
     rows : (n,) array
@@ -202,6 +203,16 @@ class Estimate(Presentable, Exact):
     def corrected(self) -> Array:
         """Physical parameters less the filter's own bias, where that is known, (p,)."""
         return self.physical if self.filter_bias is None else self.physical - self.filter_bias
+
+    @property
+    def by_output_error(self) -> bool:
+        """Whether `X` is the simulated loop's, so that no noise of the motion is in it."""
+        return is_output_error(self.method)
+
+    @property
+    def loop_rows(self) -> Array | None:
+        """The simulated loop's columns, (n, k): instruments, or the regressor itself, or none."""
+        return self.X if self.by_output_error else self.Z
 
     @property
     def theta_ddm(self) -> Array:

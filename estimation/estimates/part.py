@@ -77,11 +77,12 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     # Of the record's parameters by those of all.
     slopes = form.slopes(record) @ np.linalg.inv(part.jacobian)
     own = form.of_record(record)
-    X = own.equations(data.signals).reduced(data).regressor
-    Z = None
-    if part.Z is not None:
+    X, Z = own.equations(data.signals).reduced(data).regressor, None
+    if part.loop_rows is not None:
         loops = simulated_loops(axis, data.record, physical)
         Z = simulated_right(own, loops, physical, data)[1]
+    if part.by_output_error and Z is not None:
+        X, Z = Z, None
     quiet = part.noise_free
     if quiet is not None:
         columns = quiet.regressor @ np.linalg.pinv(form.slopes(record))

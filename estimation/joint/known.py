@@ -109,8 +109,8 @@ def _known(name: str, told: object, records: int) -> Known:
     if len(entries) != records:
         counted = "is 1 record" if records == 1 else f"are {records} records"
         raise UsageError(
-            f"{name!r} has {len(entries)} known values, and there {counted}; give one for each, "
-            "in their order.",
+            f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
+            f"{counted}; give one for each, in their order.",
             code="known-count",
         )
     values, deviations = zip(*entries, strict=True)

@@ -5,7 +5,7 @@ what a candidate takes of the sum of squares that the model, and what was found 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri_exp
 
+from axisid.estimation.signals import Span
 from axisid.estimation.thresholds.lacking import (
     MAX_LOSS_OF_FIT,
     MIN_OWN_PART,
@@ -274,12 +275,20 @@ def _terms(x: ExaminedRows) -> Iterator[Family]:
         ("bend", ones * q**2),
         ("friction slope", x.direction * q),
         ("friction bend", x.direction * q**2),
-        ("delay", ones * np.gradient(s.force)[rows]),
+        ("delay", ones * change_by_stretch(s.force, x.sampling.spans)[rows]),
     )
     for kind, column in singles:
         yield Grid(kind=kind, each=column[:, None, None], places=alone)
     reduced = x.sampling.reduce(peaks)
     yield Peaks(kind="stribeck", each=reduced[:, :, None], places=widths)
+
+
+def change_by_stretch(values: Array, spans: Sequence[Span]) -> Array:
+    """Change of values (N,) in a sample, of each stretch by itself; zero outside of them."""
+    found = np.zeros_like(values)
+    for first, last in spans:
+        found[first:last] = np.gradient(values[first:last])
+    return found
 
 
 def _of_places(x: ExaminedRows, *, turns: bool) -> Iterator[Family]:

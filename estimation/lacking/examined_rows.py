@@ -187,6 +187,9 @@ def _rows(
 
 
 def _left_by(every: Equations, preferred: Estimate) -> Array:
+    """What the model leaves; of an output error the force, less the loop's in what is netted."""
+    if preferred.by_output_error:
+        return every.left
     return every.left - every.intercept - every.regressor @ preferred.theta
 
 

@@ -88,9 +88,7 @@ class FittedPoint:
         fit = self.fit
         if fit.follows:
             with suppress(DataError, EstimationError):  # a simulated record may not be solved
-                return noise_free(
-                    self.form, self.problem, fit.loops, self.physical, fit.instruments
-                )
+                return noise_free(self.form, self.problem, fit.loops, self.physical, fit.solver)
         return None
 
     def _settled(self, first: NoiseFree | None, deviations: Array) -> NoiseFree | None:
@@ -100,8 +98,8 @@ class FittedPoint:
         if first is None:
             return None
         with suppress(DataError, EstimationError):  # nor those of another loop
-            instruments, solution = self.fit.instruments, self.fit.solution
-            found_at = partial(noise_free_at, self.form, self.problem, instruments=instruments)
+            solver, solution = self.fit.solver, self.fit.solution
+            found_at = partial(noise_free_at, self.form, self.problem, solver=solver)
             quiet = settled_noise_free(first, found_at, self.physical, deviations)
             if quiet is first:
                 return quiet
@@ -126,7 +124,7 @@ class FittedPoint:
         if gain_relative_sd(self.problem):
             with suppress(DataError, EstimationError):  # nor those of another gain
                 fit = self.fit
-                return slopes_by_gain(self.form, self.problem, fit.solution, fit.instruments)
+                return slopes_by_gain(self.form, self.problem, fit.solution, fit.solver)
         return None, None
 
     def _encoder_error(self, quiet: NoiseFree | None) -> StepsError | None:
@@ -136,7 +134,7 @@ class FittedPoint:
         deviations = np.sqrt(np.diag(self.applied["hac"].matrix))
         with suppress(DataError, EstimationError):  # nor rows of a loop with such an encoder
             return encoder_error(
-                self.form, self.problem, quiet, self.physical, self.fit.instruments, deviations
+                self.form, self.problem, quiet, self.physical, self.fit.solver, deviations
             )
         return None
 

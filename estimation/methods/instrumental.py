@@ -8,7 +8,7 @@ import numpy as np
 
 from axisid.estimation.choices.methods import NOMINAL_START
 from axisid.estimation.estimates import Iterate
-from axisid.estimation.problems import Problem, adding
+from axisid.estimation.problems import ByInstruments, Problem, Solver, adding
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -41,49 +41,58 @@ _MOST = 20
 
 
 @dataclass(frozen=True, slots=True)
-class _Step:
-    """A step of the iteration: from where, to which estimate, by how many deviations."""
+class Step:
+    """A step: from where, to which estimate, by how many deviations, and by which loop's rows."""
 
     start: Array
     goal: Array
     size: float
     solution: Solution
-    instruments: QrFactors
+    simulated: QrFactors
+    intercept: Array
 
 
 @dataclass(frozen=True, slots=True)
-class _IterationState:
+class IterationState:
     """Where the iteration is: the measured rows about it, and the loops simulated with it."""
 
     measured: Equations
     physical: Array
     loops: tuple[Simulation, ...]
     simulated: Array
+    intercept: Array
+    Z: Array
 
 
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
+    needs = "Instruments need it"
+
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
         form = problem.form(self.form)
-        with adding(lambda: "Instruments need it; idm-ls and ddm-ls do without."):
+        with adding(lambda: f"{self.needs}; idm-ls and ddm-ls do without."):
             problem.check_loop()
         form, start = start_of(problem, form, self.start)
         if start.named == NOMINAL_START or not form.is_linear:
-            return Iteration(self.name, form, start, problem).fit()
+            return self.iteration(form, start, problem).fit()
         return self._from_least_squares(problem, form, start)
+
+    def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
+        """The method's iteration from a start."""
+        return Iteration(self.name, form, start, problem)
 
     def _from_least_squares(self, problem: Problem, form: Form, start: Start) -> Fit:
         """From least squares; from the nominal values where that comes to no end."""
-        first = Iteration(self.name, form, start, problem)
+        first = self.iteration(form, start, problem)
         near: Fit | None = None
         with suppress(EstimationError):
             near = first.fit()
             if not first.jumps:
                 return near
         why = Note("from least squares it comes to no end")
-        second = Iteration(self.name, form, nominal_start(form, why), problem)
+        second = self.iteration(form, nominal_start(form, why), problem)
         try:
             found = second.fit()
         except EstimationError:
@@ -121,15 +130,15 @@ class Iteration:
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
         form, physical = self._form, self._start.physical
-        last: _Step | None = None
-        nearest: _Step | None = None
+        last: Step | None = None
+        nearest: Step | None = None
         while len(self._iterates) <= _MOST:
             with self._naming():
                 measured = self._on.rows(form.at(physical) if self._iterates else form)
-                reached, Z = self._reached(measured, physical)
+                reached = self._reached(measured, physical)
                 if last is not None and last.size <= CONVERGED.value:
                     return self._ended(last, reached)
-                last = self._step(measured, Z, physical)
+                last = self._step(reached)
                 if nearest is None or last.size < nearest.size:
                     nearest = last
                 physical = self._next(last, physical, self._pace.share)
@@ -137,7 +146,7 @@ class Iteration:
             raise self._moving(physical)
         with self._naming():
             end = self._next(nearest, nearest.start, 1.0)
-            reached, _ = self._reached(self._on.rows(form.at(end)), end)
+            reached = self._reached(self._on.rows(form.at(end)), end)
             self.jumps = True
             return self._ended(nearest, reached, (_jumping(nearest.size),))
 
@@ -158,11 +167,9 @@ class Iteration:
             return Remedy.of(law, "better nominal values.")
         return Remedy.of(law, "the nominal values: ", Setting("start", NOMINAL_START), ".")
 
-    def _reached(self, measured: Equations, physical: Array) -> tuple[_IterationState, Array]:
-        """The loop simulated with the next iterate, parameters (p,), and its regressor."""
-        loops = self._start.loops if not self._iterates else ()
-        loops = loops or self._on.loops(self._form, physical)
-        intercept, Z = self._on.right_of(self._form, physical, loops)
+    def _reached(self, measured: Equations, physical: Array) -> IterationState:
+        """The loop simulated with the next iterate, parameters (p,), and its rows."""
+        loops, intercept, Z = self._simulated(physical)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
@@ -171,47 +178,62 @@ class Iteration:
         self._iterates.append(
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)
         )
-        return _IterationState(measured, physical, loops, simulated), Z
+        return IterationState(measured, physical, loops, simulated, intercept, Z)
 
-    def _step(self, measured: Equations, Z: Array, physical: Array) -> _Step:
-        """From parameters (p,) to the estimate by the instruments that they give."""
-        regressor = self._on.factored(self._form, measured)
-        instruments = factor(Z, regressor.names, "the simulated loop")
-        solution = instrumental_variables(
-            measured.left - measured.intercept, regressor, instruments
-        )
+    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
+        """The loops simulated with parameters (p,), and their intercept and regressor."""
+        loops = self._start.loops if not self._iterates else ()
+        loops = loops or self._on.loops(self._form, physical)
+        return loops, *self._on.right_of(self._form, physical, loops)
+
+    def _step(self, at: IterationState) -> Step:
+        """From where the iteration is to the estimate by the loop that is simulated there."""
+        names = [q.label for q in self._form.quantities]
+        simulated = factor(at.Z, names, "the simulated loop")
+        solution = self._solution(at, simulated)
         goal, jacobian = self._form.physical(solution.theta)
         deviation = np.sqrt(np.diag(delta_method(PublishedCovariance().matrix(solution), jacobian)))
         # Of the whole step: part of one may be small far from the solution.
-        size = self._pace.step(physical, goal, deviation)
-        return _Step(physical, goal, size, solution, instruments)
+        size = self._pace.step(at.physical, goal, deviation)
+        return Step(at.physical, goal, size, solution, simulated, at.intercept)
 
-    def _next(self, step: _Step, physical: Array, share: float) -> Array:
+    def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
+        """By the simulated loop as instruments."""
+        regressor = self._on.factored(self._form, at.measured)
+        left = at.measured.left - at.measured.intercept
+        return instrumental_variables(left, regressor, simulated)
+
+    def _next(self, step: Step, physical: Array, share: float) -> Array:
         """Where the iteration goes from parameters (p,), to a solution of the linearised model."""
         if self._form.is_linear or not isinstance(self._form, InverseForm):
             whole = step.size <= CONVERGED.value or share == 1.0
             return step.goal if whole else physical + share * (step.goal - physical)
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *search_bounds(self._form.axis))
-        return damped_step(self._form, self._on.rows, step.instruments, physical, step.goal)
+        return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
 
-    def _ended(self, step: _Step, reached: _IterationState, remarks: tuple[str, ...] = ()) -> Fit:
+    def _ended(self, step: Step, reached: IterationState, remarks: tuple[str, ...] = ()) -> Fit:
         """The fit that a step led to."""
         self._check_valley()
-        solution, measured = step.solution, reached.measured
+        solution = step.solution
+        measured, solver = self._solved(step, reached)
         if not self._form.is_linear:
             solution = at_point(solution, measured, reached.physical)
         return Fit(
             form=self._form,
             measured=measured,
             solution=solution,
-            instruments=step.instruments,
+            solver=solver,
             iterates=tuple(self._iterates),
             started=self._start.named,
             loops=reached.loops,
             simulated=reached.simulated,
             remarks=(*self._why_not(), *remarks),
         )
+
+    def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
+        """The rows that were solved, and by what."""
+        return reached.measured, ByInstruments(step.simulated)
 
     def _why_not(self) -> tuple[Note, ...]:
         """Why it did not start from least squares, if it was to."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from axisid.estimation.choices.methods import STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
-from axisid.estimation.problems import Problem
+from axisid.estimation.problems import ByInstruments, Problem, Solver, by_least_squares
 from axisid.estimation.regression import Equations, Form, QrFactors, Solution
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
@@ -25,8 +25,8 @@ class Fit:
         At the point that the rows are linearised about.
     measured : Equations
     solution : Solution
-    instruments : QrFactors or None
-        None for least squares.
+    solver : callable
+        What solved the rows, and solves others as it did.
     iterates : tuple of Iterate
         The start and every iterate; empty for what is no iteration.
     started : str
@@ -41,12 +41,17 @@ class Fit:
     form: Form
     measured: Equations
     solution: Solution
-    instruments: QrFactors | None = None
+    solver: Solver = by_least_squares
     iterates: tuple[Iterate, ...] = ()
     started: str = ""
     loops: tuple[Simulation, ...] = ()
     simulated: Array | NotSimulated = _NO_LOOP
     remarks: tuple[str | Note, ...] = ()
+
+    @property
+    def instruments(self) -> QrFactors | None:
+        """None where there are none."""
+        return self.solver.instruments if isinstance(self.solver, ByInstruments) else None
 
     @property
     def follows(self) -> bool:

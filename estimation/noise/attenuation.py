@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, alike_corrected
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -39,7 +39,8 @@ class Attenuation:
     identity_error : float
         Relative distance of `inverse` over `direct` from it: rounding.
     shift : float
-        Distance of the two in deviations of the inverse model's.
+        Distance of the two in deviations of the inverse model's, both less what filter and noise
+        move them by where that is known.
     """
 
     parameter: str
@@ -87,14 +88,14 @@ def attenuation(data: FilteredRecord, estimates: Mapping[str, Estimate]) -> Atte
     mass = float(inverse.theta[own[0]]) * own[1]
     mobility = float(direct.theta[other[0]]) * other[1]
     value = inverse.parameters[inverse.quantities[own[0]].name]
-    parted = abs(1 / mobility - mass) / abs(own[1])
+    parted = abs(np.subtract(*alike_corrected(inverse, direct))[own[0]])
     return Attenuation(
         parameter=inverse.quantities[own[0]].name,
         inverse=mass / own[1],
         direct=1 / mobility / own[1],
         r_squared=r_squared,
         identity_error=abs(mass * mobility / r_squared - 1),
-        shift=parted / value.deviation if value.deviation > 0 else 0.0,
+        shift=float(parted / value.deviation) if value.deviation > 0 else 0.0,
     )
 
 

@@ -32,12 +32,13 @@ _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseBias:
-    """How far a parameter of least squares is from that of instruments.
+    """How far a parameter of an estimate is from that of another, which noise moves less.
 
     Attributes
     ----------
     difference : float
-        Least squares less instruments, both less the filter's own bias where it is known.
+        Least squares less instruments, or instruments less DIDIM, each less the filter's own bias
+        where it is known.
     deviation : float
         HAC, of the difference.
     p_value : float
@@ -45,7 +46,7 @@ class NoiseBias:
     joint_p_value : float
         The same for all parameters of the estimate at once, Hotelling's.
     shift : float
-        Size of the difference, in deviations of least squares.
+        Size of the difference, in deviations of the first.
     """
 
     difference: float
@@ -56,7 +57,7 @@ class NoiseBias:
 
     @property
     def misses(self) -> bool:
-        """Whether the interval of least squares misses: it is moved by more than chance, and far.
+        """Whether the interval of the first misses: it is moved by more than chance, and far.
 
         By half a deviation or more, from which on a 95 % interval holds the truth in less than
         92 % of cases.
@@ -88,14 +89,17 @@ def noise_bias(ls: Estimate, iv: Estimate) -> dict[str, NoiseBias]:
     [Hausman1978]_.
     """
     solution = _difference(ls, iv)
-    if solution is None:
-        return {}
-    model = iv.covariance_model if isinstance(iv.covariance_model, Hac) else Hac()
+    return {} if solution is None else tested(solution, ls, iv)
+
+
+def tested(solution: Solution, first: Estimate, other: Estimate) -> dict[str, NoiseBias]:
+    """The difference of two estimates of one form as a solution, parameter by parameter."""
+    model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     covariance, freedom = model.matrix(solution), model.freedom(solution)
     apart, deviations = solution.theta, np.sqrt(np.maximum(np.diag(covariance), 0.0))
     together = _joint_p(apart, covariance, float(freedom.min()))
     found = {}
-    for j, (name, value) in enumerate(ls.parameters.items()):
+    for j, (name, value) in enumerate(first.parameters.items()):
         distance = abs(apart[j]) / deviations[j] if deviations[j] > 0 else 0.0
         found[name] = NoiseBias(
             difference=float(apart[j]),

@@ -18,6 +18,12 @@ from .filter_bias import slopes_by_gain as slopes_by_gain
 from .following_bias import noise_free_following as noise_free_following
 from .problem import Problem as Problem
 from .problem import adding as adding
+from .rounded_position import moved_by_rounding as moved_by_rounding
+from .rounded_position import position_step as position_step
+from .solver import ByInstruments as ByInstruments
+from .solver import ByOutputError as ByOutputError
+from .solver import Solver as Solver
+from .solver import by_least_squares as by_least_squares
 from .visibility import Reach as Reach
 from .visibility import check_identifiable as check_identifiable
 from .visibility import check_visible as check_visible

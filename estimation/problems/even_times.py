@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, QrFactors
+from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, relative_error_percent
 
-from .filter_bias import solution_of
 from .problem import Problem
+from .solver import Solver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,9 +47,7 @@ def jitter_of(record: Record) -> Array:
     return np.concatenate(pieces)
 
 
-def at_even_times(
-    problem: Problem, form: Form, physical: Array, instruments: QrFactors | None
-) -> EvenTimes:
+def at_even_times(problem: Problem, form: Form, solver: Solver) -> EvenTimes:
     """Estimate from the records at even times.
 
     Parameters
@@ -57,10 +55,8 @@ def at_even_times(
     problem : Problem
     form : Form
         Of the estimate, at its point.
-    physical : (p,) array
-        The estimate.
-    instruments : QrFactors or None
-        Of the estimate's rows; None for least squares.
+    solver : callable
+        Of the estimate.
 
     Raises
     ------
@@ -69,12 +65,11 @@ def at_even_times(
     """
     own = problem.reduced(form, [data.signals for data in problem.data])
     rows = problem.reduced(form, [_evenly(data).signals for data in problem.data])
-    solution = solution_of(form, rows, instruments)
-    left = own.left - own.intercept - own.regressor @ form.regressed(physical)
+    solution = solver(form, rows)
     return EvenTimes(
         physical=form.physical(solution.theta)[0],
         equation_error_percent=relative_error_percent(solution.residuals, rows.left),
-        own_error_percent=relative_error_percent(left, own.left),
+        own_error_percent=relative_error_percent(solver(form, own).residuals, own.left),
     )
 
 

@@ -15,12 +15,9 @@ from axisid.estimation.regression import (
     Equations,
     Form,
     InverseForm,
-    QrFactors,
     Solution,
     StepsError,
-    checked_columns,
     factor,
-    instrumental_variables,
     least_squares,
     sensor_steps,
     stepped_loops,
@@ -39,6 +36,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 
 from .problem import Problem
+from .solver import Solver
 
 _STEP = 1e-4  # of the gain
 _MOST = 6  # corrections, each from where the last one led
@@ -81,7 +79,7 @@ def noise_free(
     problem: Problem,
     loops: tuple[Simulation, ...],
     physical: Array,
-    instruments: QrFactors | None,
+    solver: Solver,
 ) -> NoiseFree:
     """What filtering, differencing and decimation alone do to the rows and to the estimate.
 
@@ -98,10 +96,10 @@ def noise_free(
     loops : tuple of Simulation
         Of the records' references, with `physical`; one for each segment.
     physical : (p,) array
-    instruments : QrFactors or None
-        Of the estimate; None for least squares.
+    solver : callable
+        Of the estimate.
     """
-    rows, solution = _of_loops(form, problem, loops, instruments)
+    rows, solution = _of_loops(form, problem, loops, solver)
     return _noise_free(form, problem, rows, solution, physical)
 
 
@@ -123,7 +121,7 @@ def encoder_error(
     problem: Problem,
     quiet: NoiseFree,
     physical: Array,
-    instruments: QrFactors | None,
+    solver: Solver,
     deviations: Array,
 ) -> StepsError | None:
     """What the steps of the records' encoders do to an estimate, deviations (k,) of its own.
@@ -141,14 +139,14 @@ def encoder_error(
             for i, (data, step) in enumerate(zip(problem.data, steps, strict=True))
             for loop in stepped_loops(data.axis, data.record, form.own(physical, i), step, share)
         )
-        _, solution = _of_loops(form, problem, stepped, instruments)
+        _, solution = _of_loops(form, problem, stepped, solver)
         return replace(solution, neighbours=problem.neighbours)
 
     return steps_error(solved, quiet.theta, deviations)
 
 
 def _of_loops(
-    form: Form, problem: Problem, loops: tuple[Simulation, ...], instruments: QrFactors | None
+    form: Form, problem: Problem, loops: tuple[Simulation, ...], solver: Solver
 ) -> tuple[Equations, Solution]:
     """Rows of loops, one for each segment, behind the records' filter, and what solves them."""
     # Rows are those of the estimate, whose instruments they are held against.
@@ -157,7 +155,7 @@ def _of_loops(
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
     rows = problem.reduced(form, signals)
-    return rows, solution_of(form, rows, instruments)
+    return rows, solver(form, rows)
 
 
 def settled_noise_free(
@@ -246,11 +244,11 @@ def _in_deviations(change: Array, deviations: Array) -> float:
 
 
 def noise_free_at(
-    form: Form, problem: Problem, physical: Array, *, instruments: QrFactors | None
+    form: Form, problem: Problem, physical: Array, *, solver: Solver
 ) -> NoiseFree | None:
     """`noise_free` at other parameters than the estimate; None where the loop does not follow."""
     at = form.at(physical)
-    rows, solution = _of_loops(at, problem, problem.loops(at, physical), instruments)
+    rows, solution = _of_loops(at, problem, problem.loops(at, physical), solver)
     left = problem.rows(at).left
     if relative_error_percent(left - rows.left, left) >= MAX_SIMULATION_ERROR.value:
         return None
@@ -258,7 +256,7 @@ def noise_free_at(
 
 
 def slopes_by_gain(
-    form: Form, problem: Problem, solution: Solution, instruments: QrFactors | None
+    form: Form, problem: Problem, solution: Solution, solver: Solver
 ) -> tuple[Array, Array]:
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
 
@@ -271,7 +269,7 @@ def slopes_by_gain(
         slope = solution.influence.T @ rows
         return slope, slope
     ahead, behind = (
-        solution_of(form, problem.reduced(form, signals), instruments).theta
+        solver(form, problem.reduced(form, signals)).theta
         for signals in (
             [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
         )
@@ -316,12 +314,3 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
     signals = data.signals
     fixed = signals.force - data.force_by_gain
     return replace(signals, force=(signals.force - fixed) * scale + fixed)
-
-
-def solution_of(form: Form, rows: Equations, instruments: QrFactors | None) -> Solution:
-    """What solves rows by the instruments, or by least squares where there are none."""
-    names = [q.label for q in form.quantities]
-    left = rows.left - rows.intercept
-    if instruments is None:
-        return least_squares(left, factor(rows.regressor, names))
-    return instrumental_variables(left, checked_columns(rows.regressor, names), instruments)

@@ -1,19 +1,27 @@
 """How filter and noise bias least squares of records without a reference, by loops that follow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Equations, FollowingLoops, Form, simulated_right
+from axisid.estimation.regression import (
+    Equations,
+    FollowingLoops,
+    Form,
+    sensor_steps,
+    simulated_right,
+)
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds.estimates import MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 
-from .filter_bias import NoiseFree, loop_record, noise_free, solution_of
+from .filter_bias import NoiseFree, loop_record, noise_free
 from .problem import Problem
+from .solver import by_least_squares
 
 _DRAWS = 4  # of noise, each once with either sign: what is odd in the noise cancels
 
@@ -51,19 +59,36 @@ def noise_free_following(
     every = [each.simulated(physical) for each in following]
     if not _follow(form, problem, every, left, physical):
         return None
-    quiet = noise_free(form, problem, tuple(s for of_one in every for s in of_one), physical, None)
-    rng = np.random.default_rng(0)
-    white = [_noises(each.data.record, loops) for each, loops in zip(following, every, strict=True)]
-    biases = []
-    for _ in range(_DRAWS):
-        drawn = [{role: rng.permutation(noise) for role, noise in w.items()} for w in white]
-        biases += [_bias_with_noise(form, following, drawn, s, physical) for s in (1.0, -1.0)]
+    flat = tuple(loop for of_one in every for loop in of_one)
+    quiet = noise_free(form, problem, flat, physical, by_least_squares)
+    noises = [
+        _noises(each.data, loops, np.random.default_rng(i))
+        for i, (each, loops) in enumerate(zip(following, every, strict=True))
+    ]
+    biases = [
+        _bias_with_noise(form, following, drawn, physical) for drawn in zip(*noises, strict=True)
+    ]
     return replace(quiet, bias=np.mean(biases, axis=0), has_noise=True)
 
 
-def _noises(record: Record, loops: tuple[Simulation, ...]) -> dict[str, Array]:
-    """Noise of what was measured of the motion, by role, (N,)."""
-    return {role: _noise(record, loops, role) for role in record.motion}
+def _noises(
+    data: FilteredRecord, loops: tuple[Simulation, ...], rng: np.random.Generator
+) -> Iterator[dict[str, Array]]:
+    """Noise of what was measured of the motion, by role, (N,), as often as it is drawn.
+
+    That of an encoder is no white noise: it follows from the motion, and from where its steps are.
+    """
+    position = np.concatenate([loop.position for loop in loops])
+    step = sensor_steps(data.axis, data.record).position
+    white = {role: _noise(data.record, loops, role) for role in data.record.motion}
+    for draw in range(_DRAWS):
+        order = {role: rng.permutation(noise) for role, noise in white.items()}
+        for k, sign in enumerate((1.0, -1.0)):
+            found = {role: sign * noise for role, noise in order.items()}
+            if step:
+                away = (draw + k / 2) / _DRAWS * step
+                found["position"] = step * np.round((position + away) / step) - away - position
+            yield found
 
 
 def _noise(record: Record, loops: tuple[Simulation, ...], role: str) -> Array:
@@ -97,16 +122,15 @@ def _bias_with_noise(
     form: Form,
     following: Sequence[FollowingLoops],
     noise: Sequence[Mapping[str, Array]],
-    sign: float,
     physical: Array,
 ) -> Array:
     """What least squares makes of the loops with noise of what was measured."""
     pieces = []
     for each, of_one in zip(following, noise, strict=True):
-        loops = each.simulated(physical, sign * of_one["position"])
+        loops = each.simulated(physical, of_one["position"])
         noisy = loop_record(each.data, loops, measured=True)
         beside: dict[str, Any] = {
-            role: getattr(noisy.record, role) + sign * values
+            role: getattr(noisy.record, role) + values
             for role, values in of_one.items()
             if role != "position"
         }
@@ -114,5 +138,5 @@ def _bias_with_noise(
         if noisy.prefilter.reversals == "leave-out":  # they are those of what is measured
             noisy = noisy.turning_as(noisy.record.position, noisy.record.velocity)
         pieces.append(form.equations(noisy.signals).reduced(noisy))
-    solution = solution_of(form, Equations.stacked(pieces), None)
+    solution = by_least_squares(form, Equations.stacked(pieces))
     return np.asarray(form.physical(solution.theta)[0] - physical, dtype=float)

@@ -63,9 +63,9 @@ def samples_apart(values: Array) -> int:
     values : (N,) array
         Empty cells, or the last value again, where nothing was written.
     """
-    known = np.isfinite(values)
-    fresh = np.flatnonzero(known)
-    if known.all():
+    written = np.isfinite(values)
+    fresh = np.flatnonzero(written)
+    if written.all():
         fresh = np.flatnonzero(np.diff(values)) + 1
     if len(fresh) < MIN_SELDOM_CHANGES.value:
         return 1
@@ -150,9 +150,9 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
 def _fresh(samples: Samples) -> NDArray[np.intp]:
     """Samples in which a value was written."""
     values = samples.values
-    known = np.isfinite(values)
-    if not known.all():
-        return np.flatnonzero(known)
+    written = np.isfinite(values)
+    if not written.all():
+        return np.flatnonzero(written)
     apart = samples_apart(values)
     if apart == 1:
         return np.arange(len(values))

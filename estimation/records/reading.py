@@ -148,23 +148,23 @@ def _record(
     seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(*_by_role(samples, axis))
-    laid = (
-        _as_sampled(samples, masks, sample_period, repairs, windows)
-        if repairs.resample is None
-        else resample(
+    if repairs.resample is None:
+        laid = _as_sampled(samples, masks, sample_period, repairs, windows)
+    else:
+        splined = ("position", "velocity", "reference")
+        laid = resample(
             name,
             samples,
             masks,
             repairs.resample,
             split=repairs.gaps is not None,
             stated=sample_period,
-            splined=("position", "velocity", "reference")
-            + (("injected",) if found.injected_at == "reference" else ()),
+            splined=(*splined, "injected") if found.injected_at == "reference" else splined,
             between=repairs.between,
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    )
+    jitter = jitter_notes(laid.time, laid.segments)
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
     values: dict[str, Any] = {r: v for r, v in laid.columns.items() if r not in signals}
     return Record(
@@ -177,33 +177,35 @@ def _record(
         masked=runs(laid.masked),
         windows=windows,
         around=whole if windows else {},
-        provenance=Provenance(
-            source=Path(table.source).name,
-            sha256=table.sha256,
-            given=table.source if table.path else "",
-            path=table.path,
-            columns=found.names,
-            assumed=found.notes,
-            doubts=(
-                *table.doubts,
-                *jumps,
-                *spiky,
-                *cut,
-                *seldom,
-                *jitter_notes(laid.time, laid.segments),
-            ),
-            repairs=(
-                *table.repairs,
-                *retimed,
-                *drawn,
-                *moved,
-                *taken,
-                *made,
-                *empty,
-                *laid.repairs,
-            ),
+        provenance=_provenance(
+            table,
+            found,
+            doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
+            repairs=(*retimed, *drawn, *moved, *taken, *made, *empty, *laid.repairs),
             clock=replace(laid.clock, counted=counted),
         ),
+    )
+
+
+def _provenance(
+    table: Table,
+    found: RoleColumns,
+    *,
+    doubts: tuple[Note, ...],
+    repairs: tuple[Repair, ...],
+    clock: LogClock,
+) -> Provenance:
+    """Where a record comes from, after what is said of its table."""
+    return Provenance(
+        source=Path(table.source).name,
+        sha256=table.sha256,
+        given=table.source if table.path else "",
+        path=table.path,
+        columns=found.names,
+        assumed=found.notes,
+        doubts=(*table.doubts, *doubts),
+        repairs=(*table.repairs, *repairs),
+        clock=clock,
     )
 
 

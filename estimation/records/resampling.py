@@ -128,9 +128,6 @@ def resample(
         for role, s in samples.items()
     }
     time = np.concatenate([grid for _, grid in kept])
-    masked = np.zeros(len(time), dtype=bool)
-    for role, mask in masks.items():
-        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
     repairs = [_told(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - 1 / own for before, after in gaps)
@@ -140,7 +137,7 @@ def resample(
     return Laid(
         time=time,
         columns=columns,
-        masked=masked,
+        masked=_masked_at(time, clocks, masks),
         segments=adjoining([len(grid) for _, grid in kept]),
         period=1 / chosen,
         repairs=tuple(repairs),
@@ -150,6 +147,14 @@ def resample(
             stated=stated is not None,
         ),
     )
+
+
+def _masked_at(time: Array, clocks: Mapping[str, Array], masks: Mapping[str, Mask]) -> Mask:
+    """Which times are beside a sample that is no measurement."""
+    masked = np.zeros(len(time), dtype=bool)
+    for role, mask in masks.items():
+        masked |= np.interp(time, clocks[role], mask.astype(np.float64)) > 0
+    return masked
 
 
 def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:

@@ -109,6 +109,14 @@ class FilteredRecord(Exact):
         velocity = self.sampling.motion(position, velocity)[1]
         return self._without(self.sampling.turns(velocity, self.fastest))
 
+    @property
+    def by_position(self) -> "FilteredRecord | None":
+        """The record without what else of its motion was measured; None where there is nothing."""
+        record = self.record
+        if record.integrated or record.motion == ("position",):
+            return None
+        return replace(self, record=replace(record, velocity=None, acceleration=None))
+
     def keeping_reversals(self) -> "FilteredRecord":
         """The record with the samples near reversals and rests."""
         return self._without(())

@@ -6,8 +6,8 @@ variance for noise of one size. Rests are no loss, as sticking friction takes an
 friction that depends on the speed, such as a peak about rest, as the low-pass rounds that near
 reversals. Coulomb friction counts: where it loses much, little else tells it from other terms.
 
-Of an axis that is partially linear the columns are those of the Jacobian at the nominal values. One
-whose nonlinear parameters are of such friction is not asked: what the low-pass makes of a peak
+Of an axis that is partially linear the columns are those of the Jacobian at the nominal values.
+One whose nonlinear parameters are of such friction is not asked: what the low-pass makes of a peak
 about rest leads its search astray, however much of the inertia is lost with it.
 """
 

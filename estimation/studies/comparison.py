@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.choices.methods import STARTS, comparing
+from axisid.estimation.choices.methods import STARTS, comparing, is_output_error
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.diagnostics.loop import LawCheck, first_law
 from axisid.estimation.identification import (
@@ -156,8 +156,11 @@ def compare(
         The record identifies none of the candidates.
     """
     if not is_among(method, names := comparing()):
+        why = ""
+        if is_output_error(str(method)):
+            why = ", whose loop is simulated with all rows, so that none is held out of it"
         raise UsageError(
-            f"there is no comparison by {quoted(method)}; choose {' or '.join(names)}.",
+            f"there is no comparison by {quoted(method)}{why}; choose {' or '.join(names)}.",
             code="no-comparison-by",
         )
     records = records_of(record)

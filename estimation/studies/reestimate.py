@@ -83,7 +83,8 @@ def reestimate(
     form : Form
         About the frozen parameters.
     rows : Equations
-        Of the second record, filtered.
+        Of the second record, filtered; for DIDIM its force and the rows of the loop that it leads
+        to, or of the one that is simulated with the frozen parameters where it leads to none.
     instruments : (n, k) array or None
         From its loop, simulated with the frozen parameters; None for least squares.
     neighbours : Neighbours

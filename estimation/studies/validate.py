@@ -9,9 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.diagnostics.loop import check_law
 from axisid.estimation.identification import Identification, OfRecord
 from axisid.estimation.methods import METHODS, Instruments, bound_record
+from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     Equations,
@@ -193,31 +195,47 @@ def _validation(
     again = partial(
         reestimate,
         form,
-        rows,
         neighbours=data.neighbours,
         frozen=estimate.physical,
         covariance=covariance,
         freedom=estimate.freedom[estimate.chosen],
     )
-    is_iv = isinstance(METHODS[estimate.method], Instruments)
+    by_loop = isinstance(METHODS[estimate.method], Instruments)
     try:
         loops = simulated_loops(axis, record, estimate.physical)
         intercept, regressor = simulated_right(form, loops, estimate.physical, data)
     except (ModelError, DataError, EstimationError) as error:
-        by_rows = None if is_iv else again(instruments=None)
+        by_rows = None if by_loop else again(rows=rows, instruments=None)
         return replace(found, reason=error.note, reestimate=by_rows)
-    off, tracking = _positions(data, loops)
-    instruments = regressor if is_iv else None
-    return replace(
+    instruments = regressor if by_loop else None
+    if is_output_error(estimate.method):  # whose rows are the loop's
+        frozen = replace(rows, intercept=intercept, regressor=regressor)
+        found = _by_equations(estimate, frozen, theta, data)
+        rows, instruments = _by_output_error(estimate, data) or frozen, None
+    found = replace(
         found,
         simulation_error_percent=relative_error_percent(
             rows.left - regressor @ theta - intercept, rows.left
         ),
+        reestimate=again(rows=rows, instruments=instruments),
+    )
+    if data.record.integrated:  # the velocity's integral drifts away from where the axis was
+        return found
+    off, tracking = _positions(data, loops)
+    return replace(
+        found,
         position_error_rms=float(np.sqrt(np.mean(off**2))),
         tracking_error_percent=relative_error_percent(off, tracking),
         own_tracking_error_percent=_own_tracking(own_data, estimate.physical),
-        reestimate=again(instruments=instruments),
     )
+
+
+def _by_output_error(estimate: FrozenEstimate, data: FilteredRecord) -> Equations | None:
+    """Rows of the loop that the second record itself leads to; None where it leads to none."""
+    try:
+        return METHODS[estimate.method].fit(Problem(axis=data.axis, data=(data,))).measured
+    except (ModelError, DataError, EstimationError):
+        return None
 
 
 def _rows_left(form: Form, data: FilteredRecord) -> Equations:
@@ -263,7 +281,7 @@ def _by_equations(
 
 def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
     """The same error on the estimate's own records, where they and their loops are there."""
-    if not own:
+    if not own or any(data.record.integrated for data in own):
         return None
     try:
         pairs = [

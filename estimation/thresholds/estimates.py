@@ -39,6 +39,18 @@ CONVERGED = Threshold(
     "step of the instruments' iteration up to which it has converged",
     "chosen",
 )
+LEAST_SHARE_OF_A_STEP = Threshold(
+    0.25,
+    "of a parameter",
+    "what a step of output error leaves of it where the simulated loop does not follow the record",
+    "measured: from 5 to 1000 kg on the EMPS record, with 0.1 to 0.5 alike",
+)
+MAX_ERROR_GROWTH = Threshold(
+    1e-3,
+    "of the simulation error",
+    "growth of it up to which a step of output error is not halved",
+    "chosen: the rounding of a loop's reversals is less",
+)
 NEARLY_CONVERGED = Threshold(
     0.1,
     "deviations",

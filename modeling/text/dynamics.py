@@ -8,7 +8,7 @@ import math
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from .expression import Function, Grammar
+from .grammar import Function, Grammar
 
 _FUNCTIONS = {
     "sin": Function(sympy.sin, math.sin),

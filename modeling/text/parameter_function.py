@@ -22,7 +22,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import UsageError
 
-from .expression import Function, Grammar, read_expression
+from .expression import read_expression
+from .grammar import Function, Grammar
 
 #: What may be given as a function of parameters.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float

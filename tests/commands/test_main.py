@@ -311,7 +311,9 @@ def test_diverging_iterate_is_named(run: Run, log: Callable[..., Path], tmp_path
         "axis = replace(a, parameters=(light, *a.parameters[1:]), drive=Drive(gain=35.15))\n"
         "del a\n"
     )
-    code, _, err = run("identify", tmp_path / "light.py", log(), "--method", "idm-iv")
+    code, _, err = run(
+        "identify", tmp_path / "light.py", log(), "--method", "idm-iv", "--start", "nominal"
+    )
     assert code == 6
     assert "idm-iv, iterate 0: the simulated closed loop" in err
     assert "M = 0.1 kg" in err
@@ -325,7 +327,9 @@ def test_inertia_without_nominal_value_is_named(
         "a = load_axis('emps2015')\n"
         "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
     )
-    code, _, err = run("identify", tmp_path / "empty.py", log(), "--method", "ddm-iv")
+    code, _, err = run(
+        "identify", tmp_path / "empty.py", log(), "--method", "ddm-iv", "--start", "nominal"
+    )
     assert code == 6
     assert "positive nominal value" in err
 
@@ -523,7 +527,9 @@ def test_failed_method_exits_6_after_the_others_were_reported(
         "a = load_axis('emps2015')\n"
         "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
     )
-    code, out, err = run("identify", tmp_path / "empty.py", log(), "--json", "-")
+    code, out, err = run(
+        "identify", tmp_path / "empty.py", log(), "--json", "-", "--start", "nominal"
+    )
     assert code == 6
     result = json.loads(out)
     assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls"]

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from axisid import (
@@ -338,3 +339,25 @@ def test_deviations_are_those_that_the_intervals_are_of(
     assert json.loads(export(result, "json"))["parameters"]["idm-ls"]["M"][
         "interval_covariance"
     ] == ("iid")
+
+
+def test_exported_python_takes_numbers_and_arrays_of_numpy(library_axis: GeneratedAxis) -> None:
+    """Scalars of any kind, arrays of any shape, and none of them changed."""
+    result = identify(library_axis, twin_record(library_axis), methods=["idm-ls"])
+    module: dict[str, Any] = {}
+    exec(export(result, "python"), module)
+    name = library_axis.axis.name
+    for function in (module[f"{name}_feedforward"], module[f"{name}_control"]):
+        plain = function(0.1, -0.2, 0.3)
+        for kind in (np.float64, np.float32, np.array):
+            motion = [kind(value) for value in (0.1, -0.2, 0.3)]
+            assert float(function(*motion)) == pytest.approx(plain, rel=1e-5)
+        whole = [function(kind(1), kind(-1), kind(2)) for kind in (int, np.int64, np.int8)]
+        assert whole == [whole[0]] * 3
+        columns = np.array([[0.1, 0.2], [-0.3, 0.0]])
+        given = columns.copy()
+        made = function(columns, 0.0, columns)
+        assert made.shape == (2, 2)
+        assert made[0, 0] == function(0.1, 0.0, 0.1)
+        assert np.array_equal(columns, given)
+        assert function([0.1, 0.2], 0.0, 0.0)[1] == function(0.2, 0.0, 0.0)

@@ -25,7 +25,7 @@ _RESULT = '{"schema": "axisid.identification/1"}\n'
 
 
 @functools.cache
-def _columns() -> dict[str, np.ndarray]:
+def columns_of_a_log() -> dict[str, np.ndarray]:
     record = twin_record(load_axis("emps2015"))
     assert record.reference is not None
     assert record.control is not None
@@ -37,9 +37,9 @@ def _columns() -> dict[str, np.ndarray]:
     }
 
 
-def _log(folder: Path, name: str = "log.csv") -> Path:
+def write_log(folder: Path, name: str = "log.csv") -> Path:
     """A log of the paper's twin."""
-    columns = _columns()
+    columns = columns_of_a_log()
     table = np.column_stack(list(columns.values()))
     head = ",".join(columns)
     np.savetxt(folder / name, table, delimiter=",", header=head, comments="")
@@ -75,7 +75,7 @@ def _notes(name: str) -> Path:
 
 def _identify(*options: object) -> Make:
     """Identification of a good log with options."""
-    return lambda folder: ["identify", "emps2015", _log(folder), *options]
+    return lambda folder: ["identify", "emps2015", write_log(folder), *options]
 
 
 def _onto_notes(name: str, *command: object) -> Make:
@@ -123,7 +123,7 @@ def _own_folder_of_code(_: Path) -> list[object]:
 def _own_figure(folder: Path) -> list[object]:
     Path("figures").mkdir()
     _notes("figures/record.pdf")
-    return ["identify", "emps2015", _log(folder), "--figures", "figures"]
+    return ["identify", "emps2015", write_log(folder), "--figures", "figures"]
 
 
 def _own_tables(_: Path) -> list[object]:
@@ -133,17 +133,26 @@ def _own_tables(_: Path) -> list[object]:
 
 
 def _log_as_target(folder: Path) -> list[object]:
-    _log(folder, "other.csv")
-    return ["identify", "emps2015", _log(folder), "--json", "other.csv"]
+    write_log(folder, "other.csv")
+    return ["identify", "emps2015", write_log(folder), "--json", "other.csv"]
 
 
 def _result_again(folder: Path) -> list[object]:
-    return ["identify", "emps2015", _log(folder), "--method", "idm-ls", "--json", _result()]
+    return ["identify", "emps2015", write_log(folder), "--method", "idm-ls", "--json", _result()]
 
 
 def _forced(folder: Path) -> list[object]:
     notes = _notes("notes.txt")
-    return ["identify", "emps2015", _log(folder), "--method", "idm-ls", "--json", notes, "--force"]
+    return [
+        "identify",
+        "emps2015",
+        write_log(folder),
+        "--method",
+        "idm-ls",
+        "--json",
+        notes,
+        "--force",
+    ]
 
 
 def _is_result(file: str) -> Callable[[Path, str], None]:
@@ -166,7 +175,7 @@ def _tells_its_seed(_: Path, out: str) -> None:
 
 
 def _given_below(folder: Path) -> list[object]:
-    _log(folder)
+    write_log(folder)
     return ["identify", "emps2015", "./log.csv", "--method", "idm-ls", "--json", "-"]
 
 
@@ -324,12 +333,20 @@ def _looped_code(_: Path) -> list[object]:
 
 
 def _looped_figures(folder: Path) -> list[object]:
-    return ["identify", "emps2015", _log(folder), "--figures", _loop("loop"), "--json", "r.json"]
+    return [
+        "identify",
+        "emps2015",
+        write_log(folder),
+        "--figures",
+        _loop("loop"),
+        "--json",
+        "r.json",
+    ]
 
 
 def _period_beside_rate(folder: Path) -> list[object]:
     asked = ("--resample", "auto", "--sample-period", "2e-3")
-    return ["identify", "emps2015", _log(folder), *asked]
+    return ["identify", "emps2015", write_log(folder), *asked]
 
 
 def _ask() -> Iterator[Fault]:

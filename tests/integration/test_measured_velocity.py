@@ -18,6 +18,7 @@ from axisid import (
     load_result,
     read_record,
     twin_record,
+    validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.loops import loop_starts
@@ -170,3 +171,22 @@ def _without(blocks: LogBlocks, position: bool) -> Any:
     if not position:
         return blocks
     return [{k: v for k, v in block.items() if k != "position"} for block in blocks]
+
+
+def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> None:
+    record = twin_record(emps, seed=4, velocity_noise=1e-4)
+    ripple = 1 + 0.01 * np.sin(2 * np.pi * record.position / 0.003 + 1.0)
+    rippled = replace(record, velocity=ripple * np.asarray(record.velocity))
+    checks = {check.name: check for check in identify(emps, rippled).verdict}
+    assert checks["alignment"].status == checks["measured velocity"].status == "pass"
+    assert "the measured velocity may have it" in checks["ripple"].meaning
+
+
+def test_a_record_of_velocity_alone_validates_without_a_position_error(
+    emps: GeneratedAxis, record: Record
+) -> None:
+    alone = replace(twin_record(emps, seed=5, velocity_noise=0.002 * SIZE), position=np.empty(0))
+    held = validate(identify(emps, record, methods="idm-iv"), alone)
+    assert all(each.holds for each in held)
+    assert all(each.position_error_rms is None for each in held)
+    assert all(each.simulation_error_percent is not None for each in held)

@@ -10,13 +10,19 @@ import pytest
 from axisid import (
     Identification,
     Record,
+    compare,
+    friction_ladder,
     identify,
     load_axis,
     load_result,
     read_record,
     sweep,
+    twin_record,
+    validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.presentation.frames import frame_of
+from axisid.support.presentable import Presentable
 from tests.refusals import refuses
 
 
@@ -59,12 +65,43 @@ def test_what_is_no_library_or_no_table_is_refused(
     with refuses("unknown-dataframe"):
         result.to_frame("excel")
     with refuses("no-frame"):
-        result.diagnosis.to_frame()
+        frame_of(Presentable(), "pandas")
     monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
     with refuses("no-dataframes"):
         result.to_frame()
     with refuses("missing-dataframe"):
         result.to_frame("polars")
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_comparison_validation_and_diagnosis_are_dataframes(
+    result: Identification, emps2015: GeneratedAxis, twin: Record, library: str
+) -> None:
+    pytest.importorskip(library)
+    compared = compare(friction_ladder(emps2015.declared), twin)
+    candidates = compared.to_frame(library)
+    assert list(candidates["candidate"]) == [each.name for each in compared.candidates]
+    recommended = [each.name == compared.recommended for each in compared.candidates]
+    assert list(candidates["recommended"]) == recommended
+    held = validate(result, twin_record(emps2015, seed=3))
+    methods = held.to_frame(library)
+    assert list(methods["method"]) == [each.method for each in held]
+    assert list(methods["holds"]) == [each.holds for each in held]
+    checks = result.diagnosis.to_frame(library)
+    assert list(checks["check"]) == [check.name for check in result.verdict]
+    assert list(checks["status"]) == [check.status for check in result.verdict]
+
+
+def test_comparison_sweep_and_validation_have_tables_in_notebooks(
+    result: Identification, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    shown = (
+        compare(friction_ladder(emps2015.declared), twin),
+        sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"]),
+        validate(result, twin_record(emps2015, seed=3)),
+    )
+    for each in shown:
+        assert "<table" in each._repr_html_()
 
 
 def test_diagnosis_and_axis_have_tables_in_notebooks(result: Identification) -> None:

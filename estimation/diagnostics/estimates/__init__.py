@@ -9,11 +9,13 @@ from .agreement import fixed_check as fixed_check
 from .agreement import forms_check as forms_check
 from .agreement import ls_against_iv as ls_against_iv
 from .agreement import self_test as self_test
+from .coarse_positions import coarse_positions as coarse_positions
 from .drive_gain import gain_check as gain_check
 from .excitation import Excitation as Excitation
 from .excitation import excitation as excitation
 from .excitation import excitation_of_several as excitation_of_several
 from .filter_bias import filter_bias as filter_bias
+from .forms_apart import forms_apart_check as forms_apart_check
 from .instruments import NO_ENDOGENEITY as NO_ENDOGENEITY
 from .instruments import Endogeneity as Endogeneity
 from .instruments import InstrumentTests as InstrumentTests
@@ -26,3 +28,4 @@ from .motion import bounds_note as bounds_note
 from .motion import conditioning as conditioning
 from .motion import precision as precision
 from .motion import within_bounds as within_bounds
+from .second_opinion import second_opinion_check as second_opinion_check

@@ -20,6 +20,7 @@ from .in_time import law_in_time as law_in_time
 from .in_time import timing_remedy as timing_remedy
 from .measured_motion import MotionComparison as MotionComparison
 from .measured_motion import compared_motion as compared_motion
+from .measured_motion import compared_motions as compared_motions
 from .measured_motion import motion_check as motion_check
 from .simulation import following as following
 from .simulation import rest_check as rest_check

@@ -207,12 +207,16 @@ def _fit(given: Array, target: Array, rows: NDArray[np.int64], order: Neighbours
     return least_squares(target[rows], regressor)
 
 
-def motion_check(axis: GeneratedAxis, record: Record, role: str) -> Check | Missing | None:
-    """A measured velocity or acceleration against a derivative; nothing without the column."""
-    if getattr(record, role) is None:
-        return None
-    found = compared_motion(record, role)
-    if isinstance(found, Missing):
+def compared_motions(record: Record) -> dict[str, MotionComparison | Missing]:
+    """`compared_motion` of each of the two that was measured."""
+    return {role: compared_motion(record, role) for role in record.motion if role != "position"}
+
+
+def motion_check(
+    axis: GeneratedAxis, record: Record, role: str, found: MotionComparison | Missing | None
+) -> Check | Missing | None:
+    """What was found of a measured velocity or acceleration; nothing without the column."""
+    if found is None or isinstance(found, Missing):
         return found
     against, told = _derivative(record, role), _told(axis, found, role)
     meaning, remedy = f"the measured {role} is {against} ({told})", None

@@ -5,10 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, solver_of
 from axisid.estimation.problems import EvenTimes, Problem, at_even_times, jitter_of
 from axisid.estimation.records import Record
-from axisid.estimation.regression import QrFactors, factor
 from axisid.estimation.thresholds.diagnostics import (
     MAX_FILTER_BIAS,
     MIN_JITTER,
@@ -36,7 +35,7 @@ def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None
     if not jitter > MIN_JITTER.value:
         return None
     try:
-        found = at_even_times(problem, estimate.form, estimate.physical, _instruments(estimate))
+        found = at_even_times(problem, estimate.form, solver_of(estimate))
     except (DataError, EstimationError) as error:
         return Missing.of(error.note)
     shares, shifts = _moved(found, estimate)
@@ -66,15 +65,6 @@ def uneven_check(problem: Problem, estimate: Estimate) -> Check | Missing | None
 def _jitter(record: Record) -> float:
     """Of a record, root mean square, in periods."""
     return float(np.sqrt(np.mean(jitter_of(record) ** 2))) / record.period
-
-
-def _instruments(estimate: Estimate) -> QrFactors | None:
-    """Of the rows as they are weighted in the fit."""
-    if estimate.Z is None:
-        return None
-    weights = estimate.weights
-    columns = estimate.Z if weights is None else weights[:, None] * estimate.Z
-    return factor(columns, [q.label for q in estimate.form.quantities], "the simulated loop")
 
 
 def _moved(found: EvenTimes, estimate: Estimate) -> tuple[dict[str, float], dict[str, float]]:

@@ -11,6 +11,7 @@ from axisid.estimation.thresholds.diagnostics import (
     LARGE_SAMPLE,
     MAX_EXCESS_KURTOSIS,
     MAX_JARQUE_BERA,
+    NEGLIGIBLE_RESIDUAL,
 )
 from axisid.estimation.thresholds.regression import MAX_CHANCE_DEVIATION, SIGNIFICANCE_LEVEL
 from axisid.support.missing import Missing
@@ -80,21 +81,29 @@ def residuals_against_motion(
     lag = row - (len(relative) - 1) // 2
     names = [q.label for q in estimate.form.quantities]
     of = "instrument" if estimate.Z is not None else "regressor's column"
+    of = "simulated column" if estimate.by_output_error else of
     return Check(
         name="residuals against the motion",
-        status=passed(nothing, matters=not explained),
+        status=passed(nothing, matters=_are_noticeable(estimate) and not explained),
         figure=tests.cross_z,
         threshold=tests.cross_limit,
         p_value=tests.cross_p,
         source="largest correlation of the residuals with an instrument (a regressor's column for "
         "least squares) over the lags, in deviations by Bartlett's formula; 5 % over all of them; "
-        "a note where another check names what is wrong",
+        "no more than a note of residuals below 0.01 % of the left side, and where another check "
+        "names what is wrong",
         meaning="the residuals do not follow the motion"
         if nothing
         else f"the residuals follow the motion, most the {of} of {names[column]}, {abs(lag)} rows "
         f"{'before' if lag < 0 else 'after'} it: a term, a delay or a dynamic is not in "
         "the model, or the filter rounds reversals",
     )
+
+
+def _are_noticeable(estimate: Estimate) -> bool:
+    """Whether the residuals, less the filter's own, are any part of the left side."""
+    left = float(np.linalg.norm(estimate.net_residuals))
+    return left > NEGLIGIBLE_RESIDUAL.value * float(np.linalg.norm(estimate.y))
 
 
 def normality(
@@ -126,7 +135,8 @@ def normality(
         name="normal residuals",
         status=passed(
             normal,
-            matters=rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value,
+            matters=(rows < LARGE_SAMPLE.value or left > MAX_EXCESS_KURTOSIS.value)
+            and _are_noticeable(estimate),
         ),
         figure=tests.jarque_bera,
         threshold=MAX_JARQUE_BERA.value,

@@ -98,8 +98,13 @@ def constant_check(
     )
 
 
-def ripple_check(preferred: Estimate, signals: Signals, prefilter: Prefilter) -> Check | Missing:
-    """Whether one frequency, over time or over the position, stands out of the residuals."""
+def ripple_check(
+    preferred: Estimate, signals: Signals, prefilter: Prefilter, measured: str = ""
+) -> Check | Missing:
+    """Whether one frequency, over time or over the position, stands out of the residuals.
+
+    A `measured` velocity or acceleration, if there is one, may ripple itself.
+    """
     if len(preferred.y) < MIN_SPECTRUM_ROWS.value:
         return Missing(f"{len(preferred.y)} rows are too few for a spectrum")
     residuals = preferred.residuals - np.mean(
@@ -118,7 +123,7 @@ def ripple_check(preferred: Estimate, signals: Signals, prefilter: Prefilter) ->
         "for a chance of 1e-4",
         meaning="no frequency stands out of the residuals"
         if line is None
-        else _by_position(line, preferred)
+        else _by_position(line, preferred, measured=measured)
         if line is place
         else _by_time(line, preferred, prefilter),
     )
@@ -331,11 +336,15 @@ def _by_time(line: Line, preferred: Estimate, prefilter: Prefilter) -> str:
     )
 
 
-def _by_position(line: Line, preferred: Estimate) -> str:
+def _by_position(line: Line, preferred: Estimate, *, measured: str) -> str:
     q, period = preferred.form.axis.axis.coordinate, 1 / line.frequency
     given = f"(a, b, {q.name}, period={period:.3g})"
     return (
         f"a ripple over the position, every {period:.3g} {q.unit}, is {100 * line.share:.0f} % of "
         f"the residuals' power: declare cogging{given}, or periodic_coulomb{given} where it "
         "changes with the direction"
+        + (
+            f"; the measured {measured} may have it, which shows without that column"
+            * bool(measured)
+        )
     )

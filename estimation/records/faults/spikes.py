@@ -43,6 +43,7 @@ def spike_notes(
     """
     units = {
         "position": "m or rad" if axis is None else axis.coordinate.unit,
+        "velocity": "" if axis is None else str(axis.coordinate.velocity_unit),
         "control": "" if axis is None else axis.drive.unit,
         "force": "" if axis is None else axis.coordinate.force_unit,
     }

@@ -37,6 +37,13 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     help="Estimator.  [default: idm-iv if there is one]",
 )
 @click.option(
+    "--record",
+    "number",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="One of several records, whose own parameters (--local) are wanted.",
+)
+@click.option(
     "--dead-zone",
     type=float,
     default=0.0,
@@ -56,6 +63,7 @@ def export(
     axis: str,
     to: str,
     method: str | None,
+    number: int | None,
     dead_zone: float,
     output: str | None,
     force: bool,
@@ -69,5 +77,5 @@ def export(
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
     from axisid.exports.export import export as exported
 
-    text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone)
+    text = exported(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
     write_output(output, text)

@@ -34,13 +34,16 @@ from .identify_in_blocks import identify_streamed
 from .identify_outputs import put_identification
 
 
-def _check_idle(method: str, covariance: str, json_file: str | None) -> None:
+def _check_idle(methods: tuple[str, ...], covariance: str, json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
+    if "all" in methods and len(methods) > 1:
+        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
     check_needed(("--figure-format", "--figure-width"), ("--figures",))
     check_needed(("--no-sweep",), ("--report", "--figures"))
     check_needed(("--validate-window",), ("--validate",))
-    if method != "all" and not is_iteration(method):
-        check_idle("--start", f"is of instruments, which --method {method} does without")
+    if "all" not in methods and not any(map(is_iteration, methods)):
+        named = " and ".join(methods)
+        check_idle("--start", f"is of instruments, which --method {named} does without")
     if not takes_lags(covariance):
         check_idle("--lags", f"is of HAC deviations, which --covariance {covariance} leaves out")
     if json_file == "-":
@@ -72,10 +75,15 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option(
     "--method",
+    "methods",
     type=click.Choice([*method_names(), "all"]),
-    default="all",
-    show_default=True,
-    help="Estimator; all runs what axis and record allow and says what it left out.",
+    multiple=True,
+    default=("all",),
+    show_default="all",
+    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
+    "and the direct model, didim output error of the force by the simulated loop, where the "
+    "control law is right; all runs what axis and record allow but didim, and says what it left "
+    "out.",
 )
 @filter_options(
     cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
@@ -172,7 +180,7 @@ def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float
 def identify(
     axis: str,
     record: tuple[str, ...],
-    method: str,
+    methods: tuple[str, ...],
     further: tuple[str, ...],
     second_windows: tuple[str, ...],
     filtering: Filtering,
@@ -211,10 +219,10 @@ def identify(
     if stream:
         _check_one(record)
         log = record[0] if record else None
-        identify_streamed(axis, log, method, filtering, reading, json_file, left_out)
+        identify_streamed(axis, log, methods, filtering, reading, json_file, left_out)
         return
     own_columns = columns_by_place(columns_of, len(record))
-    _check_idle(method, covariance, json_file)
+    _check_idle(methods, covariance, json_file)
     _check_figures(figures, figure_format, len(record), force=force)
     inputs = axis_and_records(
         axis,
@@ -245,7 +253,7 @@ def identify(
             generated,
             inputs.records,
             prefilter,
-            None if method == "all" else [method],
+            None if "all" in methods else methods,
             lags=lags,
             covariance=covariance,
             skip_bad=skip_bad,

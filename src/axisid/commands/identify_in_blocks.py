@@ -14,7 +14,7 @@ _KNOWN = ("--stream", "--json", "--force", "--leave-out")
 def identify_streamed(
     axis: str,
     record: str | None,
-    method: str,
+    methods: tuple[str, ...],
     filtering: Filtering,
     reading: Reading,
     json_file: str | None,
@@ -24,7 +24,7 @@ def identify_streamed(
     own = "--stream identifies a RECORD by idm-ls alone"
     if record is None:
         raise click.UsageError(f"{own}; name its file.")
-    method_option = ("--method",) if method in ("all", "idm-ls") else ()
+    method_option = ("--method",) if set(methods) <= {"all", "idm-ls"} else ()
     check_allowed((*_KNOWN, *FILTER_OPTIONS, *RECORD_OPTIONS, *method_option), own)
     from axisid.codegen.artefacts import build
     from axisid.estimation.studies import identify_stream

@@ -22,6 +22,7 @@ def export(
     axis: Axis | str | Path | None = None,
     method: str | None = None,
     dead_zone: float = 0.0,
+    record: int | None = None,
 ) -> str:
     """Write an identified axis as a feed-forward function, or its parameters as a table.
 
@@ -41,6 +42,9 @@ def export(
     dead_zone : float
         Speed up to which the functions take the friction direction for 0, in the coordinate's
         unit per second. At 0 it is 0 at rest only.
+    record : int, optional
+        Number of one of several records, from 1: the parameters that it has for itself (`local`, or
+        known of it) with those of all. Needed where there are such.
 
     Raises
     ------
@@ -59,7 +63,7 @@ def export(
     if dead_zone and not target.language:
         languages = ", ".join(each.name for each in TARGETS if each.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
-    fitted = fitted_axis(result, axis)
+    fitted = fitted_axis(result, axis, record)
     chosen = fitted.chosen(method)
     if target.language:
         return target.write(_feed_forward(fitted, chosen, dead_zone))

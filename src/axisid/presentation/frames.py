@@ -5,10 +5,11 @@ from functools import singledispatch
 from importlib.util import find_spec
 from typing import Any
 
+from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Sweep
+from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
@@ -76,6 +77,58 @@ def _of_sweep(result: Sweep) -> Mapping[str, Any]:
     )
 
 
+def _of_comparison(result: Comparison) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "candidate": each.name,
+            "parameters": each.size,
+            "equation_error_percent": each.estimate.equation_error_percent,
+            "held_out_equation_error_percent": each.equation.error_percent,
+            "held_out_simulation_error_percent": None
+            if each.simulation is None
+            else each.simulation.error_percent,
+            "log_likelihood": each.criteria.log_likelihood,
+            "aic": each.criteria.aic,
+            "bic": each.criteria.bic,
+            "tic": each.criteria.tic,
+            "recommended": each.name == result.recommended,
+        }
+        for each in result.candidates
+    )
+
+
+def _of_validation(result: Validation) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "method": each.method,
+            "equation_error_percent": each.equation_error_percent,
+            "own_equation_error_percent": each.own_equation_error_percent,
+            "simulation_error_percent": each.simulation_error_percent,
+            "position_error_rms": each.position_error_rms,
+            "tracking_error_percent": each.tracking_error_percent,
+            "reestimate_percent": None
+            if each.reestimate is None
+            else each.reestimate.share_percent,
+            "holds": each.holds,
+        }
+        for each in result
+    )
+
+
+def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
+    return _columns(
+        {
+            "check": check.name,
+            "status": check.status,
+            "figure": check.figure,
+            "threshold": check.threshold,
+            "p_value": check.p_value,
+            "meaning": str(check.note),
+        }
+        for check in result.verdict
+    )
+
+
 def _of_record(result: Record) -> Mapping[str, Any]:
     return result.channels()
 
@@ -85,6 +138,9 @@ columns_of.register(SavedEstimate, _of_estimate)
 columns_of.register(Identification, _of_identification)
 columns_of.register(SavedIdentification, _of_identification)
 columns_of.register(Sweep, _of_sweep)
+columns_of.register(Comparison, _of_comparison)
+columns_of.register(Validation, _of_validation)
+columns_of.register(Diagnosis, _of_diagnosis)
 columns_of.register(Record, _of_record)
 
 

@@ -188,6 +188,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
             written="".join,
             without="call identify in place of identify_stream",
         ),
+        "record": Argument(of="export", name="record", written=_number("record")),
         "axis": Argument(of="load_result", name="axis", written=_text("axis")),
         "json": Argument(of="Identification.to_dict", call="to_dict() as JSON", written="".join),
         "output": Argument(

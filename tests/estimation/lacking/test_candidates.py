@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.lacking.candidates import Grid, Steps, supremum_p
+from axisid.estimation.lacking.candidates import Grid, Steps, change_by_stretch, supremum_p
 
 
 def basis_and_residuals(rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -51,3 +51,9 @@ def test_the_largest_statistic_has_the_levels_of_andrews(square: float, level: f
     from scipy.special import chdtrc
 
     assert supremum_p(float(chdtrc(1, square)), 0.15) == pytest.approx(level, rel=0.1)
+
+
+def test_what_changes_from_one_stretch_to_the_next_is_no_change_in_a_sample() -> None:
+    values = np.concatenate([np.arange(5.0), 100 + 2 * np.arange(4.0), [7.0]])
+    found = change_by_stretch(values, ((0, 5), (5, 9)))
+    assert found == pytest.approx([1.0] * 5 + [2.0] * 4 + [0.0])

@@ -134,3 +134,10 @@ class TestVelocityAlone:
             Record(time=TIME, control=TIME)
         with pytest.raises(DataError, match="differ in length"):
             Record(time=TIME, velocity=VELOCITY[:-1], control=TIME)
+
+
+def test_a_spike_of_the_velocity_is_told() -> None:
+    spiked = VELOCITY.copy()
+    spiked[700] += 15.0
+    (doubt,) = read_record(log(velocity=spiked), columns=NAMED).provenance.doubts
+    assert doubt.text.startswith("the velocity leaves its course")

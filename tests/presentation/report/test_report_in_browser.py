@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify, load_axis
+from axisid import Record, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.presentation.formulas.mathml import formula_mathml
@@ -269,3 +269,31 @@ def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -
     fresh.send("Emulation.setEmulatedMedia", media="print")
     assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     fresh.send("Emulation.setEmulatedMedia", media="")
+
+
+def test_the_reader_picks_the_record_whose_figures_are_seen(
+    page: Browser, tmp_path: Path, emps2015: GeneratedAxis
+) -> None:
+    result = identify(emps2015, [twin_record(emps2015, seed=seed) for seed in (1, 2)])
+    file = tmp_path / "several.html"
+    file.write_text(report_html(result), encoding="utf-8")
+    page.open(file)
+    shown = (
+        "[...document.querySelectorAll('figure[data-record]')].map(f => "
+        "[f.dataset.record, f.getBoundingClientRect().height > 0])"
+    )
+    picker = "document.getElementById('record-picker')"
+    assert page.evaluate(f"{picker}.getBoundingClientRect().height") > 0
+    for number in ("1", "2", "1"):
+        page.evaluate(f"{picker}.value = '{number}'")
+        page.evaluate(f"{picker}.dispatchEvent(new Event('change'))")
+        page.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+        seen_now = page.evaluate(shown)
+        assert {record for record, _ in seen_now} == {"1", "2"}
+        assert all(visible == (record == number) for record, visible in seen_now)
+        drawn = page.evaluate(
+            f"[...document.querySelectorAll('figure[data-record=\"{number}\"] svg')]"
+            ".every(s => s.querySelector('.curve, .stems, .points') && s.clientWidth > 100)"
+        )
+        assert drawn
+    assert page.complaints == []

@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from axisid import Identification, Record, export, identify, load_result, validate
+from axisid import (
+    Identification,
+    Record,
+    export,
+    identify,
+    load_result,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.presentation.report.page import report_html
 from tests.axes.stage import generated, stage, stage_record
@@ -98,6 +107,36 @@ def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
     assert "M_plus_m_add" in export(loaded.parts[1], "csv")
 
 
+def test_one_of_several_records_is_exported_with_its_own_parameters(
+    emps2015: GeneratedAxis, tmp_path: Path
+) -> None:
+    """A live result and its file give the same numbers; a record that is not there is refused."""
+    records = [twin_record(emps2015, seed=seed) for seed in (1, 2)]
+    live = identify(emps2015, records, methods=["idm-ls"], local="Fc")
+    file = tmp_path / "own.json"
+    file.write_text(json.dumps(live.to_dict()))
+    saved = load_result(file)
+    mass = live.preferred.parameters["M"].value
+    for number, own in enumerate(live.local["Fc"], 1):
+        from_file = export(saved, "python", record=number)
+        for text in (export(live, "python", record=number), from_file):
+            assert f"Fc = {own.value!r}  #" in text
+            assert f"M = {mass!r}  #" in text
+        line = ["export", str(file), "--axis", "emps2015", "--to", "python", "--record", number]
+        done = CliRunner().invoke(cli, list(map(str, line)))
+        assert (done.exit_code, done.output) == (0, from_file)
+    for result in (live, saved):
+        with refuses("own-parameters-exported", says="name the record whose are wanted"):
+            export(result, "python")
+        with refuses("no-record-of-result", says="no record 3; there are 2"):
+            export(result, "python", record=3)
+
+
+def test_a_file_of_known_payloads_does_not_give_one_record_alone(file: Path) -> None:
+    with refuses("known-parameters-exported", says="result.parts"):
+        export(load_result(file, stage()), "python", record=1)
+
+
 def test_the_page_has_a_picker_for_the_figures(loaded: Identification) -> None:
     page = report_html(loaded)
     assert page.count("<option value=") == 2
@@ -138,7 +177,7 @@ def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--known", "m_add=0"), "has 1 known values"),
+        (("--known", "m_add=0"), "has 1 known value,"),
         (("--known", "m_add=0,x"), "number 2 is no value"),
         (("--local", "nothing"), "no parameter 'nothing'"),
         (("--columns-of", "3", "time=t"), "record 3 is none"),

@@ -25,6 +25,7 @@ from axisid.presentation.schema import (
     WrittenLackOfFit,
     WrittenLawCheck,
     WrittenLjungBox,
+    WrittenMotionComparison,
     WrittenNoiseBias,
     WrittenNormality,
     WrittenResidualTests,
@@ -89,6 +90,12 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
         "alignment": _alignment(found.alignment, names),
         "verdict": tuple(map(_check, found.verdict)),
         "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
+        "measured_motion": {
+            role: written_as(WrittenMotionComparison, each)
+            for role, each in found.motions.items()
+            if not isinstance(each, Missing)
+        }
+        or UNSET,
     }
 
 

@@ -43,7 +43,9 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         lower.append(
             Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
         )
-    if not isinstance(estimate.simulated, Missing):
+    of_loop = estimate.by_output_error  # whose fit is the simulated loop
+    of = "simulation" if of_loop else "equation"
+    if not (of_loop or isinstance(estimate.simulated, Missing)):
         loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
         upper.append(loop)
     steps = np.diff(time)
@@ -51,7 +53,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
-        caption=f"{name} on the rows it was fitted to: the equation error is "
+        caption=f"{name} on the rows it was fitted to: the {of} error is "
         f"{estimate.equation_error_percent:.3g} % of the {left}. Above, the error has the "
         f"{left}'s scale; below, its own.",
         x_label="time [s]",
@@ -131,7 +133,9 @@ def convergence_plot(estimate: Estimate) -> Plot | Missing:
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
-        title=TITLES["convergence"],
+        title="Convergence of the output error"
+        if estimate.by_output_error
+        else TITLES["convergence"],
         caption=f"{estimate.method.upper()} from {_start(estimate)}, iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "

@@ -156,6 +156,21 @@ def record_plot(result: Identification) -> Plot:
         for signal in result.axis.axis.signals
         if signal.name in record.signals
     ]
+    plot = Plot(
+        name="record",
+        title="The record",
+        caption=_record_caption(result),
+        x_label=_time_label(record),
+        panels=tuple(panels),
+        shaded=_joined(outside + _dropped(result)),
+        marks=tuple((place, "gap") for place in lost),
+    )
+    return broken(plot, _gaps(record))
+
+
+def _record_caption(result: Identification) -> str:
+    """Samples, where the force comes from, and what is shaded."""
+    record, drive = result.record, result.axis.axis.drive
     unused = len(record) - int(result.data.used.sum())
     dropped = (
         f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
@@ -167,17 +182,10 @@ def record_plot(result: Identification) -> Plot:
         dropped += f" The rest of the log is shaded too; only {record.windows_told} is taken."
     times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
     source = "as recorded" if record.force is not None else f"{times} the control"
-    plot = Plot(
-        name="record",
-        title="The record",
-        caption=f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
-        f"force is {source}.{dropped}",
-        x_label=_time_label(record),
-        panels=tuple(panels),
-        shaded=_joined(outside + _dropped(result)),
-        marks=tuple((place, "gap") for place in lost),
+    return (
+        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
+        f"force is {source}.{dropped}"
     )
-    return broken(plot, _gaps(record))
 
 
 def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
@@ -226,8 +234,8 @@ def _drawn(sweep: Sweep) -> list[_MethodStyle]:
     kinds = {}
     for method in sweep.methods:
         estimate = next(found for found in sweep.estimates(method) if found is not None)
-        with_instruments = estimate.Z is not None
-        kinds[method] = with_instruments, not with_instruments and not estimate.is_direct
+        by_loop = estimate.loop_rows is not None
+        kinds[method] = by_loop, not by_loop and not estimate.is_direct
     further, free = cycle(_FURTHER), dict(_TONES)
     return [
         _MethodStyle(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])

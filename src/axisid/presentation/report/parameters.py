@@ -181,10 +181,10 @@ def _both(value: Value, band: Band) -> NotedText:
 def _intervals(
     result: Identification, values: Mapping[str, Value], truth: float | None
 ) -> Intervals:
-    """In the order of the methods, those by instruments, or one alone, as what is believed."""
+    """In the order of the methods, those by the loop's rows, or one alone, as what is believed."""
 
     def kind(method: str) -> str:
-        believed = result.estimates[method].Z is not None or len(values) == 1
+        believed = result.estimates[method].loop_rows is not None or len(values) == 1
         return "iv" if believed else "ls"
 
     intervals = (
@@ -199,7 +199,7 @@ def errors_table(estimates: Sequence[Estimate]) -> Table:
     rows = (
         (
             e.method,
-            _percent(e.equation_error_percent),
+            _percent(None if e.by_output_error else e.equation_error_percent),
             _percent(e.simulation_error_percent),
             str(len(e.y)),
             iterations(e),

@@ -16,7 +16,7 @@ from axisid.estimation.diagnostics.estimates import (
     InstrumentTests,
     Strength,
 )
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck, MotionComparison
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.estimation.noise import NO_ATTENUATION, Attenuation, NoiseBias
 from axisid.estimation.regression import ResidualTests
@@ -82,6 +82,10 @@ def _of_record(
         "alignment": _alignment(written.alignment, units),
         "verdict": tuple(map(_check, written.verdict)),
         "lack_of_fit": _lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
+        "motions": {
+            role: read_as(MotionComparison, each)
+            for role, each in (written.measured_motion or {}).items()
+        },
     }
 
 

@@ -1,7 +1,7 @@
 """An axis with identified parameters: from an identification, or from the file that it wrote."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from axisid.estimation.estimates import Value
@@ -10,6 +10,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.presentation.schema import WrittenStream
 from axisid.support.errors import UsageError
+from axisid.support.real_numbers import is_whole
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
@@ -77,6 +78,7 @@ class FittedAxis:
 def fitted_axis(
     result: Identification | SavedIdentification | str | Path,
     axis: Axis | str | Path | None = None,
+    record: int | None = None,
 ) -> FittedAxis:
     """Take an identification, or read one and join it with its axis.
 
@@ -86,19 +88,25 @@ def fitted_axis(
         Or the file that ``axisid identify --json`` wrote.
     axis : Axis, str or Path, optional
         As `load_result` takes it: needed for a file of an axis that is none of the library.
+    record : int, optional
+        Number of one of several records, from 1, whose own parameters are wanted.
 
     Raises
     ------
     UsageError
-        The axis of a file is not known, or is not the one that was identified.
+        The axis of a file is not known, or is not the one that was identified; or there is no such
+        record, or no one set of parameters.
     DataError
         The file cannot be read, or is no identification.
     """
-    _refuse_own_parameters(result)
+    if record is not None and isinstance(result, Identification):
+        return fitted_axis(result.parts[_place(result, record)])
+    if record is None:
+        _refuse_own_parameters(result)
     if isinstance(result, Identification):
         return _identified(result, derive(result.axis.declared), result.axis.signature)
     if isinstance(result, SavedIdentification) and axis is None:
-        return _identified(result, derive(result.own_axis), result.signature)
+        return _of_file(result, derive(result.own_axis), record)
     saved = result if isinstance(result, SavedIdentification) else read_fit(result)
     document = saved.document if isinstance(saved, SavedIdentification) else saved
     file = saved.file if isinstance(saved, SavedIdentification) else str(result)
@@ -110,9 +118,69 @@ def fitted_axis(
             code="file-of-another-axis",
         )
     if isinstance(saved, WrittenStream):
+        if record is not None:
+            raise _no_record(record, 1)
         return _streamed(saved, model)
-    _refuse_own_parameters(saved)
-    return _identified(saved, model, saved.signature)
+    return _of_file(saved, model, record)
+
+
+def _of_file(saved: SavedIdentification, model: AxisModel, record: int | None) -> FittedAxis:
+    """What a file holds, of all records or of one."""
+    if record is None:
+        _refuse_own_parameters(saved)
+        return _identified(saved, model, saved.signature)
+    place = _place(saved, record)
+    found = _identified(saved, model, saved.signature)
+    if not saved.of_records:
+        return found
+    _refuse_known(saved)
+    local = {name: names[place] for name, names in saved.local_names.items()}
+    names = {p.name: local.get(p.name, p.name) for p in model.axis.parameters}
+    if found.physical or not all(
+        own in values for values in found.estimates.values() for own in names.values()
+    ):
+        raise UsageError(
+            "the file holds no values of each declared parameter by record; identify again, and "
+            f"export the part that the record is in Python, result.parts[{place}].",
+            code="no-saved-part",
+        )
+    origin = saved.of_records[place].record.provenance
+    return replace(
+        found,
+        source=_writable(origin.source),
+        sha256=origin.sha256,
+        estimates={
+            method: {name: values[own] for name, own in names.items()}
+            for method, values in found.estimates.items()
+        },
+    )
+
+
+def _place(result: Identification | SavedIdentification, record: object) -> int:
+    """Where a record is among those of a result, by its number from 1."""
+    count = max(len(result.of_records), 1)
+    if not is_whole(record) or not 1 <= record <= count:
+        raise _no_record(record, count)
+    return int(record) - 1
+
+
+def _no_record(record: object, count: int) -> UsageError:
+    there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
+    return UsageError(
+        f"the result has no record {quoted(record)}; {there}.", code="no-record-of-result"
+    )
+
+
+def _refuse_known(saved: SavedIdentification) -> None:
+    """Refuse a file whose records' parameters follow from what is known of each."""
+    known = [name for of_one in saved.of_records[:1] for name in of_one.known]
+    if known or saved.declared_gain is not None:
+        raise UsageError(
+            f"{', '.join(known) or 'the drive gain'} of this result is known of each record, so "
+            "that a file alone does not give one record's parameters; identify again, and export "
+            "the part that the record is in Python, result.parts[0].",
+            code="known-parameters-exported",
+        )
 
 
 def _refuse_own_parameters(result: object) -> None:
@@ -123,8 +191,8 @@ def _refuse_own_parameters(result: object) -> None:
     if names:
         raise UsageError(
             f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's "
-            "own or known of each, so that there is no one set of the axis's parameters; take the "
-            "part that one record is, result.parts[0].",
+            "own or known of each, so that there is no one set of the axis's parameters; ",
+            Remedy.of("name the record whose are wanted: ", Setting("record", "1"), "."),
             code="own-parameters-exported",
         )
 

@@ -22,6 +22,7 @@ from .diagnosis import WrittenExcitation as WrittenExcitation
 from .diagnosis import WrittenInstruments as WrittenInstruments
 from .diagnosis import WrittenLackOfFit as WrittenLackOfFit
 from .diagnosis import WrittenLawCheck as WrittenLawCheck
+from .diagnosis import WrittenMotionComparison as WrittenMotionComparison
 from .diagnosis import WrittenNoiseBias as WrittenNoiseBias
 from .diagnosis import WrittenSetting as WrittenSetting
 from .diagnosis import WrittenStrength as WrittenStrength

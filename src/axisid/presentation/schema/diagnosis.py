@@ -163,6 +163,19 @@ class WrittenAttenuation(JsonObject, frozen=True, kw_only=True):
     shift: Annotated[float, about("Of the two, in deviations of the inverse model's.")]
 
 
+class WrittenMotionComparison(JsonObject, frozen=True, kw_only=True):
+    """A measured velocity or acceleration beside the derivative of what is measured before it."""
+
+    factor: Annotated[float | None, about("Of the measured one; null where nothing is alike.")]
+    factor_deviation: float | None
+    delay: Annotated[float | None, about("Of the measured one, samples.")]
+    delay_deviation: float | None
+    offset: Annotated[float | None, about("What is constant between the two, SI.")]
+    offset_deviation: float | None
+    size: Annotated[float, about("Root mean square of the derivative, SI.")]
+    left_percent: Annotated[float, about("What remains of either beside the other.")]
+
+
 class WrittenCheck(JsonObject, frozen=True, kw_only=True):
     """One check of the verdict."""
 

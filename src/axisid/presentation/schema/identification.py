@@ -16,6 +16,7 @@ from .diagnosis import (
     WrittenInstruments,
     WrittenLackOfFit,
     WrittenLawCheck,
+    WrittenMotionComparison,
     WrittenNoiseBias,
 )
 from .estimate import WrittenEstimate
@@ -110,6 +111,10 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     alignment: WrittenAlignment
     verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
     lack_of_fit: WrittenLackOfFit | UnsetType = UNSET
+    measured_motion: Annotated[
+        Mapping[str, WrittenMotionComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
+    ] = UNSET
 
 
 class WrittenIdentification(
@@ -153,6 +158,10 @@ class WrittenIdentification(
     ] = UNSET
     attenuation: Annotated[
         WrittenAttenuation | UnsetType, about("The two forms of least squares; absent without.")
+    ] = UNSET
+    measured_motion: Annotated[
+        Mapping[str, WrittenMotionComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
     ] = UNSET
     skipped: Annotated[
         Mapping[str, str],

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.diagnostics.estimates import Endogeneity, InstrumentTests
-from axisid.estimation.diagnostics.loop import Alignment, LawCheck
+from axisid.estimation.diagnostics.loop import Alignment, LawCheck, MotionComparison
 from axisid.estimation.estimates import COVARIANCES, Estimate, Value
 from axisid.presentation.blocks import (
     Column,
@@ -36,6 +36,7 @@ def details_document(
         _endogeneity(f"Durbin-Wu-Hausman, regression form, {label}", preferred, diagnosis),
         *noise_details(diagnosis, {q.name: q.unit for q in preferred.quantities}),
         _alignment(preferred, diagnosis.alignment, wording),
+        *_motions(diagnosis.motions),
         checks_table(diagnosis.verdict),
     )
 
@@ -170,6 +171,25 @@ def _alignment(preferred: Estimate, alignment: Alignment | Missing, wording: Wor
         f"{end}, by {by}; a sample of delay moves {moved}",
         title=title,
     )
+
+
+def _motions(found: Mapping[str, MotionComparison | Missing]) -> Document:
+    """Measured velocity and acceleration beside what is differentiated; none without them."""
+    rows = [
+        (
+            role,
+            f"{m.factor:.5g} +- {m.factor_deviation:.1g}",
+            f"{m.delay:.3f} +- {m.delay_deviation:.1g}",
+            f"{m.offset:+.3g} +- {m.offset_deviation:.1g}",
+            f"{m.left_percent:.3g}",
+        )
+        for role, m in found.items()
+        if not isinstance(m, Missing)
+    ]
+    if not rows:
+        return ()
+    heads = ["", "factor", "samples late", "constant, SI", "left, %"]
+    return (_table("Measured motion beside what is differentiated", heads, rows),)
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:

@@ -12,7 +12,7 @@ def estimate_document(estimate: Estimate) -> Document:
     """Every parameter with its deviation and interval, and the errors."""
     values = {**estimate.ddm_parameters, **estimate.parameters}
     errors = {
-        "equation error": estimate.equation_error_percent,
+        "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
         "simulation error": estimate.simulation_error_percent,
     }
     about = estimate.covariance_names[estimate.chosen]

@@ -139,13 +139,18 @@ def _estimates_table(estimates: Sequence[Estimate], diagnosis: Diagnosis) -> Tab
     )
     rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
     rows += [
-        ("equation error", "%", *(f"{e.equation_error_percent:.4f}" for e in estimates)),
+        ("equation error", "%", *map(_equation_error, estimates)),
         ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
         ("rows", "", *(str(len(e.y)) for e in estimates)),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
         ("iterations", "", *map(iterations, estimates)),
     ]
     return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
+
+
+def _equation_error(estimate: Estimate) -> str:
+    """Of rows of the measured motion; that of the loop's rows is the simulation error."""
+    return _percent(None if estimate.by_output_error else estimate.equation_error_percent)
 
 
 def _percent(error: float | None) -> str:
@@ -247,6 +252,12 @@ def _notes(estimates: Sequence[Estimate]) -> list[str]:
         "quality measure of an IV estimate on noisy data. Simulation error "
         "||y - y_simulated||/||y||: the closed loop simulated with the estimate."
     )
+    if any(estimate.by_output_error for estimate in estimates):
+        notes.append(
+            "DIDIM: least squares of the measured force by the rows of the loop simulated with the "
+            "estimate, both behind the same filter, so that X is of no measured motion; its "
+            "equation error is its simulation error. It rests on the declared control law."
+        )
     if {"idm-iv", "ddm-iv"} <= set(methods):
         notes.append(
             "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "

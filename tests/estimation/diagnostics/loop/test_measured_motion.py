@@ -7,7 +7,13 @@ import pytest
 
 from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.loop import MotionComparison, compared_motion, motion_check
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics.loop import (
+    MotionComparison,
+    compared_motion,
+    compared_motions,
+    motion_check,
+)
 from axisid.estimation.records import Record as _Record
 from axisid.support.missing import Missing
 from axisid.support.remedy import as_options
@@ -26,6 +32,10 @@ def compared(record: _Record, role: str = "velocity") -> MotionComparison:
     return found
 
 
+def checked(axis: GeneratedAxis, record: Record, role: str = "velocity") -> Check | Missing | None:
+    return motion_check(axis, record, role, compared_motions(record).get(role))
+
+
 def changed(record: Record, factor: float = 1.0, offset: float = 0.0) -> Record:
     return replace(record, velocity=factor * np.asarray(record.velocity) + offset)
 
@@ -34,7 +44,7 @@ def changed(record: Record, factor: float = 1.0, offset: float = 0.0) -> Record:
 def test_a_right_one_passes(emps: GeneratedAxis, seed: int) -> None:
     record = twin_record(emps, seed=seed, velocity_noise=0.01 * SIZE, acceleration_noise=0.05)
     for role in ("velocity", "acceleration"):
-        check = motion_check(emps, record, role)
+        check = checked(emps, record, role)
         assert not isinstance(check, Missing)
         assert check is not None
         assert check.status == "pass", check.meaning
@@ -69,7 +79,7 @@ def test_part_of_a_sample_is_measured(emps: GeneratedAxis) -> None:
 def test_what_is_wrong_is_told_with_what_to_do(
     emps: GeneratedAxis, right: Record, factor: float, late: int, offset: float, advice: str
 ) -> None:
-    check = motion_check(emps, changed(right.shifted(velocity=late), factor, offset), "velocity")
+    check = checked(emps, changed(right.shifted(velocity=late), factor, offset))
     assert not isinstance(check, Missing)
     assert check is not None
     assert check.status == "fail"
@@ -86,7 +96,7 @@ def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record, what:
         "walk": np.cumsum(noise) / 30,
         "constant": 0.01 + 1e-9 * right.position,
     }
-    check = motion_check(emps, replace(right, velocity=others[what]), "velocity")
+    check = checked(emps, replace(right, velocity=others[what]))
     assert not isinstance(check, Missing)
     assert check is not None
     assert check.status == "fail"
@@ -100,9 +110,9 @@ def test_a_noisy_encoder_is_no_factor(emps: GeneratedAxis) -> None:
 
 
 def test_nothing_is_compared_without_two_measurements(emps: GeneratedAxis, right: Record) -> None:
-    assert motion_check(emps, twin_record(emps), "velocity") is None
+    assert checked(emps, twin_record(emps)) is None
     alone = replace(right, position=np.empty(0), acceleration=None)
-    assert isinstance(motion_check(emps, alone, "velocity"), Missing)
+    assert isinstance(checked(emps, alone), Missing)
     assert compared(replace(alone, acceleration=right.acceleration), "acceleration").worst < 1
 
 

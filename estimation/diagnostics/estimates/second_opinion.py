@@ -1,0 +1,86 @@
+"""Instruments against DIDIM, and which of the two to believe, as a check."""
+
+from collections.abc import Mapping
+
+from axisid.estimation.checks import Check, passed
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.noise import NoiseBias
+from axisid.estimation.thresholds.diagnostics import (
+    MAX_RELATIVE_DEVIATION,
+    MAX_UNSEEN_BIAS,
+    NEGLIGIBLE_BIAS,
+)
+from axisid.support.missing import Missing
+
+NAME = "second opinion"
+
+
+def second_opinion_check(
+    found: Mapping[str, NoiseBias] | Missing | None,
+    didim: Estimate | None,
+    *,
+    law_passed: bool | None,
+) -> Check | Missing | None:
+    """Whether instruments without the filter's bias and DIDIM are one estimate but for chance.
+
+    Parameters
+    ----------
+    found : mapping of str to NoiseBias, or Missing or None
+        Instruments less DIDIM by parameter; None where they are not there both.
+    didim : Estimate or None
+    law_passed : bool or None
+        Whether the recorded control is the declared law's; None where that cannot be checked.
+    """
+    if found is None or didim is None:
+        return None
+    if isinstance(found, Missing):
+        return found
+    moved = {name: each for name, each in found.items() if each.misses}
+    large = [name for name, each in moved.items() if _is_large(didim, name, each)]
+    worst = max(found.values(), key=lambda each: (each.misses, each.shift))
+    return Check(
+        name=NAME,
+        status=passed(not moved, matters=bool(large)),
+        figure=worst.shift,
+        threshold=MAX_UNSEEN_BIAS.value,
+        p_value=max(worst.p_value, worst.joint_p_value),
+        source="largest difference of idm-iv, less the filter's own bias, and didim, in deviations "
+        "of idm-iv; counts where HAC tests of the difference, of the parameter and of all at once "
+        "(Hotelling), reject at 1 %; a note up to 1 % of the value",
+        meaning=_apart(moved, didim, law_passed=law_passed)
+        if moved
+        else "idm-iv and didim, whose regressor has no noise and no filter's error, are one "
+        "estimate but for chance or what does not matter",
+    )
+
+
+def _is_large(didim: Estimate, name: str, bias: NoiseBias) -> bool:
+    """Whether a parameter that is known is another by more than nobody would notice."""
+    value = didim.parameters[name]
+    precise = value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    return precise and abs(bias.difference) > NEGLIGIBLE_BIAS.value * abs(value.value)
+
+
+def _apart(moved: Mapping[str, NoiseBias], didim: Estimate, *, law_passed: bool | None) -> str:
+    listed = ", ".join(
+        f"{name} by {bias.difference:+.2g} {didim.parameters[name].unit} "
+        f"({_percent(didim, name, bias)}{bias.shift:.2g} deviations)"
+        for name, bias in moved.items()
+    )
+    return f"idm-iv differs from didim, {listed}: {_whom(law_passed=law_passed)}"
+
+
+def _percent(didim: Estimate, name: str, bias: NoiseBias) -> str:
+    value = didim.parameters[name].value
+    return f"{100 * bias.difference / value:+.2g} %, " if value else ""
+
+
+def _whom(*, law_passed: bool | None) -> str:
+    """Which of the two a control law speaks for, on which didim alone rests."""
+    if law_passed:
+        return (
+            "the control is the declared law's, so believe didim; a coarse encoder or a filter "
+            "that does not suit moves the instruments, a force that the model lacks moves both"
+        )
+    why = "could not be checked" if law_passed is None else "is not the declared one"
+    return f"the control law {why}, on which didim rests, so believe the instruments"

@@ -1,0 +1,32 @@
+"""How the rows of an estimate were solved, so that others can be solved alike."""
+
+import numpy as np
+
+from axisid.estimation.problems import ByInstruments, ByOutputError, Solver, by_least_squares
+from axisid.estimation.regression import factor
+
+from .estimate import Estimate
+
+
+def solver_of(estimate: Estimate) -> Solver:
+    """What solves rows of the estimate's own records as the estimate's were, weighted like them.
+
+    Raises
+    ------
+    EstimationError
+        The simulated loop's columns cannot be told apart.
+    """
+    columns = estimate.loop_rows
+    if columns is None:
+        return by_least_squares
+    weights = np.ones(len(estimate.y)) if estimate.weights is None else estimate.weights
+    loop = factor(
+        weights[:, None] * columns,
+        [q.label for q in estimate.form.quantities],
+        "the simulated loop",
+        estimate.neighbours,
+    )
+    if not estimate.by_output_error:
+        return ByInstruments(loop)
+    intercept = estimate.y - estimate.residuals - estimate.X @ estimate.theta
+    return ByOutputError(weights * intercept, loop)

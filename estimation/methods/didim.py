@@ -1,0 +1,116 @@
+"""DIDIM: least squares of the measured force by the rows of the simulated loop.
+
+The direct and inverse dynamic identification model of [Gautier2013]_: the loop is simulated with
+an estimate, and the measured force is explained by what that loop's motion makes of the model. No
+measured motion is in the regressor, so that neither the encoder's noise nor the derivative of what
+was filtered biases it; measured and simulated force pass the same filter. It is an output-error
+estimate, of the force, and asks that the control law is the drive's.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.problems import ByOutputError, Problem, Solver
+from axisid.estimation.regression import (
+    Equations,
+    Form,
+    QrFactors,
+    Solution,
+    least_squares,
+    search_bounds,
+)
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds.estimates import (
+    CONVERGED,
+    LEAST_SHARE_OF_A_STEP,
+    MAX_ERROR_GROWTH,
+    MAX_SIMULATION_ERROR,
+)
+from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import EstimationError
+
+from .instrumental import Instruments, Iteration, IterationState, Step
+from .starting import Start
+
+
+class Didim(Instruments):
+    """Output error of the force, by the simulated loop's own rows."""
+
+    needs = "DIDIM simulates the loop"
+
+    def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
+        """See `Instruments.iteration`."""
+        return _ByOutputError(self.name, form, start, problem)
+
+
+_HALVINGS = 6
+_Rows = tuple[tuple[Simulation, ...], Array, Array]
+
+
+class _ByOutputError(Iteration):
+    """The iteration, whose rows are the simulated loop's and whose left side was measured.
+
+    What it minimises is the loop's own error, so that a step that makes that larger goes too far.
+    """
+
+    _ahead: tuple[Array, _Rows] | None = None
+
+    def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
+        solution = least_squares(at.measured.left - at.intercept, simulated)
+        return replace(solution, neighbours=self._on.neighbours)
+
+    def _simulated(self, physical: Array) -> _Rows:
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None and np.array_equal(ahead[0], physical):
+            return ahead[1]
+        return super()._simulated(physical)
+
+    def _next(self, step: Step, physical: Array, share: float) -> Array:
+        if step.size <= CONVERGED.value:
+            return self._within(step.goal)
+        error = self._iterates[-1].simulation_error_percent
+        goal = step.goal
+        if error >= MAX_SIMULATION_ERROR.value:
+            goal = self._near(physical, goal)
+        for _ in range(_HALVINGS):
+            wanted = self._within(physical + share * (goal - physical))
+            with suppress(EstimationError):
+                loops, intercept, Z = self._simulated(wanted)
+                left = self._on.rows(self._form.at(wanted)).left
+                made = Z @ self._form.regressed(wanted) + intercept
+                if relative_error_percent(left - made, left) < error * (1 + MAX_ERROR_GROWTH.value):
+                    self._ahead = wanted, (loops, intercept, Z)
+                    return wanted
+            share /= 2
+        return wanted
+
+    def _near(self, physical: Array, goal: Array) -> Array:
+        """Less of a step, from where the simulated loop does not follow the records.
+
+        A loop that swings asks for what would stop it at once: nearly no inertia, or friction that
+        drives the axis. Within the bounds, and no positive parameter to less than a share of it.
+        """
+        lower, upper = (
+            [getattr(p, end) for p in self._form.declared] for end in ("lower", "upper")
+        )
+        goal = np.clip(goal, lower, upper)
+        least = LEAST_SHARE_OF_A_STEP.value * physical
+        falls = (physical > 0) & (goal < least)
+        fall = np.divide(physical - least, physical - goal, out=np.ones_like(physical), where=falls)
+        return np.asarray(physical + float(fall.min()) * (goal - physical))
+
+    def _within(self, physical: Array) -> Array:
+        """Of a model that is linearised, no further than its search may go."""
+        if self._form.is_linear:
+            return physical
+        return np.clip(physical, *search_bounds(self._form.axis))
+
+    def _solved(self, step: Step, reached: IterationState) -> tuple[Equations, Solver]:
+        left, solver = reached.measured.left, ByOutputError(step.intercept, step.simulated)
+        if self._form.is_linear:
+            intercept, regressor = step.intercept, step.simulated.columns
+        else:
+            intercept, regressor = reached.intercept, reached.Z
+        return Equations(left=left, intercept=intercept, regressor=regressor), solver

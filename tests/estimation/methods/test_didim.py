@@ -1,0 +1,322 @@
+"""DIDIM: on the EMPS record, on twins with known truth, and through all that serves a method."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Identification,
+    Prefilter,
+    Record,
+    build,
+    compare,
+    export,
+    identify,
+    load_axis,
+    load_result,
+    simulate,
+    sweep,
+    twin_record,
+    validate,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.presentation.plots import sweep_plot
+from axisid.presentation.plots.estimate import convergence_plot, force_plot
+from axisid.presentation.plots.plot import Plot
+from axisid.presentation.report.page import report_html
+from tests.axes.stage import generated, stage_record
+from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
+from tests.refusals import refuses
+
+Run = Callable[..., tuple[int, str, str]]
+
+#: The paper's, of the published record.
+PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, methods=["idm-ls", "idm-iv", "didim"])
+
+
+@pytest.fixture(scope="module")
+def alone(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin, methods="didim")
+
+
+def checks_of(result: Identification) -> dict[str, str]:
+    return {check.name: check.status for check in result.verdict}
+
+
+def test_emps_lands_on_the_instruments_without_the_filters_bias(
+    emps: GeneratedAxis, emps_record: Record
+) -> None:
+    """With no correction of its own: measured and simulated force pass the same filter."""
+    result = identify(emps, emps_record, PUBLISHED, ["idm-iv", "didim"])
+    didim, iv = result["didim"], result["idm-iv"]
+    assert [f"{value:.4g}" for value in didim.physical] == ["94.89", "208.3", "20.04", "-3.17"]
+    assert didim.simulation_error_percent == pytest.approx(4.514, abs=0.005)
+    deviations = np.array([value.deviation for value in didim.parameters.values()])
+    assert np.abs(didim.corrected - didim.physical).max() < 1e-3 * deviations.max()
+    assert np.all(np.abs(didim.physical - iv.corrected) < 0.2 * deviations)
+    assert np.any(np.abs(didim.physical - iv.physical) > 0.9 * deviations)
+    assert checks_of(result)["second opinion"] == "pass"
+
+
+@pytest.mark.parametrize("mass", [5.0, 100.0, 400.0, 1000.0])
+def test_emps_ends_at_the_same_from_any_mass(
+    emps: GeneratedAxis, emps_record: Record, mass: float
+) -> None:
+    first = [replace(p, nominal=mass) if p.name == "M" else p for p in emps.axis.parameters]
+    started = build(replace(emps.axis, parameters=tuple(first)))
+    found = identify(started, emps_record, PUBLISHED, "didim", start="nominal")["didim"]
+    assert found.started == "nominal"
+    assert found.iterates[0].physical[0] == mass
+    assert found.physical == pytest.approx([94.8896, 208.2889, 20.03959, -3.169823], rel=2e-5)
+
+
+@pytest.mark.parametrize("name", ["emps2015", "pendulum", "valve"])
+def test_a_twin_without_noise_gives_the_truth(name: str) -> None:
+    axis = build(load_axis(name))
+    record = twin_record(axis, position_noise=0.0)
+    found = identify(axis, record, methods="didim")["didim"]
+    truth = [record.provenance.truth[n] for n in axis.names]
+    assert found.physical == pytest.approx(truth, rel=1e-9)
+    assert np.abs(found.corrected - found.physical).max() < 1e-9 * np.abs(truth).max()
+
+
+def test_a_twin_with_noise_is_told_more_precisely_than_by_instruments(
+    result: Identification, twin: Record
+) -> None:
+    didim, iv = result["didim"].parameters, result["idm-iv"].parameters
+    for name, value in didim.items():
+        low, high = value.interval
+        assert low < twin.provenance.truth[name] < high
+        assert value.deviation < 0.85 * iv[name].deviation
+    assert len(result["didim"].iterates) <= 5
+
+
+def test_the_estimate_is_least_squares_of_the_loops_rows(result: Identification) -> None:
+    """Its influence is ``Z (Z'Z)^-1``; its i.i.d. deviations are of that alone."""
+    didim = result["didim"]
+    found, *_ = np.linalg.lstsq(didim.X, didim.y, rcond=None)
+    assert found == pytest.approx(didim.theta, rel=1e-9)
+    assert didim.Z is None
+    assert np.abs(didim.X - result["idm-ls"].X).max() > 0
+    variance = float(didim.residuals @ didim.residuals) / (len(didim.y) - 1)
+    plain = variance * np.linalg.inv(didim.X.T @ didim.X)
+    assert didim.covariances["iid"] == pytest.approx(plain, rel=1e-6)
+
+
+def test_nothing_but_rounding_is_taken_off_as_the_filters_bias(result: Identification) -> None:
+    biases = result["didim"].filter_bias
+    assert biases is not None
+    assert np.all(np.abs(biases) < 5e-3 * np.sqrt(np.diag(result["didim"].covariance)))
+    assert checks_of(result)["filter bias"] == "pass"
+
+
+def test_encoder_steps_are_in_its_deviations(emps2015: GeneratedAxis, twin: Record) -> None:
+    reference, experiment = twin.reference, emps2015.axis.experiment
+    assert reference is not None
+    assert experiment is not None
+    truth = [experiment.truth[name] for name in emps2015.names]
+    loop = simulate(emps2015, truth, reference, twin.period, resolution=5e-5)
+    coarse = replace(twin, position=loop.measured_position, control=loop.control)
+    found = identify(emps2015, coarse, methods="didim")["didim"]
+    assert "simulated loops have by an encoder's steps" in found.covariance_names["hac"]
+    for name, value in found.parameters.items():
+        low, high = value.interval
+        assert low < twin.provenance.truth[name] < high
+
+
+def test_its_equation_error_is_not_printed_beside_its_simulation_error(
+    result: Identification,
+) -> None:
+    text = result.summary()
+    (row,) = (line for line in text.splitlines() if line.startswith("equation error"))
+    assert row.split()[-1] == "-"
+    assert "its equation error is its simulation error" in " ".join(text.split())
+    didim = result["didim"]
+    assert didim.simulation_error_percent == pytest.approx(didim.equation_error_percent, rel=1e-3)
+    plot = force_plot(didim)
+    assert "simulation error" in plot.caption
+    assert "simulated loop" not in [series.label for series in plot.panels[0].series]
+
+
+def test_a_nonlinear_axis_is_identified_on_its_twin() -> None:
+    axis = build(stribeck_axis())
+    record = twin_record(axis)
+    result = identify(axis, record, Prefilter(cutoff=100.0), ["idm-iv", "didim"])
+    found = result["didim"]
+    for name, value in found.parameters.items():
+        assert abs(value.corrected - TRUTH[name]) < 3 * value.deviation
+        assert value.deviation < result["idm-iv"].parameters[name].deviation
+    assert checks_of(result)["second opinion"] == "pass"
+    quiet = identify(axis, twin_record(axis, position_noise=0.0), methods="didim")["didim"]
+    assert quiet.physical == pytest.approx([TRUTH[n] for n in axis.names], rel=1e-5)
+
+
+def test_the_judged_method_is_iv_then_didim_then_ls(
+    emps2015: GeneratedAxis, twin: Record, result: Identification
+) -> None:
+    assert result.preferred.method == "idm-iv"
+    others = identify(emps2015, twin, methods=["idm-ls", "ddm-ls", "didim"])
+    assert others.preferred.method == "didim"
+
+
+def test_alone_every_check_is_of_the_loops_rows(
+    emps2015: GeneratedAxis, alone: Identification
+) -> None:
+    assert "fail" not in checks_of(alone).values()
+    assert "second opinion" not in checks_of(alone)
+    diagnosis = alone.diagnosis
+    assert diagnosis.instruments is None
+    assert diagnosis.alignment.by_instruments  # type: ignore[union-attr]
+    shaky = twin_record(emps2015, position_noise=2e-5)
+    shares = {
+        e.name: e.share for e in identify(emps2015, shaky, methods="didim").diagnosis.excitation
+    }
+    clean = {e.name: e.share for e in diagnosis.excitation}
+    assert shares == pytest.approx(clean, rel=0.02), "no noise of the motion is in the regressor"
+
+
+def test_least_squares_beside_it_is_told_of_noise_by_instruments(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    beside = identify(emps2015, twin, methods=["idm-ls", "didim"])
+    every = identify(emps2015, twin, methods=["idm-ls", "idm-iv"])
+    one, other = (r.diagnosis.noise_biases["idm-ls"]["M"] for r in (beside, every))
+    assert one == other
+
+
+def test_several_records_are_one_regression() -> None:
+    """Permuting changes nothing; an offset of its own is each record's; weights are told."""
+    records = [stage_record(1, tau0=3.0), stage_record(2, tau0=-2.0)]
+    axis = generated()
+    found = identify(axis, records, methods=["idm-iv", "didim"], local="tau0")
+    turned = identify(axis, records[::-1], methods="didim", local="tau0")
+    didim = found["didim"]
+    own = found.local["tau0"]
+    assert [v.value for v in own] == pytest.approx([3.0, -2.0], abs=0.3)
+    assert didim.weights is not None
+    assert turned.preferred.physical[:3] == pytest.approx(didim.physical[:3], rel=1e-9)
+    assert turned.preferred.physical[3:] == pytest.approx(didim.physical[:2:-1], rel=1e-9)
+    for name, value in didim.parameters.items():
+        assert value.deviation < 1.05 * found["idm-iv"].parameters[name].deviation
+    assert checks_of(found)["second opinion"] == "pass"
+    judged = identify(axis, records, methods="didim", local="tau0")
+    assert "fail" not in checks_of(judged).values()
+
+
+def test_a_known_payload_tells_the_drive_gain() -> None:
+    records = [stage_record(3), stage_record(4, m_add=20.0)]
+    found = identify(generated(), records, methods="didim", known={"m_add": [0.0, 20.0]})
+    value = found.preferred.parameters["drive_gain"]
+    assert abs(value.value - 35.15) < 3 * value.deviation
+    assert value.deviation < 0.01 * value.value
+
+
+def test_a_record_with_a_gap_serves(emps2015: GeneratedAxis, twin: Record) -> None:
+    parted = twin.windowed((None, 3.0), (3.5, None))
+    found = identify(emps2015, parted, methods=["idm-iv", "didim"])
+    for name, value in found["didim"].parameters.items():
+        assert abs(value.corrected - twin.provenance.truth[name]) < 3 * value.deviation
+    assert checks_of(found)["second opinion"] == "pass"
+
+
+def test_what_was_written_is_read_again(
+    emps2015: GeneratedAxis, result: Identification, tmp_path: Path
+) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(json.dumps(result.to_dict()))
+    saved = load_result(file, axis=emps2015.axis)
+    assert saved["didim"].physical == pytest.approx(result["didim"].physical, rel=1e-12)
+    assert saved["didim"].covariance == pytest.approx(result["didim"].covariance, rel=1e-12)
+    assert [c.name for c in saved.verdict] == [c.name for c in result.verdict]
+    assert "didim" in export(saved, "csv")
+
+
+def test_page_and_figures_have_it(result: Identification, alone: Identification) -> None:
+    page = report_html(result)
+    assert "DIDIM" in page
+    convergence = convergence_plot(alone["didim"])
+    assert isinstance(convergence, Plot)
+    assert convergence.title == "Convergence of the output error"
+
+
+def test_code_is_exported_with_its_numbers(alone: Identification) -> None:
+    text = export(alone, "python")
+    assert "Parameters by DIDIM" in text
+    assert f"{alone.preferred.parameters['M'].corrected:.4f}"[:6] in text
+
+
+def test_a_sweep_draws_it_beside_the_instruments(emps2015: GeneratedAxis, twin: Record) -> None:
+    found = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls", "idm-iv", "didim"])
+    drawn = {series.label: series.dashed for series in sweep_plot(found).panels[0].series}
+    assert drawn == {"IDM-LS": True, "IDM-IV": False, "DIDIM": False}
+    only = sweep(emps2015, twin, [40.0, 50.0, 60.0], methods="didim")
+    assert only.methods == ("didim",)
+
+
+def test_models_are_not_compared_by_it(emps2015: GeneratedAxis, twin: Record) -> None:
+    with refuses("no-comparison-by", says="'didim', whose loop is simulated with all rows"):
+        compare([emps2015, emps2015.axis], twin, method="didim")
+
+
+def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
+    emps2015: GeneratedAxis, alone: Identification
+) -> None:
+    other = twin_record(emps2015, seed=7)
+    held = validate(alone, other)["didim"]
+    assert held.holds
+    assert held.equation_error_percent == held.simulation_error_percent
+    assert held.reestimate is not None
+    own = identify(emps2015, other, methods="didim")["didim"]
+    assert held.reestimate.physical == pytest.approx(own.physical, rel=1e-9)
+
+
+def test_another_load_on_the_second_record_is_named(
+    emps2015: GeneratedAxis, alone: Identification
+) -> None:
+    experiment = emps2015.axis.experiment
+    assert experiment is not None
+    heavier = replace(experiment, truth={**experiment.truth, "M": 110.0}, seed=8)
+    loaded = twin_record(replace(emps2015, axis=replace(emps2015.axis, experiment=heavier)))
+    held = validate(alone, loaded)["didim"]
+    assert held.reestimate is not None
+    assert held.reestimate.changed == ("M",)
+    assert held.reestimate.physical[0] == pytest.approx(110.0, rel=2e-3)
+
+
+def test_without_reference_or_law_it_says_what_it_needs(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    with refuses("no-reference", says="DIDIM simulates the loop"):
+        identify(emps2015, replace(twin, reference=None), methods="didim")
+    lawless = build(replace(emps2015.axis, control=None))
+    with refuses("no-control-law", says="DIDIM simulates the loop"):
+        identify(lawless, twin, methods="didim")
+
+
+def test_the_command_runs_it_where_it_is_named(run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim")
+    assert code == 0
+    assert "IDM-IV" in out
+    assert "DIDIM" in out
+    code, out, _ = run("identify", "emps2015", "--method", "didim", "--start", "nominal")
+    assert code == 0
+    assert "from nominal" in out
+    code, out, _ = run("identify", "emps2015")
+    assert "DIDIM" not in out
+    code, _, err = run("identify", "emps2015", "--method", "all", "--method", "didim")
+    assert code == 2
+    assert "--method all is by itself" in err
+    code, _, err = run(
+        "identify", "emps2015", str(tmp_path / "x.csv"), "--stream", "--method", "didim"
+    )
+    assert code == 2
+    assert "idm-ls alone" in err

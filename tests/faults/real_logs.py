@@ -1,0 +1,137 @@
+"""Faults of what makes real logs usable: windows, columns, shifts, several records."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from tests.faults.fault import Fault, Misuse
+from tests.faults.files import columns_of_a_log, write_log
+
+Make = Callable[[Path], list[object]]
+
+_RESULT = '{"schema": "axisid.identification/1"}\n'
+
+
+def _on_log(*options: str, logs: int = 1) -> Make:
+    """Identify from a log, given so often, over a result that must stay as it is."""
+
+    def make(folder: Path) -> list[object]:
+        (folder / "kept.json").write_text(_RESULT)
+        log = write_log(folder)
+        return ["identify", "emps2015", *[log] * logs, *options, "--json", "kept.json"]
+
+    return make
+
+
+def _on_text(name: str, text: Callable[[], str], *options: str, with_log: bool = False) -> Make:
+    """Identify from a file of some text, after a log if there is to be one."""
+
+    def make(folder: Path) -> list[object]:
+        (folder / "kept.json").write_text(_RESULT)
+        (folder / name).write_text(text())
+        logs = [write_log(folder)] if with_log else []
+        return ["identify", "emps2015", *logs, name, *options, "--json", "kept.json"]
+
+    return make
+
+
+def _lines(changed: str) -> str:
+    """JSON lines of a log, of which the eighth is changed."""
+    columns = columns_of_a_log()
+    rows = [{name: float(v[i]) for name, v in columns.items()} for i in range(100)]
+    lines = [json.dumps(row) for row in rows]
+    return "\n".join([*lines[:7], changed, *lines[8:]])
+
+
+def _without_head() -> str:
+    columns = columns_of_a_log().values()
+    return "\n".join(",".join(map(repr, map(float, row))) for row in zip(*columns, strict=True))
+
+
+#: Name, options, code and what is said, of one log.
+_OF_A_LOG = (
+    ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
+    ("window of no number", ("--from", "nan"), 2, "does not end after it begins"),
+    ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds, such as 2..5"),
+    ("window beside the log", ("--window", "100..200"), 3, "whose time goes from 0 to 7.8 s"),
+    ("windows that overlap", ("--window", "1..3", "--window", "2..4"), 2, "give them as one"),
+    ("window of two rows", ("--window", "1..1.001"), 3, "needs 3 rows or more, not 2"),
+    ("window given twice over", ("--from", "2", "--window", "3..4"), 2, "is another"),
+    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "at letter 3, a factor of 0"),
+    (
+        "offset of another kind",
+        ("--columns", "position=position:counts*360deg/4096+0.2kg"),
+        2,
+        "at letter 19, an offset in kg does not add to rad",
+    ),
+    ("unknown unit", ("--columns", "position=position:furlong"), 2, "'furlong', which is not kno"),
+    ("column beyond the last", ("--columns", "position=#9"), 3, "no column '#9'.*found time, refe"),
+    ("column before the first", ("--columns", "position=#0"), 3, "no column '#0'"),
+    ("shift by a part", ("--shift", "control=1.5"), 2, "give a whole number.*--resample auto"),
+    ("shift of the time", ("--shift", "time=1"), 2, "'time' is no column that can be moved"),
+    ("shift of no column", ("--shift", "wheel=1"), 2, "'wheel' is no column that can be moved"),
+    ("shift beyond the log", ("--shift", "control=99999"), 2, "by 99999 samples, and has 7801"),
+    ("shift in kilograms", ("--shift", "control=1kg"), 2, "or a time with its unit, such as 2ms"),
+    ("windows in blocks", ("--stream", "--window", "1..3"), 2, "--window cannot be done in blocks"),
+    ("shift in blocks", ("--stream", "--shift", "control=1"), 2, "--shift cannot be done in bloc"),
+    ("start in blocks", ("--stream", "--start", "nominal"), 2, "leave out --start"),
+    ("start of no kind", ("--start", "best"), 2, "'best' is not one of 'least-squares', 'nominal'"),
+)
+#: The same of two logs.
+_OF_TWO = (
+    ("local of no parameter", ("--local", "wheel"), "no parameter 'wheel'.*has M, Fv, Fc"),
+    ("too few known values", ("--known", "M=1"), "there are 2 records; give one for each"),
+    ("too many known values", ("--known", "M=1,2,3"), "there are 2 records; give one for each"),
+    ("known words", ("--known", "M=a,b"), "number 1 is no value"),
+    ("local and known", ("--local", "Fc", "--known", "Fc=1,2"), "leave one of the two out"),
+    ("columns of no record", ("--columns-of", "3", "time=t"), "record 3 is none: there are 2"),
+)
+
+FAULTS: list[Fault] = [
+    *(
+        Fault(name=name, make=_on_log(*options), code=code, says=says)
+        for name, options, code, says in _OF_A_LOG
+    ),
+    *(
+        Fault(name=name, make=_on_log(*options, logs=2), code=2, says=says)
+        for name, options, says in _OF_TWO
+    ),
+    Fault(
+        name="columns beyond a headerless file's",
+        make=_on_text("bare.csv", _without_head, "--columns", "time=#1,position=#7,control=#4"),
+        code=3,
+        says="no column '#7' for the position.*found #1, #2, #3, #4",
+    ),
+    Fault(
+        name="headerless file without columns",
+        make=_on_text("bare.csv", _without_head),
+        code=3,
+        says="found #1, #2, #3, #4. Name the columns with --columns",
+    ),
+    Fault(
+        name="JSON line that is cut off",
+        make=_on_text("cut.jsonl", lambda: _lines('{"time": 1, ')),
+        code=3,
+        says="cut.jsonl, line 8 is no JSON",
+    ),
+    Fault(
+        name="JSON line of another kind",
+        make=_on_text("odd.jsonl", lambda: _lines("[1, 2]")),
+        code=3,
+        says="odd.jsonl holds no columns of numbers; give",
+    ),
+    Fault(
+        name="bad record among several",
+        make=_on_text("text.csv", lambda: "time,position\nhello,world\n", with_log=True),
+        code=2,
+        says="1 of 2 records cannot be used: text.csv: no table.*--skip-bad",
+    ),
+    Fault(
+        name="no record left of several",
+        make=_on_text("text.csv", lambda: "time,position\nhello,world\n", "text.csv", "--skip-bad"),
+        code=2,
+        says="2 of 2 records cannot be used",
+    ),
+]
+
+MISUSES: list[Misuse] = []
