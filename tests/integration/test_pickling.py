@@ -151,8 +151,8 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 KINDS = (
-    "axis,model,generated axis,coordinate,column,signal,parameter,constant,law,drive,experiment,record,"
-    "masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
+    "axis,model,generated axis,coordinate,column,signal,parameter,constant,law,drive,experiment,"
+    "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "comparison,simulation,batch,law check,streamed estimate,log blocks,feed-forward,"
