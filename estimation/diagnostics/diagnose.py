@@ -127,11 +127,11 @@ def _self_test(case: Case) -> Check | Missing:
 
 
 def _second_opinion(case: Case) -> Check | Missing | None:
-    found, didim = case.second_opinion, case.estimates.get("didim")
+    iv, didim = (case.estimates.get(method) for method in ("idm-iv", "didim"))
     laws = [part.law for part in case.parts]
     checked = [law for law in laws if not isinstance(law, Missing)]
     law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
-    return second_opinion_check(found, didim, law_passed=law_passed)
+    return second_opinion_check(case.second_opinion, iv, didim, law_passed=law_passed)
 
 
 def _excitation(case: Case) -> Check:

@@ -211,6 +211,14 @@ MAX_UNSEEN_BIAS = Threshold(
     "the same distance, significant by a HAC Hausman test, from which an interval is said to miss",
     "derived: from there on a 95 % interval holds the truth in less than 92 % of cases",
 )
+MIN_GAIN_OF_PRECISION = Threshold(
+    3.0,
+    "1",
+    "how many times the deviation of idm-iv, beyond 1 % of the value, is that of didim from which "
+    "on didim is said to be worth more",
+    "chosen: it is 1 to 2 where the filter suits, 20 with an encoder of 10 um under the filter that "
+    "the paper calls inappropriate",
+)
 MAX_IDENTITY_ERROR = Threshold(
     1e-6,
     "1",

@@ -1,0 +1,63 @@
+"""The study of DIDIM beside instruments, in small: what it says of right laws and of wrong ones."""
+
+import json
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import simulate
+from benchmarks.machines import records
+
+study: Any = import_module("output_error")
+
+
+def test_a_machine_with_a_tachometer_moves_as_the_papers_axis() -> None:
+    axis, reference = study.declared("white noise"), study.reference()[:1500]
+    quiet = study.replace(study.CASES["white noise"].machine, position_noise=None)
+    loop = simulate(axis, [*study.TRUTH.values()], reference, quiet.period)
+    (columns,) = records(quiet, reference, 1, seed=1)
+    np.testing.assert_allclose(columns["position"], loop.position, atol=1e-8)
+    np.testing.assert_allclose(columns["control"], loop.control, atol=2e-3)
+
+
+def test_two_runs_are_counted_by_method() -> None:
+    shares = study.written(study.figures_of("coarse encoder", runs=2, seed=1))
+    assert shares["runs"] == 2
+    assert shares["failed"] == {}
+    assert [*shares["methods"]] == [*study.METHODS]
+    didim = shares["methods"]["didim"]
+    assert max(abs(bias) for bias in didim["bias_percent"].values()) < 0.4
+    assert abs(shares["methods"]["idm-ls"]["bias_percent"]["M"]) > 30
+    assert sum(shares["second_opinion"].values()) == 2
+
+
+@pytest.mark.slow
+def test_didim_is_unbiased_and_more_precise_than_instruments() -> None:
+    shares = study.written(study.figures_of("white noise", runs=24, seed=1))
+    iv, didim = (shares["methods"][method] for method in ("idm-iv", "didim"))
+    for name in study.TRUTH:
+        assert didim["sd_percent"][name] < 0.75 * iv["sd_percent"][name]
+        assert abs(didim["bias_percent"][name]) < 3 * didim["sd_percent"][name] / 24**0.5
+        assert didim["held"][name] >= 0.9
+    assert set(shares["second_opinion"]) == {"pass"}
+
+
+@pytest.mark.slow
+def test_a_wrong_law_moves_didim_and_not_instruments(root: Path) -> None:
+    command = [sys.executable, "benchmarks/output_error.py", "--json", "-", "--runs", "6"]
+    told = subprocess.run(
+        [*command, "--only", "kp +5 %"], cwd=root, capture_output=True, text=True, check=True
+    )
+    written = json.loads(told.stdout)
+    shares = written["cases"]["kp +5 %"]
+    iv, didim = (shares["methods"][method]["bias_percent"] for method in ("idm-iv", "didim"))
+    assert didim["Fv"] > 1.0 > 0.6 > abs(iv["Fv"])
+    assert shares["control_law"] == {"fail": 6}
+    assert "pass" not in shares["second_opinion"]
+    assert shares["believed"] == {"instruments": 6}
+    assert set(written["seconds"]) == {"idm-iv", "didim"}
