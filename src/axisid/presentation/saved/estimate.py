@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.choices.methods import is_output_error
 from axisid.estimation.estimates import Iterate, NamedValues, Value, derived_value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
@@ -106,6 +107,11 @@ class SavedEstimate(Presentable):
         if self.ddm_quantities:
             return SavedForm(quantities=self.ddm_quantities, left="acceleration")
         return SavedForm(quantities=self.quantities, left="force")
+
+    @property
+    def by_output_error(self) -> bool:
+        """Whether the simulated loop's columns were regressed, not the measured motion's."""
+        return is_output_error(self.method)
 
     @property
     def physical(self) -> Array:
