@@ -216,7 +216,7 @@ MIN_GAIN_OF_PRECISION = Threshold(
     "1",
     "how many times the deviation of idm-iv, beyond 1 % of the value, is that of didim from which "
     "on didim is said to be worth more",
-    "chosen: it is 1 to 2 where the filter suits, 20 with an encoder of 10 um under the filter that "
+    "chosen: it is 1 to 2 where the filter suits, 20 with an encoder of 10 um under a filter that "
     "the paper calls inappropriate",
 )
 MAX_IDENTITY_ERROR = Threshold(
